@@ -1,7 +1,7 @@
-//! The files that one step leaves for the next: estimates, plans, motions, validations, comparisons; and those that a user
-//! writes: options, limits, loads. Each is used as the program uses it, on a two-link arm.
+//! Fuzz target for files between two steps (estimates, plans, motions, validations, comparisons) and files of users (options,
+//! limits, loads). Each file that can be read is used as in the program, on a two-link arm.
 //!
-//! Law: what was read is written, and what was written is read again as the same.
+//! Property: a file that was read is written, and the written text is read and written again without a change.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -89,7 +89,7 @@ fn read(model: &Model, text: &str) {
     }
 }
 
-/// What was written, read and written once more, is the same.
+/// Checks that a written text can be read and written again without a change.
 fn again<E: std::fmt::Debug>(written: Result<String, E>, read: impl Fn(&str) -> Result<String, E>) {
     let written = written.expect("what was read is written");
     assert_eq!(read(&written).expect("what was written is read"), written);

@@ -1,9 +1,10 @@
-//! A description of a robot: read, derived, evaluated.
+//! Fuzz target for robot models: each text is read, derived and evaluated.
 //!
 //! ```text
 //! tau = Y_s X_s = Y X,    X = B X_s
 //! ```
-//! Law: both regressors give the same torque (n; N m, or N where a joint slides) of random standard parameters X_s.
+//! Property: the standard regressor Y_s and the base regressor Y give the same torques (n; N m, or N for a prismatic joint) for
+//! random standard parameters X_s. B: regrouping matrix.
 #![no_main]
 
 use std::path::Path;
@@ -14,11 +15,11 @@ use rist::describe::description::{check_values, parse_robot};
 use rist::describe::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};
 
-/// Robots of more coordinates or links take seconds to derive, and do nothing that these do not.
+/// Largest size of a tested robot. Larger ones take seconds to derive and test nothing new.
 const COORDINATES: usize = 4;
 const LINKS: usize = 6;
 
-/// Of the largest term of the sums: a thousand operations of 1e-16 each, and lengths that cancel to three digits.
+/// Tolerance, relative to the sum of the magnitudes: a thousand operations of 1e-16, and lengths that cancel to three digits.
 const ROUNDING: f64 = 1e-10;
 
 fuzz_target!(|data: &[u8]| {
@@ -55,13 +56,13 @@ fn torques_agree(model: &Model) {
         let row_s = &y_s[k * standard.len()..][..standard.len()];
         let row = &y[k * base.len()..][..base.len()];
         let (by_standard, by_base) = (sum(row_s, &standard), sum(row, &base));
-        // Each base parameter is a sum itself.
+        // Each base parameter is a sum of terms itself, so their magnitudes count too.
         let absorbed = row.iter().zip(&model.parameters.base).flat_map(|(y, b)| {
             b.terms.iter().map(|term| (y * term.coefficient * standard[term.parameter]).abs()).collect::<Vec<f64>>()
         });
         let size = magnitude(row_s, &standard) + absorbed.sum::<f64>();
         let difference = (by_standard - by_base).abs();
-        // Beyond the numbers there is no law, and where a loop does not close there is no torque.
+        // If numbers overflow, or if a loop does not close, there is no finite torque to compare.
         if size.is_finite() {
             assert!(difference <= ROUNDING * size, "joint {k}: {by_standard} and {by_base}, of terms up to {size}");
         }

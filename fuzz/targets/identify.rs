@@ -1,4 +1,4 @@
-//! A log of a two-link arm: columns, whether it belongs to the arm, identification by every method, sums, the page.
+//! Fuzz target for logs of a two-link arm: columns, log check, identification by every method, sums and page.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -16,7 +16,7 @@ use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
 
-/// Requests, of which an input meets the first and one of the others.
+/// Number of identification requests. Each input is tested with request 0 and with one of the others.
 const REQUESTS: usize = 7;
 
 thread_local! {
@@ -66,7 +66,7 @@ fn identified(model: &Model, logs: &[LogSource], which: usize) {
         ..PageRequest::default()
     });
     let text = found.estimate.to_yaml().expect("an estimate is written");
-    // One that holds what is no number is refused when it is read, which is an answer.
+    // An estimate that contains NaN or infinity is refused by the reader, which is correct.
     if let Ok(again) = Estimate::from_yaml("estimate.yaml", &text) {
         let _ = rist::validate(model, &again, logs);
     }

@@ -1,18 +1,19 @@
-//! The bytes of a log in any format: delimited text, gzip, zstd, .npz, Parquet, MCAP, SQLite; the columns of joints in it.
+//! Fuzz target for the bytes of a log in any format (delimited text, gzip, zstd, .npz, Parquet, MCAP, SQLite) and its joint
+//! columns.
 //!
-//! A panic of the crate `parquet` is a finding, though the reader catches it: the program would print it.
+//! A panic of the crate `parquet` is a finding although the reader catches it, since the program would print it.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
 
-/// Coordinates by the names that the corpus has.
+/// Names of the coordinates in the logs of the corpus.
 const COORDINATES: [[&str; 2]; 2] = [["q1", "q2"], ["a", "b"]];
 
 fuzz_target!(|data: &[u8]| {
     rist::wings::register(vec![foreign::wing()]);
     let Ok(table) = Table::from_bytes("log", data) else { return };
-    // Every row knows the line it came from; a column has every row, or is text and has none.
+    // Every row has the number of its line. A numeric column has a value for every row, a text column has none.
     for row in 0..table.rows() {
         let _ = table.line(row);
     }

@@ -1,6 +1,6 @@
-//! A mesh, read as STL, as OBJ and as Collada, and the solid about it.
+//! Fuzz target for meshes, read as STL, OBJ and Collada, and for the convex solid around them.
 //!
-//! Laws: the solid holds every vertex; its distance from a ball is not larger than that of any vertex.
+//! Properties: the solid contains every vertex; its distance from a ball is not larger than that of any vertex.
 #![no_main]
 
 use std::path::Path;

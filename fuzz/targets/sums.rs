@@ -1,7 +1,8 @@
-//! The sums of logs, `.tri`: read, merged with themselves, solved, compared.
+//! Fuzz target for the sums of logs, `.tri`: read, merged with themselves, solved, compared.
 //!
-//! Its first line holds a digest that no chance meets, so it is made anew for what stands behind it: that line is the
-//! reader's own test. Law: what was read is written as the same bytes, but for the text of its head.
+//! Random bytes never match the digest in the first line, so the target computes the digest for the rest of the file. (The first
+//! line is tested by the reader's own tests.) Property: sums that were read are written, read and written again with the same
+//! bytes.
 #![no_main]
 
 use fleet::Accumulator;
@@ -10,11 +11,11 @@ use fleet::{Compared, compare};
 use libfuzzer_sys::fuzz_target;
 use rist::fit::verdict::estimate_verdict;
 
-/// Sums of another log of the robot.
+/// Sums of another log of the same robot.
 const REFERENCE: &[u8] = include_bytes!("../corpus/sums/reference.tri");
 
 fuzz_target!(|data: &[u8]| {
-    // As it is, and with a first line that is right.
+    // The input is read unchanged, and again with a correct first line.
     let _ = Accumulator::from_bytes("sums.tri", data);
     let Some(sums) = with_digest(data).and_then(|bytes| Accumulator::from_bytes("sums.tri", &bytes).ok()) else {
         return;
@@ -35,7 +36,8 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// The same with the lengths and the digest of its parts in the first line; the length of the head is the given one.
+/// The input with a first line that has the right lengths and digest of head and body. The length of the head is taken from the
+/// input.
 fn with_digest(data: &[u8]) -> Option<Vec<u8>> {
     let end = data.iter().position(|&b| b == b'\n')?;
     let line = std::str::from_utf8(&data[..end]).ok()?;

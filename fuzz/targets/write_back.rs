@@ -1,6 +1,6 @@
-//! A simulator's file, into which bodies, friction and rotor inertia are written: a URDF, and an MJCF of a known robot.
+//! Fuzz target for writing bodies, friction and rotor inertia into a file of a simulator: a URDF, and an MJCF of a known robot.
 //!
-//! Laws: what was written is read again, with the bodies that were written; written once more it is the same text.
+//! Properties: the written file can be read and has the written bodies; a second write gives the same text.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -11,7 +11,7 @@ use rist::write_back::urdf::write_back;
 use robot::format::read_urdf;
 use robot::{LinkId, Robot};
 
-/// The robot whose bodies go into an MJCF.
+/// The robot whose bodies are written into an MJCF.
 const ARM: &str = include_str!("../corpus/write_back/arm.urdf");
 
 fuzz_target!(|data: &[u8]| {
@@ -27,7 +27,7 @@ fuzz_target!(|data: &[u8]| {
             for (id, ten) in &bodies {
                 let found = again.link(*id).inertial.expect("a body that was written");
                 let mut pairs = ten.iter().zip(&found);
-                // A body is written about its centre of mass and moved back.
+                // Tolerance: a body is written about its centre of mass and transformed back.
                 let size = ten.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
                 assert!(pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * size), "{ten:?} {found:?}\n{}", written.text);
             }
@@ -42,7 +42,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// The bodies of a description; a link without inertials is a ball of 2 kg.
+/// The bodies of a robot; a link without inertial parameters gets a ball of 2 kg.
 fn bodies(robot: &Robot) -> Vec<(LinkId, [f64; 10])> {
     let ball = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
     robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap_or(ball))).collect()

@@ -1,20 +1,22 @@
-//! What the intervals of `identify` hold, `cargo bench -p tests --bench coverage [DRAWS]`.
+//! Coverage of the intervals of `identify`: the share that contains the true value. `cargo bench -p tests --bench coverage
+//! [DRAWS]`.
 //!
-//! A UR5 with rotors, a motion of 10 s three times over, 500 Hz, defaults of the program (viscous and Coulomb friction, an
-//! offset). Each draw has a motion and noise of its own. What the truth has that the fit has not: `lack_of_fit`.
+//! The log: a UR5 with rotor inertias, a motion of 10 s repeated three times, 500 Hz. The program has its default options
+//! (viscous and Coulomb friction, an offset). Each draw has its own motion and noise. `lack_of_fit` lists the effects that are in
+//! the log but not in the fitted model.
 //!
-//! | column | is |
+//! | column | meaning |
 //! |---|---|
 //! | residual | mean of norm(tau - W X) / norm(tau) |
-//! | held | share of the intervals x +- 1.96 sigma that hold the truth, of all parameters and draws |
-//! | base, friction | the same of base parameters and of FV, FS, OFF |
-//! | worst | that of the parameter held least often |
-//! | width | root mean square sigma over root mean square error, median over the parameters |
-//! | FS | root mean square error of FS, relative, all joints |
-//! | sums | share of the intervals that `solve` makes of the sums of the same log |
-//! | chosen | share of the intervals of the base parameters by what the program chooses itself: delay, source of the velocity, friction |
-//! | its width | as width, of these |
-//! | yes | draws of which the program says yes then, with a second log of another motion |
+//! | held | coverage: share of the intervals x +- 1.96 sigma that contain the true value, over all parameters and draws |
+//! | base, friction | coverage for base parameters, and for FV, FS, OFF |
+//! | worst | coverage for the parameter with the smallest coverage |
+//! | width | rms of sigma divided by the rms error, median over the parameters |
+//! | FS | relative rms error of FS over all joints |
+//! | sums | coverage of the intervals from `solve` for the sums of the same log |
+//! | chosen | coverage for the base parameters if the program itself chooses delay, source of the velocity and friction |
+//! | its width | width for the case `chosen` |
+//! | yes | number of draws for which the program trusts the estimate, with a second log of another motion |
 
 use std::path::Path;
 
@@ -35,14 +37,14 @@ use rist::{LogSource, Model};
 use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 use tests::benchmark::monte_carlo::each_draw;
 
-/// An error and the deviation that is claimed of it, a parameter.
+/// The errors of an estimate and its standard deviations, one per parameter.
 struct Found {
     residual: f64,
     error: Vec<f64>,
     white: Vec<f64>,
     sigma: Vec<f64>,
     sums: Vec<f64>,
-    /// Error and deviation of the base parameters by the program's own choices.
+    /// Error and standard deviation of each base parameter if the program itself chooses the options.
     chosen: Vec<(f64, f64)>,
     is_yes: bool,
 }

@@ -1,6 +1,7 @@
-//! The tables of estimators and of drive gains: `cargo bench -p tests --bench estimators`.
+//! Tables that compare estimators, also of drive gains: `cargo bench -p tests --bench estimators`.
 //!
-//! Arguments: draws (50; at most 10 for the PUMA), scenarios (all), tables `R3G`, `R3B`, `gains`, `RACE` and `PUMA560` (all).
+//! Arguments: number of draws (50; at most 10 for the PUMA), scenarios (all), and tables `R3G`, `R3B`, `gains`, `RACE`, `PUMA560`
+//! (all).
 
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -14,7 +15,7 @@ use tests::benchmark::plans::{self, chosen, golden_plan, planned_and_random};
 use tests::benchmark::robots::{self, r3, with_load};
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-/// The third gain known, the others free.
+/// The drive gains: the third is known, the others are estimated.
 const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
 fn main() {
@@ -59,7 +60,7 @@ fn fixture<'a>(arm: &'a BenchmarkArm, scenario: Scenario, plan: &[ExcitingTrajec
     Fixture::new(arm, scenario, plan).expect("the arms of the benchmark are physical")
 }
 
-/// The friction of each draw is chosen several times.
+/// Prints the errors of the drive gains. In each draw, the friction model is chosen several times.
 fn gains(title: &str, fixture: &Fixture, known: &[Gain], options: &HarmonicOptions, draws: usize) {
     match fixture.compare_gains(known, options, draws, 11, threads()) {
         Some(found) => println!("{title:<32} {found}"),
@@ -81,7 +82,7 @@ fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
         gains(&format!("{name} kt3 known, equation (5)"), &fixture, &THIRD, &equation_5(), draws);
         gains(&format!("{name} kt3 known"), &fixture, &THIRD, &HarmonicOptions::default(), draws);
     }
-    // 2 kg take 24 N m of the third drive, which has 15.
+    // A load of 2 kg needs 24 N m of the third drive, whose limit is 15 N m, so the limits are raised.
     arm.drives.greatest_torque.iter_mut().for_each(|t| *t *= 3.0);
     for s in Scenario::all(&arm).into_iter().filter(|s| s.name != "S1-PD" && scenario(s.name)) {
         let masses: &[f64] = if s.name == "S1" { &[0.25, 0.5, 1.0, 2.0] } else { &[1.0] };
@@ -96,7 +97,7 @@ fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
     println!();
 }
 
-/// Eight experiments planned and by chance, for eighteen parameters.
+/// Compares eight planned experiments with eight random ones, for eighteen parameters.
 fn race(draws: usize) {
     let robot = robots::race();
     let arm = race_arm(&robot);
@@ -123,7 +124,7 @@ fn race(draws: usize) {
     println!();
 }
 
-/// Thirty-two experiments of the PUMA 560; at most ten draws, as each takes seconds.
+/// Compares 32 experiments of the PUMA 560. At most ten draws, because each draw takes seconds.
 fn puma(draws: usize) {
     let robot = robots::puma();
     let arm = puma_arm(&robot);

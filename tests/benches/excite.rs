@@ -1,5 +1,6 @@
-//! `rist excite` in default settings, of arms that are known and of the serial ones of models/: seconds, what is proven, and
-//! violations at a hundred times the rate: `cargo bench -p tests --bench excite`. Words choose among the names.
+//! Runs `rist excite` with default settings for known arms and for the serial robots of models/. It prints the time, what was
+//! proven, and the violations of limits at a hundred times the sampling rate: `cargo bench -p tests --bench excite`. Arguments
+//! select robots by name.
 
 use std::path::Path;
 use std::time::Instant;
@@ -10,7 +11,7 @@ use tests::dense_samples::violations;
 use tests::known_arms::KNOWN_ARMS;
 use tests::model_path;
 
-/// Of models/, those whose links are one chain.
+/// The robots of models/ whose links form a single chain.
 const SERIAL: [&str; 12] = [
     "cartesian3p.yaml",
     "kuka_lwr.yaml",

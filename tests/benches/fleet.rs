@@ -1,8 +1,8 @@
-//! What `rist compare` finds in fleets of 500 robots of which 25 changed: `cargo bench -p tests --bench fleet`.
+//! Power and errors of `rist compare` for fleets of 500 robots, of which 25 changed: `cargo bench -p tests --bench fleet`.
 //!
-//! Arguments: model (a path below the repository), robots (500), fleets (10), logs of each robot (16), s of a log (8), size
-//! of the changes in deviations (2, 4, .. 10). A rate
-//! is the mean of the shares of the fleets: what is promised is a mean, and the share of one fleet is of some 26 robots.
+//! Arguments: model (path relative to the repository), robots (500), fleets (10), logs of each robot (16), duration of a log, s
+//! (8), sizes of the changes in standard deviations (2, 4, .. 10). A rate is the mean over the fleets, because the false
+//! discovery rate is defined as a mean; in a single fleet it is uncertain, because only about 26 robots are reported.
 
 use rist::Model;
 use tests::benchmark::fleet::{Fleet, Found, simulate};

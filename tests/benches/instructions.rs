@@ -1,7 +1,7 @@
-//! Instructions of one call of a compiled base regressor: `cargo xtask bench instructions`.
+//! Counts the instructions of one call of a compiled base regressor: `cargo xtask bench instructions`.
 //!
-//! It needs valgrind and gungraun-runner (`cargo install gungraun-runner`). Instructions are counted, not timed: what else
-//! the machine does changes nothing. Callgrind knows AVX2 with FMA, and no AVX-512.
+//! It needs valgrind and gungraun-runner (`cargo install gungraun-runner`). The number of instructions does not depend on other
+//! programs. Callgrind supports AVX2 with FMA, but not AVX-512.
 
 #![allow(unused_qualifications, reason = "gungraun's macros name what they import")]
 
@@ -21,7 +21,7 @@ fn robot(name: &str) -> Robot {
     let (n, entries) = (compiled.coordinates.len(), compiled.non_zeros.len());
     let states = Random(1).vector(8 * 3 * n, 2.0);
     let mut robot = Robot { compiled, states, entries: vec![0.0; entries], eights: vec![Eight::default(); entries] };
-    // The first call asks the processor what it has.
+    // The first call queries the features of the processor, so it is not counted.
     assert!(robot.compiled.fill_eight(&robot.states, &mut robot.eights));
     robot
 }

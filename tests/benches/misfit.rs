@@ -1,8 +1,8 @@
-//! What RIST-MH makes of defects that its model does not have: how often the cause is named, errors and coverage without
-//! and with its columns.
+//! RIST-MH on robots with defects that its model does not contain: how often the cause is named; errors and coverage without and
+//! with the columns of the defect.
 //!
-//! `cargo bench -p tests --bench misfit -- [DRAWS] [SEED] [NAME]`; X is |X^ - X| / |X| in %, median over the draws; coverage
-//! that of 95 % intervals of the base parameters.
+//! `cargo bench -p tests --bench misfit -- [DRAWS] [SEED] [NAME]`. Printed are |X^ - X| / |X|, %, median over the draws (X^:
+//! estimate, X: true base parameters), and the coverage of the 95 % intervals of the base parameters.
 
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -59,7 +59,7 @@ fn median(x: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Name, defect, the joint that has it, and the effects that model it.
+/// For each case: name, defect, the joint with the defect (`None`: all joints), and the effects that model the defect.
 fn cases() -> Vec<(&'static str, Defect, Option<usize>, Vec<Effect>)> {
     let all = |f: &dyn Fn(usize) -> Effect| (0..3).map(f).collect::<Vec<Effect>>();
     let ripple = all(&|joint| Effect::Ripple { joint, periods: 12.0 });

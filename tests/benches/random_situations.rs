@@ -1,19 +1,20 @@
-//! Whether a "yes" of `rist identify` can be believed: random robots, motions, noise, defects and gross faults.
+//! How often a "yes" of `rist identify` is wrong: random robots, motions, noise, defects and gross faults.
 //!
-//! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each] [predicted]`: counts; `each` prints every one
-//! with its reasons; `predicted` fits the first log alone, which predicts the other (`--validate`).
-//! `cargo bench --profile dev -p tests --bench random_situations -- seed SEED`: one, with all that the program says.
+//! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each] [predicted]`: prints counts.
+//! `each`: prints every situation with the reasons. `predicted`: only the first log is fitted, and it predicts the other one
+//! (`--validate`). `cargo bench --profile dev -p tests --bench random_situations -- seed SEED`: one situation with the whole
+//! output of the program.
 //!
-//! | column | is |
+//! | column | meaning |
 //! |---|---|
-//! | yes, care, no, error | what the program says of the situation |
-//! | yes: torque > 5 % | of "yes", those whose torque on another motion is more than 5 % wrong, friction and all |
-//! | as logged > 5 % | the same in the units of the torques as logged, where they have a wrong scale |
-//! | bodies > 5 % | the same of the torque of bodies and rotors |
-//! | > 5 sigma | of "yes", those with a parameter beyond five of its printed deviations |
-//! | as logged > 5 sigma | the same in the units of the torques as logged, where all have one wrong scale |
-//! | good | torque within 2 %, all parameters within four deviations, both logs of one machine |
-//! | no, with care | what is said of the good |
+//! | yes, care, no, error | answers of the program |
+//! | yes: torque > 5 % | of "yes": torque on another motion more than 5 % wrong, including friction |
+//! | as logged > 5 % | the same in the unit of the logged torques, if these have a wrong scale |
+//! | bodies > 5 % | the same for the torque of bodies and rotors only |
+//! | > 5 sigma | of "yes": some parameter has an error of more than five printed standard deviations |
+//! | as logged > 5 sigma | the same in the unit of the logged torques, if all have the same wrong scale |
+//! | good | torque within 2 %, all parameters within four standard deviations, both logs of the same robot |
+//! | no, with care | answers of the program for the good situations |
 
 use tests::random_situations::Situation;
 use tests::random_situations::judge::Outcome;
@@ -52,7 +53,7 @@ fn main() {
     println!("{tally}");
 }
 
-/// One situation, with all that is said of it and the truth beside it.
+/// Prints one situation with the output of the program and the true values.
 fn show(situation: &Situation, outcome: &Outcome) {
     println!("{situation}\n{}\n{}", situation.description(), outcome.said);
     let Some(judgement) = &outcome.judgement else { return };

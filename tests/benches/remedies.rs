@@ -1,34 +1,34 @@
-//! Whether the cause that `rist doctor` names is the true one, and whether what it tells a reader to do mends the log: random
-//! robots, each log with one mistake.
+//! Whether `rist doctor` names the true cause of a mistake in a log, and whether its remedy corrects the log: random robots, each
+//! log with one mistake.
 //!
-//! `cargo bench --profile dev -p tests --bench remedies -- [COUNT] [from SEED] [each] [doctor]`: counts; `each` prints every one;
-//! `doctor` leaves `rist identify` out.
-//! `cargo bench --profile dev -p tests --bench remedies -- seed SEED`: one, with all that the program prints.
-//! `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT] [from SEED]`: logs without a mistake, and those that
-//! are accused.
+//! `cargo bench --profile dev -p tests --bench remedies -- [COUNT] [from SEED] [each] [doctor]`: prints counts. `each`: prints
+//! every situation. `doctor`: does not run `rist identify`. `cargo bench --profile dev -p tests --bench remedies -- seed SEED`:
+//! one situation with the whole output of the program. `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT]
+//! [from SEED]`: logs without a mistake, and those with a finding.
 //!
-//! `cargo bench --profile dev -p tests --bench remedies -- postures [COUNT] [from SEED] [each]`, and the same with `wrench`, `lint`
-//! and `excite`: inputs of these commands, each with one mistake or none; with `seed SEED` one, with all that is printed.
+//! `cargo bench --profile dev -p tests --bench remedies -- postures [COUNT] [from SEED] [each]`, and the same with `wrench`,
+//! `lint` or `excite`: inputs of these commands, each with one mistake or none. With `seed SEED`: one situation with the whole
+//! output.
 //!
-//! The robots are those of `../shared/findings/inputs/statistics2`, and those of the folder that `RIST_ARMS` names. Which robot
-//! a seed takes depends on how many there are.
+//! The robots are in `../shared/findings/inputs/statistics2` and in the folder of the environment variable `RIST_ARMS`. The robot
+//! for a seed depends on the number of robots.
 //!
-//! | column | is |
+//! | column | meaning |
 //! |---|---|
-//! | above | the mistake is larger than what doctor says of the right log that it would have shown; where it says nothing: gross |
-//! | right, among several, wrong | all findings name the true cause, or the program says that it has undone it; some do; none does |
-//! | cannot tell, silent | no finding: a line says that this cannot be told, or nothing does |
-//! | obeyed | a remedy that a machine can obey as it is printed (`obedience` says which words) |
-//! | accepted | of these, the program takes it |
-//! | claim gone, new claim | of these, the obeyed findings are gone; others came up |
-//! | by a person | findings that only a person can obey |
-//! | yes, and wrong | of logs: `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
+//! | above | the mistake is larger than the detection limit that doctor states for the correct log, or gross if it states none |
+//! | right, among several, wrong | all findings (or a note on a correction) name the true cause; some findings do; none does |
+//! | cannot tell, silent | no finding, but a line that says that this cannot be determined; no finding and no such line |
+//! | obeyed | a remedy that can be applied automatically as printed (see `obedience`) |
+//! | accepted | of these: the program accepts the changed input |
+//! | claim gone, new claim | of these: the finding is gone; other findings appear |
+//! | by a person | findings with a remedy that only a person can apply |
+//! | yes, and wrong | `rist identify` trusts an estimate from two such logs; of these: torque error > 5 % on a third motion |
 //!
-//! Of the other commands each finding is obeyed alone, also what is said in place of the first, and what is refused is a finding
-//! too. They print no power. Above is, of postures: the mistake moves a torque by ten times what else does, and of a zero, mount or
-//! scale the bodies are as described; of wrenches: gravity turns in the sensor; of descriptions: the numbers are those of no body, or
-//! beyond what lint bounds; of motions: something is limited. What lint says of the robot's own description is known before, and
-//! stands in the list of what is accused.
+//! For the other commands, each finding is applied alone, also alternatives to the first one, and a refusal counts as a finding.
+//! They print no detection limit, so `above` means: for postures, the mistake changes a torque by ten times all other errors, and
+//! for a zero, mount or scale the nominal bodies are correct; for wrenches, the direction of gravity changes in the sensor frame;
+//! for descriptions, no body has these numbers, or they exceed the bounds of lint; for motions, something is limited. Findings of
+//! lint on the robot's original description are known before, and are listed among the accepted ones.
 
 use tests::program::folder;
 use tests::remedies::Situation;
@@ -82,7 +82,8 @@ fn main() {
     std::fs::remove_dir_all(folder("remedies")).ok();
 }
 
-/// Logs without a mistake: prints those that are accused, and counts them; those that are only too short are counted apart.
+/// Runs doctor on logs without a mistake. Prints and counts the logs with findings; logs that are only too short are counted
+/// separately.
 fn clean(arms: &[Arm], first: u64, count: u64) {
     let (mut accused, mut short, mut refused) = (0, 0, 0);
     for seed in first..first + count {
@@ -92,7 +93,7 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
             continue;
         }
         let said = &outcome.said;
-        // Of a log of a second or two this is so.
+        // A log of one or two seconds is too short, so this finding is correct.
         if !said.findings.is_empty() && said.findings.iter().all(|f| f.starts_with("the log is too short")) {
             short += 1;
             continue;
@@ -110,7 +111,7 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
     println!("too short, and nothing else: {}", share(short, count as usize));
 }
 
-/// Inputs of another command; `shown`: `each` prints every one, `seed` all that the program says.
+/// Runs another command on its inputs. `shown`: `each` prints every situation, `seed` also the whole output of the program.
 fn of_command(command: &Command, arms: &[Arm], seeds: std::ops::Range<u64>, shown: &str) {
     let mut tally = Tally::default();
     for seed in seeds {
@@ -130,7 +131,7 @@ fn of_command(command: &Command, arms: &[Arm], seeds: std::ops::Range<u64>, show
     }
 }
 
-/// One situation, with all that is printed.
+/// Prints one situation with the whole output of the program.
 fn show(situation: &Situation, outcome: &Outcome) {
     println!("{situation}\n{}: {}\n", situation.description().display(), situation.motion.said);
     println!("{}", outcome.said.whole);

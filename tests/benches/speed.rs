@@ -1,9 +1,9 @@
-//! How long a derivation takes, and one call of what it gives: `cargo bench -p tests --bench speed`; with tables for
+//! Times of derivations, and of one call of the derived functions: `cargo bench -p tests --bench speed`. With tables for
 //! docs/benchmarks.md: `cargo xtask bench`.
 //!
-//! Prints ns a derivation or a sample, how many times faster that is than the first alternative of its work, and how far
-//! the torques are from an independent recursion, before and after the time was taken: the largest difference of a joint
-//! over its largest torque. A difference beyond rounding ends the bench with a failure. What cannot be timed says why.
+//! Printed are: time per derivation or sample, ns; how many times faster than the first alternative for the same work; and the
+//! difference of the torques from an independent recursion, before and after the timing (for the worst joint, relative to its
+//! largest torque). If a difference exceeds rounding, the bench fails. If something cannot be timed, the reason is printed.
 
 mod harness;
 
@@ -24,7 +24,7 @@ use tests::model;
 use tests::random::{Random, State};
 use tests::recursion;
 
-/// States cycled through: more than a branch predictor remembers, less than a cache holds.
+/// Number of states that are used in turn. A branch predictor cannot learn them, and they fit in the cache.
 const STATES: usize = 128;
 
 fn main() {
@@ -46,13 +46,13 @@ fn main() {
     comparison.finish();
 }
 
-/// A robot at states, and what the recursion says of its torques there.
+/// States of a robot, and its torques at these states by the independent recursion.
 struct Truth {
-    /// Standard parameters, any.
+    /// Arbitrary values of the standard parameters.
     x: Vec<f64>,
-    /// q, dq, ddq of one state after the other.
+    /// q, dq, ddq of each state, one state after the other.
     states: Vec<f64>,
-    /// N m (N), of one state after the other.
+    /// Torques of each state, N m (N), one state after the other.
     torques: Vec<f64>,
     n: usize,
 }
@@ -66,26 +66,26 @@ impl Truth {
         Truth { x, states: states.iter().flat_map(State::inputs).collect(), torques, n: robot.n_coordinates() }
     }
 
-    /// The largest difference of a joint's torques over its largest torque; infinite where one is no number.
+    /// The largest difference of a joint's torque, divided by its largest torque. Infinite if a torque is NaN.
     fn difference(&self, torques: &[f64]) -> f64 {
         assert_eq!(torques.len(), self.torques.len());
         let of_joint = |j: usize| {
             let pairs = || torques.iter().zip(&self.torques).skip(j).step_by(self.n);
             let scale = pairs().map(|(_, truth)| truth.abs()).fold(f64::MIN_POSITIVE, f64::max);
-            // `max` would pass over what is no number.
+            // NaN is converted to infinity, because `max` would ignore it.
             let apart = |(found, truth): (&f64, &f64)| Some((found - truth).abs() / scale).filter(|x| !x.is_nan());
             pairs().map(|pair| apart(pair).unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
         };
         (0..self.n).map(of_joint).fold(0.0, f64::max)
     }
 
-    /// The same of dense matrices Y, row by row, one state after the other.
+    /// The difference for dense matrices Y, row by row, one state after the other. `x`: the parameters.
     fn difference_of(&self, matrices: &[f64], x: &[f64]) -> f64 {
         let torques: Vec<f64> = matrices.chunks_exact(x.len()).map(|row| tests::dot(row, x).0).collect();
         self.difference(&torques)
     }
 
-    /// The same of a function Y(q, dq, ddq).
+    /// The difference for a function Y(q, dq, ddq).
     fn difference_of_function(&self, function: &Function, x: &[f64]) -> f64 {
         let tape = Tape::new(function);
         let mut matrices = vec![0.0; tape.n_outputs() * STATES];
@@ -109,7 +109,7 @@ fn derivations(comparison: &mut Comparison, name: &str, robot: &Robot) {
     comparison.of(&format!("derivation, {name}"), alternatives);
 }
 
-/// The base regressor of `robot` at [`STATES`] states, by every evaluator there is.
+/// Times the base regressor of `robot` at [`STATES`] states, with all evaluators.
 fn base_regressor_calls(comparison: &mut Comparison, name: &str, robot: &Robot) {
     let truth = Truth::new(robot);
     let (function, base) = base_regressor(robot);
@@ -142,7 +142,7 @@ fn base_regressor_calls(comparison: &mut Comparison, name: &str, robot: &Robot) 
     comparison.of(&format!("base regressor, {name}"), alternatives);
 }
 
-/// The evaluators of a compiled robot; `x`: its base parameters.
+/// The evaluators of a compiled robot. `x`: its base parameters.
 fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64]) -> Vec<Alternative<'a>> {
     let n = truth.n;
     let size = n * x.len();
@@ -162,7 +162,7 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
     let entries_eight = Alternative::new("entries, eight in lanes", STATES, move || {
         eights().all(|states| compiled.fill_eight(states, &mut eight))
     });
-    // Each checks what it times: the same call, every state kept.
+    // The checked result is from the same call that is timed, for all states.
     let dense = move |fill: &dyn Fn(&mut [f64]) -> bool| {
         let mut all = vec![0.0; size * STATES];
         if fill(&mut all) { truth.difference_of(&all, x) } else { f64::INFINITY }
@@ -197,7 +197,7 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
     ]
 }
 
-/// Samples to rows of dynamics and friction, and on into one triangle per joint.
+/// Times the conversion of samples to rows of dynamics and friction, and to one triangle per joint.
 fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
     const SAMPLES: usize = 4096;
     let truth = Truth::new(robot);
@@ -215,7 +215,7 @@ fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
         states.direction.extend(state[n..2 * n].iter().map(|dq| dq.signum()));
         states.tau.extend(tau);
     }
-    // The largest residual of a joint over its largest torque.
+    // The largest residual of a joint, divided by its largest torque.
     let left = |x: &[f64]| {
         let mut torques = truth.torques.clone();
         model.residuals(&states, x, |r, j, residual| {
@@ -246,7 +246,7 @@ fn base_regressor(robot: &Robot) -> (Function, BaseParameters) {
     (base.regressor(&standard).bound(), base)
 }
 
-/// A tree of `n` revolute joints about oblique axes: four limbs on a base, the shape of a humanoid.
+/// The URDF of a tree of `n` revolute joints with oblique axes: four limbs on a base, similar to a humanoid.
 fn tree_urdf(n: usize) -> String {
     let mut random = Random(44);
     let mut urdf = String::from("<robot name=\"tree44\"><link name=\"base\"/>");

@@ -1,8 +1,8 @@
-//! A million samples of an arm of seven joints: time and memory, as the log grows.
+//! Time and memory of an identification from up to a million samples of an arm with seven joints, for logs of increasing length:
 //! `cargo bench -p tests --bench streaming`.
 //!
-//! Each log is written, and identified in a process of its own: its peak memory is the VmHWM of
-//! /proc/self/status, for comparison with what the log's numbers and W itself would take.
+//! Each log is written, and identified in a separate process. Its peak memory (VmHWM of /proc/self/status) is compared with the
+//! memory that the numbers of the log, or the whole matrix W, would need.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -26,7 +26,7 @@ fn panda() -> impl Regressor {
     compiled(function.fingerprint, coordinates, parameters).expect("it is compiled in")
 }
 
-/// Sums of three sines per joint at 1 kHz, torques of random parameters with friction and noise.
+/// Writes a log at 1 kHz: each joint moves by three sines, and the torques are from random parameters with friction and noise.
 fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
     let arm = panda();
     let (n, p) = (arm.coordinates().len(), arm.parameters().len());
@@ -63,15 +63,15 @@ fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
     out.flush()
 }
 
-/// CPU seconds of this process so far, all threads, by its clock of 100 ticks a second; 0 where there is no /proc.
+/// CPU time of all threads of this process so far, s, with a resolution of 0.01 s; 0 if there is no /proc.
 fn cpu_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // User and system time are the 14th and 15th word; the second may hold blanks.
+    // User and system time are fields 14 and 15. Field 2 may contain blanks, so the text after its parenthesis is used.
     let words = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
     words.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// Identifies as `rist identify` does, every sample a row where that is asked for, else with the defaults.
+/// Identifies as `rist identify` does. `every`: every sample becomes a row; otherwise the default decimation is used.
 fn measure(path: &Path, every: bool) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let model = Model::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/panda.yaml"))?;

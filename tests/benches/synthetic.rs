@@ -1,28 +1,29 @@
-//! Synthetic truth: every estimator against the Cramer-Rao bound, `cargo bench -p tests --bench synthetic [DRAWS]`.
+//! Compares all estimators with the Cramer-Rao bound on simulated logs: `cargo bench -p tests --bench synthetic [DRAWS]`.
 //!
-//! The arm R3G in closed loop (PD, held torques) from point to point, 1 kHz, 15 base parameters, with gravity, no
-//! friction: the model is exact, so that what is seen is the estimator's. The motion is simulated once; each draw
+//! The arm R3G moves from point to point in closed loop (PD, torques constant during a sample), 1 kHz, 15 base parameters, with
+//! gravity, no friction. The model is exact, so all errors are caused by the estimator. The motion is simulated once; each draw
 //! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m per sample.
 //!
-//! | column | is |
+//! | column | meaning |
 //! |---|---|
-//! | bias | largest abs(mean error) of a parameter, in bounds; without any, about 2.3 / sqrt(draws) by chance |
-//! | RMSE | root mean square error over draws and parameters, in bounds |
-//! | white, robust | share of the 95 % intervals (x +- 1.96 sigma) that hold the truth, by the sigma of white noise and by the one to believe |
+//! | bias | largest abs(mean error) of a parameter, divided by its bound; without bias about 2.3 / sqrt(draws) |
+//! | RMSE | rms error over draws and parameters, divided by the bound |
+//! | white, robust | coverage of the intervals x +- 1.96 sigma with the sigma of white noise, and with the robust sigma |
 //!
-//! The bound is that of white torque noise, (sum_j W_j' W_j / sigma_j^2)^-1/2, at noise-free states of every sample.
+//! The bound is for white torque noise: (sum_j W_j' W_j / sigma_j^2)^-1/2, with the noise-free states of all samples.
 //!
-//! | condition | is |
+//! | condition | meaning |
 //! |---|---|
 //! | white | exact states, white torque noise |
-//! | spikes | 5 % of the samples have 20 sigma more, of random sign |
-//! | spikes upward | the same, of one sign: an offset of one sigma |
-//! | slow | torque noise e_i = 0.9 e_(i-1) + sqrt(1 - 0.81) n_i, of the same strength |
-//! | f Hz | q with encoder noise (5e-5 rad) and rounding (1e-4 rad), both sides of the equation through a low-pass of f Hz; no filter: none. The motion's f95 is printed |
-//! | noisy columns | the rows over sigma_j; the columns of MX2 and MX3 have white noise of 5 % of their size |
-//! | x 1, x 60 | white, times that; `known`: with the bodies wrong by -15 .. 20 % for a reference |
+//! | spikes | 5 % of the samples have an additional error of 20 sigma with random sign |
+//! | spikes upward | the same with positive sign, which gives an offset of one sigma |
+//! | slow | torque noise e_i = 0.9 e_(i-1) + sqrt(1 - 0.81) n_i with the same standard deviation |
+//! | f Hz | q with encoder noise (5e-5 rad) and rounding (1e-4 rad); both sides low-pass filtered at f Hz, or no filter |
+//! | noisy columns | rows divided by sigma_j; the columns of MX2 and MX3 have white noise of 5 % of their rms |
+//! | x 1, x 60 | `white` with 1 or 60 times the noise; `known`: reference bodies that are wrong by -15 .. 20 % |
 //!
-//! IV and DIDIM [Janot, Vandanjon, Gautier 2014; Gautier, Janot, Vandanjon 2013] start from links wrong by 20, -15, 15 %.
+//! IV and DIDIM [Janot, Vandanjon, Gautier 2014; Gautier, Janot, Vandanjon 2013] start from links that are wrong by 20, -15, 15
+//! %.
 
 use std::cell::RefCell;
 
@@ -56,16 +57,16 @@ use tests::benchmark::tally::Tally;
 use tests::joint_log::even_log;
 use tests::tape_robot::TapeRobot;
 
-/// What one estimator made of one draw.
+/// The result of one estimator for one draw.
 struct Found {
     estimator: &'static str,
     condition: String,
-    /// The noise over that of the bound.
+    /// The noise, relative to the noise for which the bound is computed.
     scale: f64,
     x: Vec<f64>,
     white: Vec<f64>,
     robust: Vec<f64>,
-    /// Further figures of the draw: mean and largest are printed.
+    /// Further numbers of the draw. Their mean and maximum are printed.
     figures: Vec<(&'static str, f64)>,
 }
 
@@ -88,16 +89,16 @@ impl Found {
     }
 }
 
-/// The arm, its motion, and what the motion can tell.
+/// The arm, its motion, and the Cramer-Rao bound for this motion.
 struct Bench<'a> {
     arm: BenchmarkArm<'a>,
     robot: &'a TapeRobot,
     map: StandardMap,
-    /// Links wrong by 20, -15, 15 %.
+    /// The robot with links that are wrong by 20, -15, 15 %.
     wrong: TapeRobot,
     reference: Reference,
     record: Record,
-    /// Every sample, torques without noise, and the rows over sigma.
+    /// All samples with noise-free torques. `information`: triangle of the rows divided by sigma.
     states: States,
     information: Triangle,
     bound: Vec<f64>,
@@ -125,7 +126,7 @@ impl<'a> Bench<'a> {
         Bench { arm, robot, map, wrong, reference, record, states, information, bound }
     }
 
-    /// The exact states with what `noise(joint)` adds to each torque, sample by sample.
+    /// The exact states with noise on the torques; `noise(joint)` gives the noise of a sample.
     fn noisy(&self, mut noise: impl FnMut(usize) -> f64) -> States {
         let mut states = self.states.clone();
         states.tau.iter_mut().enumerate().for_each(|(i, tau)| *tau += noise(i % 3));
@@ -137,7 +138,7 @@ impl<'a> Bench<'a> {
         Fit::of_records(self.robot, std::slice::from_ref(states), Vec::new(), &options).expect("states in memory")
     }
 
-    /// Largest difference of a parameter, in bounds.
+    /// Largest difference of a parameter, divided by its bound.
     fn apart(&self, a: &[f64], b: &[f64]) -> f64 {
         (0..a.len()).map(|c| (a[c] - b[c]).abs() / self.bound[c]).fold(0.0, f64::max)
     }
@@ -165,10 +166,11 @@ impl<'a> Bench<'a> {
         found
     }
 
-    /// Those below two bounds are right to go, those above five are missed.
+    /// Elimination of insignificant parameters: those below two bounds may be removed, those above five bounds must not.
     fn essential(&self, fit: &Fit) -> Vec<Found> {
         let triangle = weighted(&fit.observation.joints(|_| true), &fit.weights);
-        // A parameter more or less changes the squared residual by one sigma^2, 3.84 at the most in 95 %.
+        // One parameter less increases the squared residual by about one sigma^2, and by at most 3.84 sigma^2 in 95 % of the
+        // cases.
         let significant = 3.84 / triangle.rows as f64;
         let limits = [("residual 2 %", Elimination::default().growth), ("F test 95 %", 0.5 * significant)];
         let found = limits.map(|(name, growth)| {
@@ -184,7 +186,7 @@ impl<'a> Bench<'a> {
         found.into()
     }
 
-    /// Columns with noise, by least squares and by total least squares.
+    /// Least squares and total least squares for columns with noise.
     fn noisy_columns(&self, random: &mut Random) -> Vec<Found> {
         let model = Model::new(self.robot, &[], &[]);
         let rows = 3.0 * self.states.len() as f64;
@@ -199,14 +201,14 @@ impl<'a> Bench<'a> {
             }
         });
         let triangle = block.finish();
-        // Noise of a column is noise of the torque, times its parameter.
+        // Noise of a column is equivalent to torque noise, multiplied by the parameter of the column.
         let extra: f64 = noisy.iter().map(|&(c, sd)| (sd * self.robot.truth[c]).powi(2)).sum();
         let found = |name, x: &[f64]| Found { scale: (1.0 + extra).sqrt(), ..Found::new(name, "noisy columns", x) };
         let mixed = total_least_squares(&triangle, &noisy).expect("a motion that shows everything");
         vec![found("WLS", &solve(&triangle).x), found("LS-TLS", &mixed.x)]
     }
 
-    /// Filters good and bad.
+    /// Closed-loop data with good and bad filters.
     fn closed_loop(&self, random: &mut Random) -> Vec<Found> {
         let sensing = Sensors { torque_noise: NOISE.to_vec(), ..self.arm.sensing.clone() };
         let measured = sensing.measure(&self.record, &self.arm.drives.gain, random);
@@ -253,7 +255,7 @@ impl<'a> Bench<'a> {
         found
     }
 
-    /// Bodies that can exist, beside least squares.
+    /// Estimates of physically possible bodies, compared with least squares.
     fn bodies(&self, random: &mut Random) -> Vec<Found> {
         let known: Vec<Option<Ten>> = self.wrong.bodies().into_iter().map(Some).collect();
         let options = Options { friction: Vec::new(), ..Options::default() };
@@ -261,7 +263,7 @@ impl<'a> Bench<'a> {
         for (name, scale) in [("x 1", 1.0), ("x 60", 60.0)] {
             let states = self.noisy(|j| scale * NOISE[j] * random.normal());
             let fit = self.fit(&states, Weights::Joint);
-            // In sigmas of all parameters together.
+            // The norm of the errors of all parameters together, in standard deviations.
             let whitened = |x: &[f64]| (self.information.squares(x).1 / x.len() as f64).sqrt() / scale;
             let ls = fit.solution.x.clone();
             found.push(Found { scale, ..Found::of_fit("WLS", name, &fit) }.figure("whitened", whitened(&ls)));
@@ -292,7 +294,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The experiment again, with other parameters and the same filter.
+/// Repeats the experiment with other parameters and the same filter.
 struct Again<'a> {
     bench: &'a Bench<'a>,
     cutoff: Option<f64>,
@@ -307,7 +309,7 @@ impl Simulator for Again<'_> {
     }
 }
 
-/// The loop without rounding; shorter than the reference where the robot is not physical.
+/// Simulates the loop without rounding. The record is shorter than the reference if the robot is not physical.
 fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
     let simulation = Simulation {
         dynamics: robot,
@@ -320,7 +322,7 @@ fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
     simulation.run(reference, None).0
 }
 
-/// A record as a log, through the low-pass.
+/// Converts a record to a log, and filters it with the low-pass.
 fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option<f64>) -> Result<States, Error> {
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
     let effort = record.current.iter().zip(&arm.drives.gain).map(torque).collect();
@@ -333,7 +335,7 @@ fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
         &log,
         &Options { signal, friction: Vec::new(), ..Options::default() }.preparation(),
     )?;
-    // The clock has no gap: one record.
+    // The clock has no gaps, so there is exactly one record.
     records.into_iter().next().ok_or_else(|| Error::new("no record"))
 }
 

@@ -1,7 +1,7 @@
-//! Twenty robots with bodies and masses: known arms, and machines that are no arms.
+//! Twenty robots with bodies and masses: known arms, and other machines.
 //!
-//! Each link is a rod: a cylinder from its joint to the next, a little short of both, of a few kilograms a metre. The kinematics
-//! of the arms are those of [`crate::known_arms`]; the others are made up.
+//! Each link is a rod: a cylinder from its joint to the next joint, shorter at both ends, with some kilograms per metre. The arms
+//! have the kinematics of [`crate::known_arms`]; the other machines are invented.
 
 use std::fmt::Write;
 
@@ -13,9 +13,9 @@ pub struct BodiedRobot {
     joints: Vec<Rod>,
 }
 
-/// A joint with the rod that it carries; lengths in m, angles in rad.
+/// A joint with the rod that it moves. Lengths in m, angles in rad.
 struct Rod {
-    /// Its place among the joints; none: the base.
+    /// Index of the parent joint; `None`: the base.
     parent: Option<usize>,
     slides: bool,
     origin: [f64; 3],
@@ -24,7 +24,7 @@ struct Rod {
     range: (f64, f64),
     velocity: f64,
     effort: f64,
-    /// From its joint to its end.
+    /// Position of the end of the rod in the frame of the joint, m.
     end: [f64; 3],
     radius: f64,
 }
@@ -32,7 +32,7 @@ struct Rod {
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
-/// Of a rod, kg/m and kg.
+/// Mass of a rod: kg/m, and an additional mass, kg.
 const MASS: (f64, f64) = (6.0, 0.3);
 
 impl Rod {
@@ -66,7 +66,7 @@ fn arm(known: &KnownArm) -> BodiedRobot {
     BodiedRobot { name: known.name, is_arm: true, joints: known.placed().into_iter().enumerate().map(rod).collect() }
 }
 
-/// A chain of turning rods from `parent` on, which stands at `first` in the list of joints.
+/// Adds a chain of revolute joints with rods to `joints`. `parent`: index of the joint that carries the chain.
 fn limb(joints: &mut Vec<Rod>, parent: Option<usize>, origin: [f64; 3], links: &[([f64; 3], f64, [f64; 3])]) {
     let (mut parent, mut origin) = (parent, origin);
     for (axis, range, end) in links {
@@ -81,7 +81,7 @@ fn machine(name: &'static str, joints: Vec<Rod>) -> BodiedRobot {
 
 pub fn bodied_robots() -> Vec<BodiedRobot> {
     let mut all: Vec<BodiedRobot> = KNOWN_ARMS.iter().map(arm).collect();
-    // A SCARA hangs its quill from the second link.
+    // In a SCARA, the quill is fixed to the second link.
     let mut scara = Vec::new();
     limb(&mut scara, None, [0.0, 0.0, 0.4], &[(Z, 2.2, [0.3, 0.0, 0.0]), (Z, 2.4, [0.25, 0.0, 0.0])]);
     scara.push(Rod::sliding(Some(1), [0.25, 0.0, 0.05], Z, 0.08, [0.0, 0.0, -0.15]));
@@ -131,7 +131,7 @@ pub fn bodied_robots() -> Vec<BodiedRobot> {
 }
 
 impl BodiedRobot {
-    /// Its URDF, all bodies of cylinders and balls.
+    /// The URDF of the robot. All bodies are cylinders and spheres.
     pub fn urdf(&self) -> String {
         let foot = "<origin xyz=\"0 0 0.01\"/><geometry><cylinder radius=\"0.05\" length=\"0.02\"/></geometry>";
         let mut text =
@@ -141,7 +141,8 @@ impl BodiedRobot {
             let parent = rod.parent.map_or("base".to_string(), |p| format!("link{}", p + 1));
             let (length, radius) = (rod.length(), rod.radius);
             let middle = vector(rod.end.map(|x| 0.5 * x));
-            // The cylinder's axis z turned into the rod; short of its ends, so that neighbours may part.
+            // The z axis of the cylinder is rotated to the rod. The cylinder is shorter than the rod, so that neighbouring links
+            // do not touch.
             let [x, y, z] = rod.end;
             let (roll, pitch) = (-(y / length.max(1e-9)).asin(), x.atan2(z));
             let body = match length - 2.0 * radius {
@@ -151,11 +152,11 @@ impl BodiedRobot {
                 _ => format!("<origin xyz=\"{middle}\"/><geometry><sphere radius=\"{radius}\"/></geometry>"),
             };
             let mass = MASS.0 * length + MASS.1;
-            // Of a rod about its middle, as a ball: enough for torques.
+            // Inertia of a rod about its centre, the same about all axes. This is accurate enough for torques.
             let inertia = mass * (length * length / 12.0 + radius * radius);
             let kind = if rod.slides { "prismatic" } else { "revolute" };
             let name = i + 1;
-            // Writing to a string does not fail.
+            // Writing to a `String` cannot fail, so the result is ignored.
             let _ = write!(
                 text,
                 "  <joint name=\"joint{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"link{name}\"/><origin \

@@ -3,14 +3,14 @@
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
 
-/// How often position, velocity, acceleration or jerk of a joint is beyond its limit, and the number of samples. There
-/// are `times` times as many samples as in the file, from the start to the end of the first period, and over the last
-/// blend.
+/// Number of samples at which position, velocity, acceleration or jerk of a joint exceeds its limit, and the number of samples.
+/// The motion is sampled `times` times as densely as in the file, from the start to the end of the first period, and over the
+/// last blend.
 pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
     let motion = artefact.motion("motion.yaml").expect("a motion that was found");
     let step = 1.0 / (motion.rate * times);
     let (period, blend) = (motion.shape.period(), artefact.blend_s.unwrap_or(0.0));
-    // All periods are alike.
+    // All periods are equal, so one is enough.
     let spans = [(0.0, blend + period), (motion.duration() - blend, motion.duration())];
     let (mut beyond, mut count) = (0, 0);
     for (from, to) in spans {
@@ -20,7 +20,7 @@ pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
             for (x, joint) in state.iter().zip(&artefact.joints) {
                 for (x, kind) in x.iter().zip(LimitKind::KINEMATIC) {
                     let (low, high) = joint.limits.bounds(kind).expect("every joint has it");
-                    // Rounding of the sum, which the proof encloses.
+                    // Allowance for the rounding of the sum, which the proof includes.
                     let rounding = 1e-12 * (high - low);
                     beyond += usize::from(*x < low - rounding || *x > high + rounding);
                 }

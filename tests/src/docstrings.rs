@@ -1,21 +1,21 @@
-//! Docstrings of the package for Python: taken from its sources, written into its stub, where editors look for them.
+//! Copies the docstrings of the Python package from its Rust sources to its stub file, where editors find them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Docstrings of methods.
+/// The docstrings of the methods.
 #[derive(Default)]
 pub struct Docstrings {
-    /// Their lines, by class and name of the method.
+    /// The lines of each docstring, by class and method name.
     lines: BTreeMap<(String, String), Vec<String>>,
-    /// Classes that have the methods of every artefact too.
+    /// Classes that also have the methods of the macro `artefact!`.
     artefacts: BTreeSet<String>,
 }
 
-/// The class that the macro of artefacts writes its methods of.
+/// The class name inside the macro `artefact!`.
 const ANY_ARTEFACT: &str = "$name";
 
 impl Docstrings {
-    /// Adds those of a source: of what stands in `#[pymethods]` and in `artefact!`.
+    /// Adds the docstrings of a source: of methods in `#[pymethods]` and in `artefact!`.
     pub fn add(&mut self, source: &str) {
         let (mut class, mut doc): (Option<String>, Vec<String>) = (None, Vec::new());
         let mut lines = source.lines().peekable();
@@ -49,7 +49,7 @@ impl Docstrings {
         of(class).or_else(|| self.artefacts.contains(class).then(|| of(ANY_ARTEFACT))?)
     }
 
-    /// The stub with the docstring of each method; those of overloads and of `__init__` stay as they are.
+    /// The stub with the docstring of each method. The docstrings of overloads and of `__init__` are not changed.
     pub fn in_stub(&self, stub: &str) -> String {
         let (mut written, mut class, mut is_overload) = (String::new(), "", false);
         let mut lines = stub.lines().peekable();
@@ -66,7 +66,7 @@ impl Docstrings {
                 written += &format!("{line}\n");
                 continue;
             };
-            // To the end of the arguments and the result, and over the docstring that is there.
+            // Reads up to the end of the signature, and skips the old docstring.
             let mut head = line.to_string();
             while let Some(next) = lines.next_if(|_| !ends(&head)) {
                 head += &format!("\n{next}");
@@ -83,13 +83,13 @@ impl Docstrings {
     }
 }
 
-/// The name of the method that a line begins.
+/// The name of the method whose definition starts on this line; `None` if none starts.
 fn method(line: &str) -> Option<&str> {
     let rest = line.trim_start_matches("pub ").strip_prefix("fn ")?;
     rest.split(['(', '<']).next()
 }
 
-/// Whether the signature of a method ends here.
+/// Whether the signature of a method ends with this text.
 fn ends(head: &str) -> bool {
     head.contains(") -> ") && (head.ends_with(':') || head.ends_with(": ..."))
 }

@@ -1,15 +1,15 @@
-//! Mistakes that people make with logs, injected into a good one.
+//! Usual mistakes in logs, which are added to a correct log.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{ColumnKind, Fault};
 
 use crate::joint_log::JointLog;
 
-/// A log with a mistake in it, and the finding that names it.
+/// A log with a mistake, and the finding that must name it.
 pub struct Injected {
     pub name: &'static str,
     pub log: JointLog,
-    /// Coordinates that have it; empty: all of them.
+    /// Indices of the coordinates with the mistake; empty: all coordinates.
     pub joints: Vec<usize>,
     pub is_named: Box<dyn Fn(&Fault) -> bool>,
 }
@@ -24,7 +24,7 @@ pub fn each(series: &mut [Vec<f64>], change: impl Fn(f64) -> f64) {
     series.iter_mut().flatten().for_each(|x| *x = change(*x));
 }
 
-/// The log with positions and velocities, or torques, of a joint turned round.
+/// The log with reversed signs for joint k: of positions and velocities (`motion`), of torques (`torque`).
 pub fn mirrored(log: &JointLog, k: usize, motion: bool, torque: bool) -> JointLog {
     let minus = |series: &mut [f64]| series.iter_mut().for_each(|x| *x = -*x);
     changed(log, |log| {
@@ -38,7 +38,7 @@ pub fn mirrored(log: &JointLog, k: usize, motion: bool, torque: bool) -> JointLo
     })
 }
 
-/// Currents in place of torques, by drives of about 12 N m/A.
+/// The log with currents instead of torques. The drive gains are about 12 N m/A.
 pub fn amperes(log: &JointLog) -> JointLog {
     const PER_NEWTON_METRE: [f64; 7] = [0.08, 0.075, 0.09, 0.1, 0.09, 0.1, 0.1];
     changed(log, |l| {
@@ -47,7 +47,7 @@ pub fn amperes(log: &JointLog) -> JointLog {
     })
 }
 
-/// Its first `seconds`, which may be too little.
+/// The first `seconds` of the log. This may be too short for a check.
 pub fn cut(log: &JointLog, seconds: f64) -> JointLog {
     let rows = log.t.iter().position(|t| t - log.t[0] >= seconds).unwrap_or(log.t.len());
     changed(log, |l| {
@@ -56,7 +56,7 @@ pub fn cut(log: &JointLog, seconds: f64) -> JointLog {
     })
 }
 
-/// The log with torques delayed by this many rows.
+/// The log with torques that are delayed by this number of rows.
 fn late(log: &JointLog, rows: usize) -> JointLog {
     let n = log.t.len();
     changed(log, |l| {
@@ -70,7 +70,7 @@ fn late(log: &JointLog, rows: usize) -> JointLog {
     })
 }
 
-/// The log with a torque clipped at a share of its largest size.
+/// The log with the torque of joint k limited to a fraction of its largest magnitude.
 fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     changed(log, |l| {
         let most = share * l.tau[k].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -78,9 +78,8 @@ fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     })
 }
 
-/// Fifteen mistakes that can be made in any log. `heavy`: two joints that gravity or inertia loads. `weight`: the
-/// torque that holds the described robot at rest in the position of a row. `rows`: by how many rows the delayed torques
-/// are late.
+/// Fifteen mistakes that are possible in any log. `heavy`: two joints with large torques of gravity or inertia. `weight`: nominal
+/// holding torque at the position of a row. `rows`: delay of the torques in rows.
 pub fn injected(
     good: &JointLog,
     heavy: [usize; 2],
@@ -112,7 +111,7 @@ pub fn injected(
     add("two joints swapped", swapped, &pair, is(Fault::Of(Hypothesis::SwappedMotions(pair[0], pair[1]), 0.0)));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(ColumnKind::All)));
-    // The doctor finds the delay by first differences over twenty milliseconds and more, accurate to a third.
+    // Doctor determines the delay by first differences over 20 ms and more. The result may be wrong by up to a third.
     let is_late = move |f: &Fault| matches!(f, Fault::Of(Hypothesis::Late(None), s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {

@@ -1,10 +1,10 @@
-//! The assignments of a printed file of formulas, evaluated: a small calculator for text, MATLAB and LaTeX.
+//! Evaluates the assignments of a printed formula file, in plain text, MATLAB or LaTeX.
 
 use std::collections::HashMap;
 
-/// The value of every name that a file assigns, given those of its symbols.
+/// The value of every name to which a file assigns a value. `symbols`: values of the symbols.
 ///
-/// `lines` are `name = expression`, or `name &= expression` of LaTeX.
+/// Each line is `name = expression`, or `name &= expression` in LaTeX.
 pub fn evaluated<'a>(lines: impl Iterator<Item = &'a str>, symbols: HashMap<String, f64>) -> HashMap<String, f64> {
     let mut values = symbols;
     for line in lines {
@@ -19,7 +19,7 @@ pub fn evaluated<'a>(lines: impl Iterator<Item = &'a str>, symbols: HashMap<Stri
     values
 }
 
-/// The assignments of a file: no comments, and broken lines joined.
+/// The assignments of a file, without comments. Assignments over several lines are joined.
 pub fn assignments(file: &str) -> Vec<String> {
     let joined = file.replace(" \\\\\n  &\\quad", " ").replace(" \\\\\n", "\n");
     let is_one = |line: &&str| !line.is_empty() && !line.starts_with(['#', '%', '\\']) || line.contains("&=");
@@ -32,7 +32,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Skips blanks and takes `token`, if it is next.
+    /// Skips blanks, and consumes `token` if it is next. Returns whether it was.
     fn takes(&mut self, token: &str) -> bool {
         self.text = self.text.trim_start();
         match self.text.strip_prefix(token) {
@@ -113,7 +113,7 @@ impl Reader<'_> {
         word.parse().ok().or_else(|| self.values.get(word).copied()).unwrap_or_else(|| panic!("`{word}` has no value"))
     }
 
-    /// Where a number or a name ends: letters, digits, `_`, `.`, a leading backslash, and groups in braces.
+    /// The position after a number or a name, which has letters, digits, `_`, `.`, a leading backslash, and groups in braces.
     fn end_of_word(&self) -> usize {
         let (mut depth, mut end) = (0, 0);
         for (at, c) in self.text.char_indices() {

@@ -1,15 +1,16 @@
-//! The files by which rist was attacked (`../shared/findings/inputs/hardening`), and the command that reads each.
+//! The files with which rist was attacked (`../shared/findings/inputs/hardening`), and the command that reads each file.
 
 use std::path::{Path, PathBuf};
 
-/// Where they are; `None` where ../shared is absent.
+/// The folder of these files; `None` if ../shared does not exist.
 pub fn hardening() -> Option<PathBuf> {
     crate::shared().map(|shared| shared.join("findings/inputs/hardening"))
 }
 
-/// The command that reads a file, `{}` standing for it; none of those that make others, or that another names.
+/// The command that reads a file, with `{}` for the file. `None` for scripts that generate files, and for files that another file
+/// includes.
 ///
-/// `robot` and `motion` are what a file needs beside it: the arm p2.yaml and its motion m.yaml.
+/// `robot`, `motion`: the other files that a command needs, the arm p2.yaml and its motion m.yaml.
 pub fn command(path: &Path, text: &str, robot: &str, motion: &str) -> Option<Vec<String>> {
     let of = |words: &[&str]| Some(words.iter().map(ToString::to_string).collect());
     let name = path.display().to_string();

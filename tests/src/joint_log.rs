@@ -1,4 +1,4 @@
-//! Logs of any robot, from the independent recursion: every joint on sines of its own.
+//! Simulates logs of any robot with the independent recursion. Each joint moves by its own sines.
 
 use std::path::Path;
 
@@ -9,29 +9,30 @@ use robot::{Robot, StandardParameter};
 use crate::random::{Random, State};
 use crate::recursion;
 
-/// Seconds and rows per second of a log.
+/// Duration of a log, s. `RATE`: sampling rate, Hz.
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
 
-/// The robot that makes a log, and the errors of its sensors.
+/// The robot that produces a log, with friction and sensor errors.
 pub struct Machine<'a> {
     pub robot: &'a Robot,
-    /// Standard parameters.
+    /// Values of the standard parameters.
     pub parameters: &'a [f64],
-    /// rad (m), by which each coordinate swings.
+    /// Amplitude of the motion of each coordinate, rad (m).
     pub amplitude: &'a [f64],
-    /// N m s/rad and N m (N s/m and N), of each coordinate.
+    /// Viscous friction of each coordinate, N m s/rad (N s/m). `coulomb`: Coulomb friction, N m (N).
     pub viscous: &'a [f64],
     pub coulomb: &'a [f64],
-    /// Of white noise on the torques, N m (N); on the positions, rad (m); and on the velocities, rad/s (m/s).
+    /// Standard deviation of white noise on the torques, N m (N). `encoder`: on positions, rad (m). `speed`: on velocities, rad/s
+    /// (m/s).
     pub noise: f64,
     pub encoder: f64,
     pub speed: f64,
-    /// s by which the torques are logged late.
+    /// Delay of the logged torques, s.
     pub delay: f64,
 }
 
-/// The signals of a log: one series a coordinate.
+/// The signals of a log, one series per coordinate.
 #[derive(Clone)]
 pub struct JointLog {
     pub t: Vec<f64>,
@@ -40,7 +41,7 @@ pub struct JointLog {
     pub tau: Vec<Vec<f64>>,
 }
 
-/// q, dq, ddq of coordinates that swing by `amplitude[k]`, at t in s.
+/// q, dq, ddq at time t, s. Coordinate k moves with the amplitude `amplitude[k]`.
 fn motion(amplitude: &[f64], t: f64) -> State {
     let sum = |f: &dyn Fn(f64, f64) -> f64| {
         let sines = |k: usize| [(0.7, 0.9 + 0.31 * k as f64), (0.3, 2.7 + 0.43 * k as f64)];
@@ -55,18 +56,18 @@ fn motion(amplitude: &[f64], t: f64) -> State {
 }
 
 impl<'a> Machine<'a> {
-    /// Without friction, noise and delay.
+    /// A robot without friction, noise and delay.
     pub fn exact(robot: &'a Robot, parameters: &'a [f64], amplitude: &'a [f64]) -> Machine<'a> {
         let none = &[0.0; 16][..robot.n_coordinates()];
         let (viscous, coulomb) = (none, none);
         Machine { robot, parameters, amplitude, viscous, coulomb, noise: 0.0, encoder: 0.0, speed: 0.0, delay: 0.0 }
     }
 
-    /// Ten seconds of the machine's motion.
+    /// Simulates a log of ten seconds.
     pub fn log(&self) -> JointLog {
         let n = self.robot.n_coordinates();
         let mut random = Random(77);
-        // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
+        // The sum of twelve uniform numbers in [-1, 1) has the variance 4, so half of it is approximately standard normal.
         let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
         let empty = vec![Vec::new(); n];
         let mut log = JointLog { t: Vec::new(), q: empty.clone(), dq: empty.clone(), tau: empty };
@@ -90,7 +91,7 @@ impl<'a> Machine<'a> {
 }
 
 impl JointLog {
-    /// Writes it as CSV: t, then q, dq and tau of each name; no dq where it has none.
+    /// Writes the log as CSV: t, then q, dq and tau of each coordinate. Without velocities, dq is omitted.
     pub fn write(&self, path: &Path, names: &[String]) {
         let header = |quantity: &str, series: &[Vec<f64>]| {
             names.iter().zip(series).map(|(name, _)| format!("{quantity}_{name}")).collect::<Vec<_>>()
@@ -107,13 +108,13 @@ impl JointLog {
         self.write(path, model.regressor().coordinates());
     }
 
-    /// The log as the program reads it from this file.
+    /// Writes the log, and opens the file as the program does.
     pub fn opened(&self, model: &Model, path: &Path) -> LogSource {
         self.write_for(model, path);
         model.open_log(path, &Default::default()).unwrap_or_else(|e| panic!("{e}")).0
     }
 
-    /// The log at a fraction of its rate.
+    /// The log with only every `rows`-th row.
     pub fn every(&self, rows: usize) -> JointLog {
         let thin = |x: &Vec<f64>| x.iter().step_by(rows).copied().collect::<Vec<f64>>();
         let [q, dq, tau] = [&self.q, &self.dq, &self.tau].map(|series| series.iter().map(thin).collect());
@@ -121,7 +122,7 @@ impl JointLog {
     }
 }
 
-/// Positions, velocities and torques as a log of the library, evenly spaced.
+/// A log of the library with these positions, velocities and torques, with a constant sampling period.
 pub fn even_log(coordinates: &[String], period: f64, [q, dq, effort]: [Vec<Vec<f64>>; 3]) -> Log {
     let rows = q[0].len();
     Log {
@@ -139,43 +140,43 @@ pub fn even_log(coordinates: &[String], period: f64, [q, dq, effort]: [Vec<Vec<f
     }
 }
 
-/// The UR5 of models/ and the log of one like it.
+/// The UR5 of models/, and a log of a UR5 whose parameters differ from it.
 pub fn ur5() -> (Model, JointLog) {
     let model = Model::read(crate::model_path("ur5.urdf")).unwrap_or_else(|e| panic!("{e}"));
     let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
     (model, log)
 }
 
-/// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
+/// Writes a log of the robot with the standard parameters `x`. `noise`: standard deviation of the torques, N m (N).
 pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64) {
     write_measured(path, robot, x, amplitude, noise, 0.0);
 }
 
-/// The same with white noise of `encoder` rad (m) on the positions.
+/// The same as [`write`], with white noise on the positions. `encoder`: its standard deviation, rad (m).
 pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
     let machine = Machine { noise, encoder, ..Machine::exact(robot, x, amplitude) };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     machine.log().write(path, &names);
 }
 
-/// The standard parameters of a description.
+/// The nominal standard parameters of a robot. Unknown ones are zero.
 pub fn described(robot: &Robot) -> Vec<f64> {
     StandardParameter::all(robot).iter().map(|p| p.value(robot).unwrap_or(0.0)).collect()
 }
 
-/// The standard parameters of a machine that differs from its description: each by up to 15 %.
+/// Standard parameters that differ from the nominal ones by up to 15 % each.
 pub fn unlike(robot: &Robot, seed: u64) -> Vec<f64> {
     let mut random = Random(seed);
     described(robot).iter().map(|x| x * (1.0 + 0.15 * random.unit())).collect()
 }
 
-/// The log of a machine with friction and noise, in which each joint swings by `amplitude` rad and torques are late by
+/// The log of a robot with friction and noise. Each joint moves with `amplitude`, rad. The torques are logged with a delay of
 /// `delay` s.
 pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
     swinging_by(robot, x, &vec![amplitude; robot.n_coordinates()], delay)
 }
 
-/// As [`swinging`], each joint by an amplitude of its own, rad (m).
+/// The same as [`swinging`], with a separate amplitude for each joint, rad (m).
 pub fn swinging_by(robot: &Robot, x: &[f64], amplitude: &[f64], delay: f64) -> JointLog {
     let n = robot.n_coordinates();
     let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;

@@ -1,19 +1,18 @@
-//! Arms that are known, as descriptions made from their public kinematics and limits.
+//! Known robot arms, as descriptions made from their published kinematics and limits.
 //!
-//! The lengths of the four arms of Universal Robots, and all numbers of the two iiwa, were compared with public
-//! programs that state them (2026-11-22). The numbers of the other five arms, and the velocities of Universal Robots,
-//! were written from memory and not checked. The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a)
-//! Rx(alpha). A constant added to theta is included in the limits of position. Masses and effort limits are left out,
-//! because most makers do not publish them.
+//! The lengths of the four Universal Robots arms, and all numbers of the two iiwa, were compared with public programs
+//! (2026-11-22). The numbers of the other five arms, and the velocities of Universal Robots, are from memory and were not
+//! checked. The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). A constant that is added to theta is
+//! included in the position limits. Masses and effort limits are omitted, because most manufacturers do not publish them.
 
 use std::fmt::Write;
 
-/// A joint: d and a (m), alpha, least and greatest theta (degrees), greatest velocity (degrees/s).
+/// A joint: d and a, m; alpha, lowest and highest theta, degrees; largest velocity, degrees/s.
 type JointRow = [f64; 6];
 
 pub struct KnownArm {
     pub name: &'static str,
-    /// Turn of the first frame about the x axis of the base, degrees.
+    /// Rotation of the first frame about the x axis of the base, degrees.
     base_alpha: f64,
     joints: &'static [JointRow],
 }
@@ -22,8 +21,8 @@ const fn arm(name: &'static str, base_alpha: f64, joints: &'static [JointRow]) -
     KnownArm { name, base_alpha, joints }
 }
 
-/// Four arms of Universal Robots, and arms of KUKA, ABB, Staubli, UFactory and Kinova. A joint that turns without end
-/// has a range of two turns.
+/// Four Universal Robots arms, and arms of KUKA, ABB, Staubli, UFactory and Kinova. A joint without position limits gets a range
+/// of two turns.
 pub const KNOWN_ARMS: [KnownArm; 11] = [
     arm(
         "ur3e",
@@ -163,20 +162,20 @@ pub const KNOWN_ARMS: [KnownArm; 11] = [
 ];
 
 pub struct PlacedJoint {
-    /// In the frame of the joint before, m.
+    /// Origin of the joint in the frame of the previous joint, m.
     pub origin: [f64; 3],
-    /// Turn of its frame about x, rad.
+    /// Rotation of the joint frame about x, rad.
     pub alpha: f64,
-    /// Least and greatest position, rad.
+    /// Lowest and highest position, rad.
     pub range: (f64, f64),
-    /// rad/s.
+    /// Largest velocity, rad/s.
     pub velocity: f64,
-    /// The next joint, in its own frame, m.
+    /// Origin of the next joint, in the frame of this joint, m.
     pub end: [f64; 3],
 }
 
 impl KnownArm {
-    /// Its joints. Tz(d) Tx(a) Rx(alpha), which follow the turn of a joint, are the origin of the next joint.
+    /// The joints of the arm. Tz(d) Tx(a) Rx(alpha) of a joint give the origin of the next joint.
     pub fn placed(&self) -> Vec<PlacedJoint> {
         let (mut origin, mut turn) = ([0.0; 3], self.base_alpha);
         let mut placed = Vec::new();
@@ -189,13 +188,13 @@ impl KnownArm {
         placed
     }
 
-    /// The URDF of the arm, without bodies.
+    /// The URDF of the arm, without inertial parameters and shapes.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n  <link name=\"base\"/>\n", self.name);
         let mut parent = "base".to_string();
         for (i, joint) in self.placed().into_iter().enumerate() {
             let (name, [x, _, z], (low, high)) = (i + 1, joint.origin, joint.range);
-            // Writing to a string does not fail.
+            // Writing to a `String` cannot fail, so the result is ignored.
             let _ = write!(
                 text,
                 "  <link name=\"link{name}\"/>\n  <joint name=\"joint{name}\" type=\"revolute\">\n    <parent \

@@ -1,9 +1,8 @@
-//! The models, random states, mechanics of our own and benchmarks, shared by several test files.
+//! Models, random states, independent mechanics and benchmarks, which several test files use.
 //!
-//! The mechanics of `recursion` and `lagrangian` are plain f64 in the base frame, from the formulas of textbooks and
-//! the fields of a [`robot::Robot`]. They share no code with `modeling`, nor with the kinematics of `robot`, so that an
-//! error would have to be made twice. [`tape_robot::TapeRobot`] is the opposite: a robot as the program derives it, for
-//! tests of the steps after the model.
+//! The mechanics of `recursion` and `lagrangian` use plain f64 in the base frame, with textbook formulas and the data of a
+//! [`robot::Robot`]. They share no code with `modeling` or with the kinematics of `robot`, so a common error is improbable. In
+//! contrast, [`tape_robot::TapeRobot`] is a robot as the program derives it, for tests of the steps after the model.
 
 pub mod benchmark;
 pub mod bodied_robots;
@@ -42,7 +41,7 @@ use robot::{Inertial, LinkId, Robot, StandardParameter};
 
 use crate::random::Random;
 
-/// Makes all wings known, as the program does.
+/// Registers all wings, as the program does.
 pub fn register_wings() {
     rist::wings::register(vec![
         fleet::wing(),
@@ -54,18 +53,18 @@ pub fn register_wings() {
     ]);
 }
 
-/// The root of the workspace.
+/// The root folder of the workspace.
 pub fn workspace() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     manifest.parent().unwrap_or(manifest).to_path_buf()
 }
 
-/// The text of a file of the workspace: `docs/files.md`.
+/// The text of a file of the workspace, for example `docs/files.md`.
 pub fn text_of(file: &str) -> String {
     std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
-/// Every file below a folder, in the order of the names, but for what is built and what is hidden (not `.ci` and `.cargo`).
+/// All files below a folder, sorted by name, without build output and without hidden folders (except `.ci` and `.cargo`).
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut entries: Vec<PathBuf> = entries.map(|entry| entry.unwrap_or_else(|e| panic!("{e}")).path()).collect();
@@ -82,22 +81,22 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     entries.into_iter().flat_map(of).collect()
 }
 
-/// Those of Rust.
+/// All Rust files below a folder.
 pub fn sources_below(folder: &Path) -> Vec<PathBuf> {
     files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
 }
 
-/// Path of a model of models/: `race.yaml`.
+/// Path of a model in models/, for example `race.yaml`.
 pub fn model_path(file: &str) -> PathBuf {
     workspace().join("models").join(file)
 }
 
-/// Path of a robot of the tests' data: `r3g.yaml`.
+/// Path of a robot in tests/data/robots, for example `r3g.yaml`.
 pub fn test_robot_path(file: &str) -> PathBuf {
     workspace().join("tests/data/robots").join(file)
 }
 
-/// The text of a model, to be edited.
+/// The text of a model, which a test can change.
 pub fn model_text(file: &str) -> String {
     text_of(&format!("models/{file}"))
 }
@@ -106,7 +105,7 @@ pub fn model(file: &str) -> Robot {
     robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Every robot of models/ whose joints are affine in the coordinates, by file name.
+/// All robots of models/ whose joint variables are affine in the coordinates, with their file names.
 pub fn models() -> Vec<(String, Robot)> {
     let folder = workspace().join("models");
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
@@ -120,7 +119,7 @@ pub fn models() -> Vec<(String, Robot)> {
     robots.filter(|(_, robot)| robot.passive.is_empty()).collect()
 }
 
-/// The folder of reference material; `None`, with a message, where it is absent.
+/// The folder with reference material. If it does not exist, a message is printed and the result is `None`.
 pub fn shared() -> Option<PathBuf> {
     let folder = std::env::var_os("RIST_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     if folder.join("facts").is_dir() {
@@ -130,7 +129,7 @@ pub fn shared() -> Option<PathBuf> {
     None
 }
 
-/// The logs as people bring them; `None`, with a message, where they are absent.
+/// The folder with logs from users. If it does not exist, a message is printed and the result is `None`.
 pub fn field() -> Option<PathBuf> {
     let folder = shared()?.join("findings/inputs/field");
     if !folder.is_dir() {
@@ -140,19 +139,19 @@ pub fn field() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// Names of the standard parameters, in the order of the columns of D.
+/// Names of the standard parameters, in the order of the columns of the regressor D.
 pub fn standard_names(robot: &Robot) -> Vec<String> {
     StandardParameter::all(robot).into_iter().map(|s| s.display(robot).to_string()).collect()
 }
 
-/// The base parameters, or why their number is open.
+/// The base parameters of a robot. Fails if their number is ambiguous.
 pub fn try_base_parameters(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
     let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
     let regressor = derivation.regressor();
     derivation.base_parameters(&regressor)
 }
 
-/// A derivation with its regressor and the base parameters.
+/// The derivation of a robot, with its regressor and its base parameters.
 pub fn derived(robot: &Robot) -> (Derivation<'_>, Function, BaseParameters) {
     let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
     let regressor = derivation.regressor();
@@ -164,7 +163,7 @@ pub fn base_parameters(robot: &Robot) -> BaseParameters {
     derived(robot).2
 }
 
-/// The entries of all outputs by the tape.
+/// The entries of all outputs of a function, evaluated by the tape.
 pub fn evaluated(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
     let tape = Tape::new(&function.bound());
     let mut outputs = vec![f64::NAN; tape.n_outputs()];
@@ -172,7 +171,7 @@ pub fn evaluated(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
     outputs
 }
 
-/// A robot with physical standard parameters.
+/// A robot with random, physically possible standard parameters.
 pub struct Case {
     pub robot: Robot,
     pub base: BaseParameters,
@@ -180,7 +179,7 @@ pub struct Case {
     pub x_base: Vec<f64>,
 }
 
-/// The models, and those of these names on a floating base.
+/// All models with random parameters; the models in `floating` also with a floating base.
 pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
     let mut random = Random(seed);
     let mut robots: Vec<Robot> = models().into_iter().map(|(_, robot)| robot).collect();
@@ -195,13 +194,13 @@ pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
     robots.into_iter().map(case).collect()
 }
 
-/// Panics where a text lacks one of these.
+/// Fails if a text does not contain each of these parts.
 #[track_caller]
 pub fn has(text: &str, parts: &[&str]) {
     parts.iter().for_each(|part| assert!(text.contains(part), "no `{part}` in {text}"));
 }
 
-/// Agreement to `tolerance` of the largest entry.
+/// Fails if `a` and `b` differ by more than `tolerance` times the largest entry.
 #[track_caller]
 pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
     let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
@@ -211,7 +210,7 @@ pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
     }
 }
 
-/// XX XY XZ YY YZ ZZ MX MY MZ M of each link and its rotor inertia, from the vector of standard parameters.
+/// For each link, XX XY XZ YY YZ ZZ MX MY MZ M and the rotor inertia, from the vector of standard parameters.
 pub fn by_link(robot: &Robot, x: &[f64]) -> Vec<([f64; 10], f64)> {
     let mut links = vec![([0.0; 10], 0.0); robot.links.len()];
     for (parameter, &value) in StandardParameter::all(robot).into_iter().zip(x) {
@@ -224,7 +223,7 @@ pub fn by_link(robot: &Robot, x: &[f64]) -> Vec<([f64; 10], f64)> {
     links
 }
 
-/// sum a_i b_i and sum |a_i b_i|. Rounding of the first is measured relative to the second.
+/// sum a_i b_i and sum |a_i b_i|. The rounding error of the first sum is proportional to the second.
 pub fn dot(a: &[f64], b: &[f64]) -> (f64, f64) {
     a.iter().zip(b).fold((0.0, 0.0), |(sum, size), (a, b)| (sum + a * b, size + (a * b).abs()))
 }

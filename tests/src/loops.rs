@@ -1,7 +1,7 @@
-//! Robots with loops that no affine function closes, in tests/data/loops, with their numbers of base parameters.
+//! Robots in tests/data/loops, whose loops are not closed by affine functions, with their numbers of base parameters.
 //!
-//! The numbers were found by singular values of regressors from mechanics of others: the columns of a tree cut open
-//! (Pinocchio's regressor), reduced by the loop Jacobian. That of the slider-crank is our own, numeric and exact alike.
+//! The numbers are ranks of regressors from independent mechanics: the regressor of the open tree (by Pinocchio), reduced by the
+//! Jacobian of the loops. The number of the slider-crank is from this project, numerically and exactly.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use robot::{Robot, Value, format};
 use crate::random::Random;
 use crate::workspace;
 
-/// File without its ending, number of base parameters, whether the rank is proven in a finite field.
+/// For each robot: file name without extension, number of base parameters, and whether the rank is proven in a finite field.
 pub const LOOPS: [(&str, usize, bool); 15] = [
     ("four_bar", 8, true),
     ("crossed_four_bar", 8, true),
@@ -29,8 +29,8 @@ pub const LOOPS: [(&str, usize, bool); 15] = [
     ("bricard", 24, false),
 ];
 
-/// A parallelogram whose opposite sides are equal by the values of four symbols. By its structure it is a four-bar with eight
-/// base parameters of its own.
+/// A parallelogram whose opposite sides are equal only for these values of four symbols. By its structure, it is a four-bar with
+/// eight base parameters.
 pub const BY_CHANCE: &str = "\
 convention: khalil-kleinfinger
 name: by_chance
@@ -47,17 +47,17 @@ loops:
     twin: {antecedent: 3, d: L3}
 ";
 
-/// Path of a robot with loops: `four_bar`.
+/// Path of a robot with loops, for example `four_bar`.
 pub fn loop_path(name: &str) -> PathBuf {
     workspace().join(format!("tests/data/loops/{name}.yaml"))
 }
 
-/// A robot with loops: `four_bar`.
+/// A robot with loops, for example `four_bar`.
 pub fn with_loops(name: &str) -> Robot {
     format::read(&loop_path(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The robot with other lengths and angles of its symbols, each changed by less than `share` of itself.
+/// The robot with other values of its symbols. Each value changes by less than `share` of itself.
 pub fn resized(robot: &Robot, share: f64, random: &mut Random) -> Robot {
     let mut robot = robot.clone();
     for symbol in &mut robot.symbols {

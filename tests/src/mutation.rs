@@ -1,7 +1,7 @@
-//! Files that the program reads, changed at random, through the program itself.
+//! Runs the program on files that are changed at random.
 //!
-//! Law: whatever a file holds, the program ends by itself with 0, 1 or 2, in [`SECONDS`] of processor time and an address
-//! space that the size of the file bounds. A signal, an abort, a panic or another code is a finding.
+//! Rule: for any file, the program ends normally with the code 0, 1 or 2, within [`SECONDS`] of processor time and within an
+//! address space that depends on the size of the file. A signal, an abort, a panic or another code is a finding.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,47 +11,48 @@ use crate::program::{LIMITED_ARM, Run, run};
 use crate::random::Random;
 use crate::workspace;
 
-/// Processor time of a run, s, as `xtask fuzz` holds it. Tests run a program that is hardly optimised: there it only ends a
-/// hang.
+/// Limit of the processor time of a run, s, for `xtask fuzz`. Tests use a program that is hardly optimised, so there the limit
+/// only detects endless loops.
 pub const SECONDS: usize = if cfg!(debug_assertions) { 10 } else { 2 };
 
-/// Address space of a run beside what its file may take, KiB: the program and its threads map some 300 MiB.
+/// Address space for a run of the program without a file, KiB. The program and its threads use about 300 MiB.
 const SPACE_KIB: usize = 512 << 10;
 
-/// What a file may take, KiB: 64 times its size and 64 MiB, twice, since a file that is read may be written again.
+/// Address space that a file may need in addition, KiB: twice (64 times its size plus 64 MiB), because a file may be read and
+/// written.
 fn allowance_kib(bytes: usize) -> usize {
     2 * (64 * bytes).div_ceil(1024) + 2 * (64 << 10)
 }
 
-/// A file and the command that reads it; `{}` stands for the file.
+/// A file, and the commands that read it. `{}` stands for the file.
 pub struct Seed {
-    /// Its name, whose end tells the program what it is.
+    /// Name of the file. Its extension tells the program the format.
     pub name: String,
     pub bytes: Vec<u8>,
     pub commands: Vec<Vec<String>>,
-    /// How often in a thousand a command is run when it is drawn: those that take long more seldom ([`by_time`]).
+    /// For each command, how often of 1000 times it is run if it is drawn. Slow commands are run less often ([`by_time`]).
     pub odds: Vec<usize>,
 }
 
-/// Whoever breaks the law.
+/// A run that broke the rule.
 pub struct Finding {
     pub name: String,
     pub bytes: Vec<u8>,
     pub command: Vec<String>,
-    /// How the run ended, and what it said last.
+    /// How the run ended, and the last lines of its output.
     pub outcome: String,
 }
 
-/// Runs the program in `folder`, bounded as for a file of so many bytes.
+/// Runs the program in `folder`, with the limits for a file of this number of bytes.
 pub fn bounded(program: &Path, folder: &Path, bytes: usize, arguments: &[&str]) -> Run {
     let limits = format!("ulimit -v {}; ulimit -t {SECONDS}; exec \"$@\"", SPACE_KIB + allowance_kib(bytes));
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(limits).arg("sh").arg(program).args(arguments).current_dir(folder);
-    // A thread each is enough, and says the same.
+    // A backtrace needs much time and memory and gives no more information, so it is disabled.
     run(shell.env("RUST_BACKTRACE", "0"))
 }
 
-/// Why a run breaks the law; `None` where it keeps it.
+/// Why a run breaks the rule; `None` if it does not.
 pub fn broken(run: &Run) -> Option<String> {
     let last = run.err.lines().rev().take(3).collect::<Vec<_>>().join(" | ");
     match run.code {
@@ -71,11 +72,11 @@ fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
     }
 }
 
-/// A run that takes no longer counts as cheap, s: a process has to be started in any case.
+/// A run that takes at most this time, s, is fast: starting a process takes as long.
 const CHEAP_SECONDS: f64 = 0.015;
 
-/// Gives each command odds by the time of its run on the file as it is. So each has the same share of the time and not of
-/// the runs, and the many small files are not kept waiting by the few that take a second.
+/// Sets the odds of each command by the time of its run on the unchanged file. So each command gets the same share of the time
+/// instead of the same number of runs, and a few slow commands do not delay the many fast ones.
 pub fn by_time(program: &Path, folder: &Path, seeds: &mut [Seed]) {
     for seed in seeds {
         std::fs::write(folder.join(mutant(&seed.name)), &seed.bytes).expect("a folder of ours is writable");
@@ -93,8 +94,8 @@ fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[S
     bounded(program, folder, bytes, &arguments)
 }
 
-/// The artefacts of a walk from a description to sums, as the program writes them in `folder`, the corpora of `fuzz`, and
-/// the files by which rist was attacked.
+/// All seeds: the artefacts that the program writes in `folder`, the corpora of `fuzz`, and the files with which rist was
+/// attacked.
 pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     let mut all = written(program, folder);
     all.extend(corpora(folder));
@@ -122,7 +123,7 @@ fn make(program: &Path, folder: &Path) {
     }
 }
 
-/// The artefacts of a walk from a description to sums.
+/// The artefacts that the program writes, from a description to sums of logs.
 pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
@@ -130,7 +131,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
     write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
     write("states.csv", "q1,q2,dq1,dq2,ddq1,ddq2\n0.1,0.2,0.3,0.4,0.5,0.6\n-1,1,-1,1,-1,1\n");
-    // The robot whose bodies go into an MJCF, and a log of it.
+    // The robot whose bodies are written to an MJCF, and a log of it.
     let corpus = workspace().join("fuzz/corpus/write_back");
     for file in ["arm.urdf", "arm.xml"] {
         write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
@@ -173,7 +174,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
         of("options.yaml", &[&["identify", "arm.yaml", log, "--options", "{}"]]),
         of("motion.yaml", &motion),
         of("plan.yaml", &plan),
-        // Read by the library alone.
+        // Artefacts that only the library can read have no command.
         of("comparison.yaml", &[]),
         of("estimate.yaml", &estimate),
         of("validation.yaml", &[&["report", "--validation", "{}", "--out", "x"]]),
@@ -182,7 +183,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     ]
 }
 
-/// The corpora of `fuzz`. A mesh is read where a description names it.
+/// The corpora of `fuzz`. A mesh is read through a description that refers to it.
 fn corpora(folder: &Path) -> Vec<Seed> {
     let mut all = Vec::new();
     for (corpus, command) in [
@@ -206,7 +207,7 @@ fn corpora(folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// A link that turns above its base, of the shape of a mesh.
+/// A URDF with one link, whose shape is the mesh.
 fn with_mesh(mesh: &str) -> String {
     format!(
         "<robot name=\"r\"><link name=\"base\"/><link name=\"l\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"2\"/>\
@@ -217,10 +218,10 @@ fn with_mesh(mesh: &str) -> String {
     )
 }
 
-/// Files that are longer are read by the test of all attacks; here they would take the time of many others.
+/// Longer attack files are skipped here, because each would take the time of many others. Another test reads all of them.
 const MAX_ATTACK_BYTES: usize = 1 << 16;
 
-/// The files by which rist was attacked, and what their commands need beside them.
+/// The files with which rist was attacked, and the other files that their commands need.
 fn attacks(folder: &Path) -> Vec<Seed> {
     let Some(hardening) = hardening() else { return Vec::new() };
     let beside = |name: &str| hardening.join("tamper").join(name).display().to_string();
@@ -233,7 +234,7 @@ fn attacks(folder: &Path) -> Vec<Seed> {
             Some(command) if bytes.len() <= MAX_ATTACK_BYTES => {
                 all.push(Seed { name, bytes, commands: vec![command], odds: vec![1000] });
             }
-            // Meshes, beside the descriptions that name them.
+            // Meshes are written next to the descriptions that refer to them.
             None if bytes.len() <= MAX_ATTACK_BYTES => {
                 std::fs::write(folder.join(name), bytes).expect("a folder of ours is writable");
             }
@@ -247,7 +248,7 @@ fn mutant(name: &str) -> String {
     format!("mutant-{name}")
 }
 
-/// Numbers and words that readers have stumbled over.
+/// Numbers and words with which readers had errors in the past.
 const WORDS: [&str; 18] = [
     "nan",
     ".inf",
@@ -269,7 +270,7 @@ const WORDS: [&str; 18] = [
     "-0.0",
 ];
 
-/// The bytes with one to four changes.
+/// The bytes with up to four random changes.
 pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..=random.below(4) {
@@ -286,7 +287,7 @@ pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
             }
             4 => bytes.truncate(at),
             5 => {
-                // A line twice, or away.
+                // Duplicates or removes a line.
                 let start = bytes[..at].iter().rposition(|&b| b == b'\n').map_or(0, |k| k + 1);
                 let end = bytes[at..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |k| at + k + 1);
                 let line = bytes[start..end].to_vec();
@@ -297,7 +298,7 @@ pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
                 }
             }
             _ => {
-                // Another number.
+                // Replaces a number by another one.
                 let is_digit = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'e');
                 let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|k| at + k) else { continue };
                 let end = bytes[start..].iter().position(|b| !is_digit(b)).map_or(bytes.len(), |k| start + k);
@@ -308,7 +309,7 @@ pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Runs mutants of the seeds until `is_enough` of their number; hands over what breaks the law.
+/// Runs mutants of the seeds until `is_enough` (given their number) is true. Returns the runs that broke the rule.
 pub fn hunt(
     program: &Path,
     folder: &Path,

@@ -1,11 +1,11 @@
-//! Numbers that carry derivatives: a + b e1 + c e2 + d e1 e2 with e1^2 = e2^2 = 0.
+//! Numbers with derivatives (hyper-dual numbers): a + b e1 + c e2 + d e1 e2 with e1^2 = e2^2 = 0.
 //!
-//! f(x + u e1 + v e2) = f(x) + f'(x) u e1 + f'(x) v e2 + f''(x) u v e1 e2 for every function made of the operations
-//! below. This gives first and second derivatives without a step size, exact to rounding [Fike, Alonso 2011].
+//! f(x + u e1 + v e2) = f(x) + f'(x) u e1 + f'(x) v e2 + f''(x) u v e1 e2 for every function made of the operations in this file.
+//! So first and second derivatives are exact up to rounding, without a step size [Fike, Alonso 2011].
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number with its derivatives in two directions and the mixed one.
+/// A number with its derivatives in two directions, and its mixed second derivative.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Number {
     pub value: f64,
@@ -21,7 +21,7 @@ impl Number {
         Number { value, d1: 0.0, d2: 0.0, d12: 0.0 }
     }
 
-    /// The value of f at this number, from f, f' and f'' at its real part.
+    /// The value of a function f at this number. `f`, `first`, `second`: f, f' and f'' at the real part.
     fn image(self, f: f64, first: f64, second: f64) -> Number {
         Number {
             value: f,
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn a_product_and_a_sine_carry_their_derivatives() {
         let x = Number { value: 0.7, d1: 1.0, d2: 1.0, d12: 0.0 };
-        // x^2 sin x: first derivative 2x s + x^2 c, second 2 s + 4 x c - x^2 s.
+        // Expected derivatives of x^2 sin x: first 2x s + x^2 c, second 2 s + 4 x c - x^2 s. s, c: sin x, cos x.
         let y = x * x * x.sin();
         let (s, c) = 0.7f64.sin_cos();
         assert!((y.d1 - (1.4 * s + 0.49 * c)).abs() < 1e-15);

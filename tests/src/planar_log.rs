@@ -1,4 +1,4 @@
-//! Logs of a vertical arm of two joints, from the independent recursion.
+//! Simulates logs of a vertical arm with two joints, by the independent recursion.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use robot::Robot;
 use crate::random::{Random, State};
 use crate::recursion;
 
-/// Smooth motions of both joints, t in s: q, dq, ddq.
+/// q, dq, ddq of a smooth motion of both joints at time t, s.
 fn motion(t: f64) -> State {
     let sines = [[(0.9, 1.7), (0.3, 4.1)], [(0.8, 2.3), (0.4, 3.1)]];
     let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|s| s.iter().map(|&(a, w)| f(a, w)).sum()).collect();
@@ -20,12 +20,12 @@ fn motion(t: f64) -> State {
 
 pub const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
 
-/// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
+/// A log of 6 s at 1 kHz of an arm with two links, without noise and friction, as lines. `x`: standard parameters.
 pub fn log(robot: &Robot, x: &[f64]) -> Vec<String> {
     log_of(robot, x, &|_, _, tau| tau)
 }
 
-/// As `log`, the torque of joint j at velocity dq as `measured(j, dq, tau)`.
+/// The same as [`log`]. `measured(j, dq, tau)`: the logged torque of joint j at the velocity dq, from the true torque tau.
 pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f64) -> Vec<String> {
     (0..6000)
         .map(|k| {
@@ -39,7 +39,8 @@ pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f6
         .collect()
 }
 
-/// Writes a log of the arm of planar2r_vertical.yaml with friction; the path of its description without bodies.
+/// Writes a log of the arm in planar2r_vertical.yaml with friction. Returns the path of a description without inertial
+/// parameters.
 pub fn write_rubbed(path: &Path, viscous: f64) -> String {
     let robot = crate::model("planar2r_vertical.yaml");
     let rubbed = |_: usize, dq: f64, tau: f64| tau + viscous * dq + 0.3 * dq.signum();

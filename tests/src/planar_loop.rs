@@ -1,32 +1,34 @@
-//! A crank with a rod behind it that ends on a rocker or a slider: its closure, solved apart from the program's.
+//! A planar loop: a crank, a rod, and a rocker or slider. Its closure is solved independently of the program.
 
 use nalgebra::{Matrix2, Vector2};
 
 use crate::random::Random;
 
-/// L1 exp(i (q + crank)) + L2 exp(i (q + crank + p_1)) = the third side, from the origin of the crank's joint.
+/// Closure: L1 exp(i (q + crank)) + L2 exp(i (q + crank + p_1)) equals the third side. L1, L2: `crank_length`, `rod`; origin:
+/// crank joint.
 pub struct PlanarLoop {
-    /// Index of the crank's coordinate.
+    /// Index of the coordinate that moves the crank.
     pub coordinate: usize,
-    /// rad, where the coordinate is zero.
+    /// Angle of the crank if the coordinate is zero, rad.
     pub crank: f64,
     pub crank_length: f64,
     pub rod: f64,
     pub third: Third,
-    /// p_1 and p_2 where the coordinate is zero.
+    /// p_1 and p_2 if the coordinate is zero.
     pub start: [f64; 2],
 }
 
 #[derive(Clone, Copy)]
 pub enum Third {
-    /// L0 + L3 exp(i p_2).
+    /// The third side is base + length exp(i p_2).
     Rocker { base: f64, length: f64 },
-    /// p_2.
+    /// The third side is p_2 along the real axis.
     Slider,
 }
 
 impl PlanarLoop {
-    /// e, its slopes by q, p_1 and p_2, and its acceleration at rates dq, dp with no accelerations.
+    /// The gap e of the loop; its derivatives by q, p_1 and p_2; and its second derivative in time at the velocities dq, dp
+    /// without accelerations.
     pub fn gap(&self, q: f64, p: [f64; 2], dq: f64, dp: [f64; 2]) -> ([f64; 2], [[f64; 2]; 3], [f64; 2]) {
         let at = |angle: f64, length: f64| [length * angle.cos(), length * angle.sin()];
         let across = |v: [f64; 2]| [-v[1], v[0]];
@@ -49,7 +51,7 @@ impl PlanarLoop {
         (e, slopes, minus(bend, third_bend))
     }
 
-    /// p where the coordinate is q, followed from the start.
+    /// p of the closed loop at the coordinate q. It is followed continuously from the start values.
     pub fn closed(&self, q: f64) -> [f64; 2] {
         let mut p = self.start;
         let steps = (q.abs() / 0.02).ceil().max(1.0) as usize;
@@ -66,7 +68,7 @@ impl PlanarLoop {
     }
 }
 
-/// A loop of random lengths that the coordinate of this index turns, and its kind.
+/// A loop with random lengths, moved by the coordinate with this index; and the name of its kind.
 pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'static str) {
     let crank = 0.7 + 0.2 * (100.0 * random.unit()).round() / 100.0;
     let two_digits = |low: f64, high: f64, random: &mut Random| {
@@ -78,7 +80,7 @@ pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'stat
     let kind = ["four-bar", "parallelogram", "crossed", "slider"][random.below(4)];
     if kind == "slider" {
         let [x, y] = [crank_length * crank.cos(), crank_length * crank.sin()];
-        // The rod reaches down to the rail.
+        // The rod reaches down to the rail of the slider.
         let fall = -(y / rod).asin();
         let start = [fall - crank, x + rod * fall.cos()];
         return (PlanarLoop { coordinate, crank, crank_length, rod, third: Third::Slider, start }, kind);
@@ -87,7 +89,7 @@ pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'stat
         "four-bar" => (two_digits(0.45, 0.5, random), two_digits(0.4, 0.45, random)),
         _ => (rod, crank_length),
     };
-    // From the rocker's joint to the crank's tip, and the triangle that rod and rocker make with it.
+    // The vector from the rocker joint to the tip of the crank. Rod and rocker form a triangle with it.
     let [x, y] = [crank_length * crank.cos() - base, crank_length * crank.sin()];
     let apart = x.hypot(y);
     let inner = ((apart * apart + length * length - rod * rod) / (2.0 * apart * length)).clamp(-1.0, 1.0).acos();
@@ -96,7 +98,7 @@ pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'stat
         let end = [base + length * p2.cos() - crank_length * crank.cos(), length * p2.sin() - y];
         [end[1].atan2(end[0]) - crank, p2]
     });
-    // The rocker of a parallelogram stands as the crank does.
+    // In a parallelogram, the rocker is parallel to the crank.
     let parallel = |p: &[f64; 2]| ((p[1] - crank).sin().abs() + (1.0 - (p[1] - crank).cos())).abs();
     let [near, far] = if parallel(&candidates[0]) < parallel(&candidates[1]) {
         [candidates[0], candidates[1]]

@@ -1,4 +1,4 @@
-//! Frames as the product of their six elementary motions, and the vectors of space, in [`Number`]s.
+//! Frames as products of six elementary transforms, and vectors in space, with [`Number`]s.
 
 use robot::{JointKind, ModifiedDh, Robot, Value};
 
@@ -43,7 +43,8 @@ impl Frame {
         self.then(BASE.rotation, [ZERO, ZERO, length])
     }
 
-    /// Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r), the joint variable added to theta or r.
+    /// The frame Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r) relative to this frame. The joint variable is added to theta or
+    /// r.
     pub fn placed(self, robot: &Robot, g: &ModifiedDh, kind: JointKind, variable: Number) -> Frame {
         let number = |v: &Value| Number::constant(v.number(&robot.symbols));
         let (angle, length) = match kind {
@@ -64,7 +65,7 @@ impl Frame {
     }
 }
 
-/// The joint variables, and with rates of coordinates their rates, from the coordinates: sum c_k q_k + offset.
+/// The joint variables sum c_k q_k + offset for the coordinates q. If q contains derivatives, the results do too.
 pub fn joint_variables(robot: &Robot, q: &[Number]) -> Vec<Number> {
     let of_link = |link: &robot::Link| {
         let offset = Number::constant(link.joint.variable.offset.number(&robot.symbols));
@@ -108,7 +109,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
     a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }
 
-/// R J R^T v for the inertia XX XY XZ YY YZ ZZ given in the frame of R.
+/// R J R^T v, J: inertia XX XY XZ YY YZ ZZ in the frame with the rotation R.
 pub fn inertia_times(rotation: &Matrix, body: &[f64; 10], v: Vector) -> Vector {
     let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|i| Number::constant(body[i]));
     let local = [0, 1, 2].map(|j| inner([rotation[0][j], rotation[1][j], rotation[2][j]], v));

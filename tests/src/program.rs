@@ -1,4 +1,4 @@
-//! The program `rist`, built and run as a user runs it.
+//! Builds the program `rist`, and runs it as a user does.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -9,7 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rist::{Estimate, ExcitingMotion};
 use serde_json::Value;
 
-/// Two links in a vertical plane, with all that a motion can be limited by.
+/// A robot with two links in a vertical plane, with all limits that a motion can have.
 pub const LIMITED_ARM: &str = "\
 convention: khalil-kleinfinger
 name: arm
@@ -32,21 +32,21 @@ pub struct Run {
 }
 
 impl Run {
-    /// The same, where it ended with this code.
+    /// Fails unless the program ended with this code; otherwise returns the run.
     #[track_caller]
     pub fn ended(self, code: i32) -> Run {
         assert_eq!(self.code, Some(code), "{}: {}{}", self.called, self.out, self.err);
         self
     }
 
-    /// As [`Run::ended`], where its output has these.
+    /// The same as [`Run::ended`]. Also fails unless the output contains each of these texts.
     #[track_caller]
     pub fn told(self, code: i32, said: &[&str]) -> Run {
         said.iter().for_each(|text| assert!(self.out.contains(text), "{}: no `{text}` in {}", self.called, self.out));
         self.ended(code)
     }
 
-    /// As [`Run::ended`], where its errors have these.
+    /// The same as [`Run::ended`]. Also fails unless the error output contains each of these texts.
     #[track_caller]
     pub fn failed(self, code: i32, said: &[&str]) -> Run {
         said.iter().for_each(|text| assert!(self.err.contains(text), "{}: no `{text}` in {}", self.called, self.err));
@@ -54,18 +54,18 @@ impl Run {
     }
 }
 
-/// Runs `rist` with these arguments in `folder`; its sentences are not folded, so that tests find their words.
+/// Runs `rist` with these arguments in `folder`. Lines of the output are not wrapped, so that tests can search for phrases.
 pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env("COLUMNS", "100000"))
 }
 
-/// The same with arguments between blanks, which has to succeed.
+/// Runs `rist` with arguments that are separated by blanks. Fails if the program fails.
 #[track_caller]
 pub fn rist_done(folder: &Path, arguments: &str) -> Run {
     rist(folder, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0)
 }
 
-/// The same as a reader sees it in a pipe.
+/// Runs `rist` with the line width that it uses in a pipe.
 pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env_remove("COLUMNS"))
 }
@@ -76,7 +76,7 @@ pub fn run(command: &mut Command) -> Run {
     Run { called: format!("{command:?}"), code: status.code(), out: text(stdout), err: text(stderr) }
 }
 
-/// Runs a compiler or another program, which has to succeed, in `folder`.
+/// Runs a compiler or another program in `folder`. Fails if it fails.
 #[track_caller]
 pub fn done(folder: &Path, program: &str, options: &str) -> Run {
     let named = if program == "rustc" { std::env::var("RUSTC").ok() } else { None };
@@ -84,7 +84,7 @@ pub fn done(folder: &Path, program: &str, options: &str) -> Run {
     run(command.args(options.split(' ')).current_dir(folder)).ended(0)
 }
 
-/// Whether there is a `python3` with these modules; said where there is none.
+/// Whether there is a `python3` with these modules. If not, prints a message.
 pub fn has_python(modules: &str) -> bool {
     let import = format!("import {modules}");
     let found = Command::new("python3").args(["-c", &import]).output().is_ok_and(|o| o.status.success());
@@ -94,7 +94,7 @@ pub fn has_python(modules: &str) -> bool {
     found
 }
 
-/// What a script prints as JSON of this input; `None`, with a message, where there is no node.
+/// The JSON that a script prints for this input. If there is no node, prints a message and returns `None`.
 pub fn node(script: &str, input: &Value) -> Option<Value> {
     if !is_there("node") {
         println!("skipped: no node");
@@ -122,7 +122,7 @@ pub fn estimate(path: &Path) -> Estimate {
     Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A folder of this name, empty when it is first asked for: tests beside each other may share it.
+/// A folder with this name. It is emptied at its first use; tests that run in parallel may share it.
 pub fn folder(name: &str) -> PathBuf {
     static MADE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let folder = target().join("tmp").join(format!("{name}-{}", std::process::id()));
@@ -135,18 +135,18 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// target/debug, or the folder in its place. The test itself runs from its `deps`.
+/// The folder target/debug, or its equivalent. The test program is in its subfolder `deps`.
 fn target() -> PathBuf {
     let here = std::env::current_exe().expect("a test has a path");
     here.ancestors().nth(2).expect("target/debug/deps/test").to_path_buf()
 }
 
-/// The program; a package cannot name another's, so it is built here, once a test file.
+/// The program. It is built once per test file, because a package cannot refer to the binary of another package.
 pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-        // With all readers, as the tests have them: what is shared is compiled once.
+        // Built with all readers, as the tests are, so that common code is compiled only once.
         build
             .args(["build", "--quiet", "--package", "cli", "--bin", "rist", "--features", "all-readers"])
             .current_dir(crate::workspace());

@@ -1,5 +1,5 @@
-//! Tests whether an exciting motion keeps its promise. It compares the covariance of the parameters by the information
-//! of the motion itself with the errors of the parameters identified from simulated logs of it.
+//! Tests the predicted accuracy of exciting motions. Compares the covariance of the parameters, computed from the motion, with
+//! the errors of parameters identified from simulated logs of this motion.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;
@@ -18,15 +18,15 @@ use random::Random;
 use rist::motion::simulation::SimulateRequest;
 use rist::{Error, IdentifyRequest, Model};
 
-/// The columns of [`information`]: base parameters, then the friction of each joint.
+/// The columns of [`information`]: base parameters, then friction parameters of each joint.
 pub fn columns(model: &Model, friction: &[FrictionTerm]) -> Vec<ParameterId> {
     let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
     let own = |c| friction.iter().flat_map(|t| t.parameters()).map(move |f| ParameterId::friction(*f, c));
     base.chain(model.regressor().coordinates().iter().flat_map(|c| own(c.as_str()))).collect()
 }
 
-/// The information of a motion about base parameters and friction, over the noise of each joint: rows over N m, of all
-/// samples of its repetitions.
+/// The weighted rows of a motion for base parameters and friction, for all samples of all repetitions. The rows of a joint are
+/// divided by its noise, N m.
 pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], friction: &[FrictionTerm]) -> WeightedRows {
     let regressor = model.regressor();
     let (n, base) = (regressor.coordinates().len(), regressor.parameters().len());
@@ -55,23 +55,23 @@ pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], fricti
     rows
 }
 
-/// The friction that simulated joints have: equation (5).
+/// The friction of the simulated joints: equation (5).
 pub const FRICTION: [FrictionTerm; 1] = [FrictionTerm::Asymmetric];
 
 pub struct Kept {
     pub name: String,
-    /// Root mean square error over the promised deviation.
+    /// Rms error divided by the predicted standard deviation.
     pub ratio: f64,
-    /// The error of each draw over the promised deviation.
+    /// The error of each draw, divided by the predicted standard deviation.
     pub errors: Vec<f64>,
-    /// Share of the draws whose 95 % interval holds the truth.
+    /// Share of the draws whose 95 % interval contains the true value.
     pub held: f64,
 }
 
-/// How each base parameter keeps the promise that the motion makes for the noise of torques and encoders. The motion is
-/// simulated as the robot would play it, with its friction. From each of `draws` noisy records the parameters are
-/// identified with this friction and otherwise default options. `encoders`: quantum and noise of the encoders, as a
-/// share of what is assumed of them. Parameters that the motion or the logs leave open are left out.
+/// Compares, for each base parameter, the errors of identifications with the predicted standard deviation for noise of torques
+/// and encoders. The motion is simulated in closed loop with friction. From each of `draws` noisy records, the parameters are
+/// identified with this friction and default options. `encoders`: quantum and noise of the encoders as a fraction of the assumed
+/// values. Parameters that the motion or the logs do not determine are omitted.
 pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
     let truth = model.nominal_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
@@ -124,9 +124,8 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     Ok(errors.into_iter().enumerate().filter_map(of).collect())
 }
 
-/// The variances of these columns by least squares on the rows of a motion, weighted as an identification does. `rist
-/// excite` promises the same variances. Here they are computed in another way, by normal equations and a Cholesky
-/// factor.
+/// The variances of these columns by weighted least squares on the rows of a motion, as in an identification. `rist excite`
+/// predicts the same variances. Here they are computed independently, by normal equations and a Cholesky factorisation.
 pub fn promised(
     model: &Model,
     motion: &ExcitingMotion,

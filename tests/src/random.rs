@@ -6,7 +6,7 @@ use robot::{Inertial, Robot, StandardParameter};
 
 pub struct Random(pub u64);
 
-/// q, dq, ddq.
+/// A state of a robot: q, dq, ddq.
 pub struct State {
     pub q: Vec<f64>,
     pub dq: Vec<f64>,
@@ -14,14 +14,14 @@ pub struct State {
 }
 
 impl State {
-    /// q, dq, ddq one after the other, as functions take them.
+    /// q, dq, ddq in one list, as functions take them.
     pub fn inputs(&self) -> Vec<f64> {
         [&self.q[..], &self.dq, &self.ddq].concat()
     }
 }
 
 impl Random {
-    /// One number of [-1, 1).
+    /// A random number in [-1, 1).
     pub fn unit(&mut self) -> f64 {
         let mut generator = SplitMix(self.0);
         let drawn = generator.unit();
@@ -37,18 +37,18 @@ impl Random {
         (0..n).map(|_| scale * self.unit()).collect()
     }
 
-    /// Positions of a whole turn, and rates that give inertia, Coriolis and gravity torques of similar size.
+    /// A random state: positions within a turn; rates for which inertia, Coriolis and gravity torques have similar magnitudes.
     pub fn state(&mut self, robot: &Robot) -> State {
         let n = robot.n_coordinates();
         State { q: self.vector(n, std::f64::consts::PI), dq: self.vector(n, 2.0), ddq: self.vector(n, 4.0) }
     }
 
-    /// Arbitrary standard parameters. They need not be physical, as the torque is linear in them.
+    /// Arbitrary standard parameters. They may be physically impossible, because the torque is linear in them.
     pub fn parameters(&mut self, robot: &Robot) -> Vec<f64> {
         self.vector(StandardParameter::all(robot).len(), 1.0)
     }
 
-    /// Standard parameters of bodies that exist: each link a dozen point masses, each rotor positive.
+    /// Physically possible standard parameters: each link has a dozen point masses, and each rotor inertia is positive.
     pub fn physical_parameters(&mut self, robot: &Robot) -> Vec<f64> {
         let mut x = Vec::new();
         let mut body = [0.0; 10];

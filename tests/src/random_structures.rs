@@ -1,15 +1,16 @@
-//! Robots drawn at random, with planar loops, joints that follow others by ratios, and equal lengths; and their rank by
-//! mechanics that share no code with `modeling`.
+//! Random robots with planar loops, joints that follow others, and equal lengths. Their rank is computed by mechanics that share
+//! no code with `modeling`.
 //!
-//! A robot is a tree of some links. Each loop is a crank that a coordinate turns, with a four-bar, a parallelogram, a crossed
-//! four-bar or a slider behind it. As a tree it is cut open, with the passive joints as coordinates p. With e(q, p) the open
-//! end of each loop as a complex number,
+//! A robot is a tree of some links. Each loop has a crank, which a coordinate moves, and a four-bar, a parallelogram, a crossed
+//! four-bar or a slider. All loops are cut open, so that the passive joints p are coordinates of a tree. e(q, p): gap of each
+//! loop, as a complex number. Then
 //!
 //! ```text
 //! dp = G dq          G = -(de/dp)^-1 de/dq
 //! D  = [1 G'] D_open(q, p, dq, G dq, ddq, G ddq + c)
 //! ```
-//! where D_open comes from the recursion of Newton and Euler ([`crate::recursion`]), column by column.
+//! where D_open is computed by the Newton-Euler recursion ([`crate::recursion`]), column by column; c: acceleration of p for ddq
+//! = 0.
 
 use expr::Tape;
 use modeling::Derivation;
@@ -20,23 +21,23 @@ use crate::planar_loop::{PlanarLoop, Third, drawn_loop};
 use crate::random::{Random, State};
 use crate::recursion;
 
-/// A column counts where it stands out of the others by more than this share of the largest: far above the rounding of
-/// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
+/// A column counts as independent if its part outside the other columns exceeds this fraction of the largest column. Rounding is
+/// about 1e-13; for lengths and angles with two digits, the part of an independent column is above 1e-6.
 const STANDS_OUT: f64 = 1e-9;
 
 pub struct Structure {
-    /// The description with its loops.
+    /// The YAML description with its loops.
     pub text: String,
-    /// The same tree, its passive joints coordinates behind the others.
+    /// The YAML description of the tree without loops. The passive joints are coordinates after the others.
     open: String,
     loops: Vec<PlanarLoop>,
-    /// What it has: `tree`, `ratio`, `crossed`, ...
+    /// The kinds of structures in the robot: `tree`, `ratio`, `crossed`, ...
     pub kinds: Vec<&'static str>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Numbers {
-    /// Right angles, few lengths that occur again and again.
+    /// Right angles, and few lengths that occur repeatedly.
     Special,
     General,
 }
@@ -57,10 +58,10 @@ impl Numbers {
     }
 }
 
-/// Ratios as gears and hands have them.
+/// Ratios of joints, as in gears and robot hands.
 const RATIOS: [&str; 8] = ["1.5", "4/3", "0.5", "-0.35", "2", "-1", "0.8024", "-2/3"];
 
-/// A description that grows link by link, whole and cut open.
+/// A description to which links are added one by one, with its loops and without them.
 #[derive(Default)]
 struct Draft {
     links: String,
@@ -110,7 +111,7 @@ pub fn structure(seed: u64) -> Structure {
 }
 
 impl Draft {
-    /// Crank, rod and third link, with the cut between the last two.
+    /// Adds a crank, a rod and a third link, with a cut between the last two.
     fn add_loop(&mut self, random: &mut Random, numbers: Numbers, antecedent: &str) {
         let k = self.loops.len() + 1;
         let (one, kind) = drawn_loop(random, self.coordinates.len());
@@ -146,7 +147,7 @@ impl Draft {
         self.kinds.push(kind);
     }
 
-    /// A link with a coordinate of its own, or one that follows others.
+    /// Adds a link with its own coordinate, or a link that follows other joints.
     fn add_link(&mut self, random: &mut Random, numbers: Numbers, antecedent: &str) {
         let j = self.names.len() + 1;
         let (alpha, d) = (numbers.angle(random), numbers.length(random));
@@ -175,25 +176,25 @@ impl Draft {
     }
 }
 
-/// A closed state, with the values of the passive joints.
+/// A state in which all loops are closed, with the values of the passive joints.
 pub struct ClosedState {
     /// q, dq, ddq of the coordinates.
     pub state: State,
-    /// p_1 and p_2 of each loop, and the angle of its cut.
+    /// For each loop, p_1, p_2 and the angle of its cut.
     passive: Vec<f64>,
-    /// D by the recursion, row by row.
+    /// The regressor D from the recursion, row by row.
     pub regressor: DMatrix<f64>,
 }
 
 impl Structure {
-    /// The robot as its description is read.
+    /// The robot, read from its description.
     ///
-    /// Fails with the text of the refusal.
+    /// Fails with the error message of the reader.
     pub fn robot(&self) -> Result<Robot, String> {
         format::read_yaml(&self.text, "structure.yaml").map_err(|e| e.to_string())
     }
 
-    /// As many closed states as asked for, the cranks between 0.1 and 2.5 rad, where no loop is near a singular configuration.
+    /// Random closed states. The crank angles are between 0.1 and 2.5 rad, and no loop is near a singular configuration.
     pub fn states(&self, count: usize, random: &mut Random) -> Vec<ClosedState> {
         let open = format::read_yaml(&self.open, "open.yaml").unwrap_or_else(|e| panic!("{}{e}", self.open));
         (0..count).map(|_| self.state(&open, random)).collect()
@@ -218,7 +219,7 @@ impl Structure {
             let g = -solve(slopes[0]);
             let rates = [g[0] * dq[k], g[1] * dq[k]];
             let coast = -solve(one.gap(q[k], at, dq[k], rates).2);
-            // The twin of a slider is turned by a right angle.
+            // The twin frame of a slider is rotated by a right angle.
             let turn = if matches!(one.third, Third::Slider) { std::f64::consts::FRAC_PI_2 } else { at[1] };
             passive.extend([at[0], at[1], turn - at[0] - q[k] - one.crank]);
             for i in 0..2 {
@@ -242,10 +243,10 @@ impl Structure {
 }
 
 impl ClosedState {
-    /// The inputs of the functions of `robot`, which may solve some passive joints by affine relations: q, passive, dq, ddq.
+    /// The inputs q, passive, dq, ddq for functions of `robot`. Some passive joints may have been replaced by affine relations.
     pub fn inputs(&self, robot: &Robot) -> Vec<f64> {
         let passive = robot.passive.iter().map(|p| {
-            // `theta_b1`, `r_c2`: the names of the links behind the letters of the joint variable; `theta_cut1` turns no link.
+            // The names of passive joints contain the link name: `theta_b1`, `r_c2`. The joint `theta_cut1` moves no link.
             let link = p.name.rsplit('_').next().unwrap_or_default();
             let number: usize = link.trim_start_matches(|c: char| c.is_alphabetic()).parse().expect("a link of a loop");
             let of_loop = |i: usize| self.passive[3 * (number - 1) + i];
@@ -256,7 +257,7 @@ impl ClosedState {
     }
 }
 
-/// The rank of stacked regressors.
+/// The rank of the regressors of all states together, and its gap.
 fn rank(states: &[ClosedState]) -> (usize, f64) {
     let rows: usize = states.iter().map(|s| s.regressor.nrows()).sum();
     let columns = states.first().map_or(0, |s| s.regressor.ncols());
@@ -269,7 +270,8 @@ fn rank(states: &[ClosedState]) -> (usize, f64) {
     rank_of(observed)
 }
 
-/// The rank of observed rows, by singular values of their scaled columns; and the gap behind it.
+/// The rank by the singular values of the scaled columns; and the ratio between the last singular value that counts and the next
+/// one.
 pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
@@ -288,13 +290,14 @@ pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
     (rank, gap)
 }
 
-/// Relative to the largest entry of a regressor: the passive joints are closed to 1e-13, and some thousand operations follow.
+/// Tolerance relative to the largest entry of a regressor. The passive joints are closed to 1e-13, and about a thousand
+/// operations follow.
 const AGREES: f64 = 1e-9;
 
 pub enum Outcome {
-    /// Regressor, rank and regrouping are those of the independent mechanics.
+    /// Regressor, rank and regrouping agree with the independent mechanics.
     Right,
-    /// No base parameters are given, with the reason.
+    /// The program gives no base parameters: the reason.
     Refused(String),
     Wrong(String),
 }
@@ -340,7 +343,7 @@ fn wrong(seed: u64) -> Option<(bool, String)> {
         let why = format!("{} base parameters, the independent rank is {found} (gap {gap:.0e})", base.len());
         return Some((false, why));
     }
-    // The kept columns are independent, and nothing is lost: D_base X_base = D X.
+    // The kept columns are independent, and represent all torques: D_base X_base = D X.
     let x = Random(seed + 2_000_000).vector(p, 1.0);
     let x_base = base.values(&x);
     for state in &states {
@@ -348,7 +351,7 @@ fn wrong(seed: u64) -> Option<(bool, String)> {
         let tau = &state.regressor * DMatrix::from_column_slice(p, 1, &x);
         let tau_base = kept * DMatrix::from_column_slice(x_base.len(), 1, &x_base);
         let apart = (&tau - tau_base).amax();
-        // Numeric coefficients carry the rounding of the scan.
+        // Numeric coefficients have the rounding error of the rank computation, so the tolerance is larger.
         if apart.is_nan() || apart > AGREES * 10.0 * (1.0 + state.regressor.amax()) {
             return Some((false, format!("D_base X_base is off by {apart:e} of {:e}", tau.amax())));
         }

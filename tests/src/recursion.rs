@@ -1,4 +1,4 @@
-//! The torque by the recursion of Newton and Euler, in the base frame.
+//! Computes joint torques by the Newton-Euler recursion, in the base frame.
 //!
 //! ```text
 //! outward   w_j = w_i + z_j dr            dw_j = dw_i + z_j ddr + w_i x z_j dr           (revolute)
@@ -7,8 +7,8 @@
 //!           n_j = J_j dw_j + w_j x J_j w_j + s_j x a_j                     about the origin O_j
 //! inward    f, n of what a link carries are added, n with the lever (O_c - O_j) x f_c
 //! ```
-//! l = O_j - O_i; gravity enters as the acceleration -g of the base. The torque of a coordinate is the sum
-//! over the joints of the joint's torque times its rate per rate of the coordinate [Luh, Walker, Paul 1980].
+//! l = O_j - O_i. Gravity is included as the acceleration -g of the base. The torque of a coordinate is the sum over all joints
+//! of the joint torque times the derivative of the joint variable by the coordinate [Luh, Walker, Paul 1980].
 
 use robot::{JointKind, Robot};
 
@@ -27,7 +27,7 @@ struct Motion {
     a: Vector,
 }
 
-/// tau at a state from the standard parameters x, N m (N).
+/// The joint torques at a state, N m (N). `x`: standard parameters.
 pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     let lift = |v: &[f64]| v.iter().map(|&x| Number::constant(x)).collect::<Vec<_>>();
     let variables = joint_variables(robot, &lift(&state.q));
@@ -84,7 +84,7 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     tau
 }
 
-/// The wrench that moves a body so: m a + dw x s + w x (w x s), and J dw + w x J w + s x a about its origin.
+/// The wrench for the motion of a body, about its origin: m a + dw x s + w x (w x s), and J dw + w x J w + s x a.
 fn wrench(motion: &Motion, body: &[f64; 10]) -> (Vector, Vector) {
     let Motion { frame, w, dw, a } = *motion;
     let s = turned(&frame.rotation, constants([body[6], body[7], body[8]]));

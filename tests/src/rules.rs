@@ -1,11 +1,11 @@
-//! Regrouping rules as text, read back into numbers: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
+//! Evaluates regrouping rules from their text: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
 
 use std::collections::BTreeMap;
 
 use robot::{Affine, CoordinateId, Symbol, SymbolId, Value, value};
 
-/// Coefficient of each parameter in a sum such as `XX2 - YY2 - D2^2*(M3 + M4)`, at these values of the
-/// symbols. Panics when the text is no such sum.
+/// The coefficient of each parameter in a sum such as `XX2 - YY2 - D2^2*(M3 + M4)`, for these values of the symbols. Panics if
+/// the text is not such a sum.
 pub fn coefficients(sum: &str, parameters: &[String], symbols: &[(String, f64)]) -> BTreeMap<String, f64> {
     let table: Vec<Symbol> = symbols
         .iter()
@@ -21,7 +21,7 @@ pub fn coefficients(sum: &str, parameters: &[String], symbols: &[(String, f64)])
     affine.terms.iter().map(|&(k, c)| (parameters[k.0].clone(), c)).collect()
 }
 
-/// `D2^3*x` as `D2*D2*D2*x`, `sin(a)^2` as `sin(a)*sin(a)`.
+/// Writes powers as products: `D2^3*x` becomes `D2*D2*D2*x`, `sin(a)^2` becomes `sin(a)*sin(a)`.
 fn without_powers(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -44,7 +44,7 @@ fn without_powers(text: &str) -> String {
             .last()
             .map_or(at, |(i, _)| i);
         out += &before[..start];
-        // A power behind a division sign is written as that many divisions.
+        // A power after a division sign becomes several divisions.
         let joint = if out.ends_with('/') { "/" } else { "*" };
         out += &vec![&before[start..]; power].join(joint);
         rest = &after[digits..];

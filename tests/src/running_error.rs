@@ -1,16 +1,17 @@
-//! A function in plain f64, with a bound of its rounding error carried along [Higham 2002, 3.3].
+//! Evaluates a function in plain f64 with a running bound of the rounding error [Higham 2002, 3.3].
 //!
-//! Two evaluations of the same operations lie within twice the bound, in whatever order and with sines and cosines an
-//! ulp apart. The bound is a few ulp times the condition of every sum on the way.
+//! Two evaluations of the same operations differ by at most twice the bound, in any order, and if sines and cosines differ by one
+//! unit in the last place. The bound is a few units in the last place, times the condition number of each sum.
 
 use expr::{Algebra, Expr, Function, Node, Symbol};
 
-/// Every output entry of `function` at `inputs`. Angles must be inputs, and constants bound.
+/// Each output entry of `function` at `inputs`, with its error bound. Angles must be inputs, and named constants must have
+/// values.
 pub fn bounded(function: &Function, inputs: &[f64]) -> Vec<Bounded> {
     function.evaluate_in(&mut RunningError { function, inputs }).concat()
 }
 
-/// A value and a bound of its rounding error.
+/// A value, and a bound of its rounding error.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounded {
     pub value: f64,

@@ -1,10 +1,10 @@
-//! Texts that stand in tests/data and are compared as a whole: a difference is seen in review, as a diff of the file.
+//! Compares texts with files in tests/data. A changed text appears in a review as a diff of the file.
 //!
-//! `SNAPSHOTS=write cargo test -p tests` writes them anew.
+//! `SNAPSHOTS=write cargo test -p tests` writes the files.
 
 use std::path::PathBuf;
 
-/// Compares a text with the file of this name in tests/data, or writes the file where the environment asks for it.
+/// Compares a text with the file `name` in tests/data. Writes the file instead if the environment variable requests it.
 pub fn assert_snapshot(name: &str, text: &str) {
     let file: PathBuf = crate::workspace().join("tests/data").join(name);
     if std::env::var_os("SNAPSHOTS").is_some_and(|word| word == "write") {

@@ -1,8 +1,7 @@
-//! A robot of a description, derived by `modeling` and evaluated by tape: what tests and benchmarks identify.
+//! A robot that is derived by `modeling` and evaluated by tape. Tests and benches identify its parameters.
 //!
-//! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq), with Y (n x p) the base regressor, A (n x n) the inertia matrix, h the
-//! bias and X (p) the base parameters, which follow from the standard ones phi of the description: X = B phi.
-//! Robots whose loops are closed numerically are not here.
+//! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq). Y (n x p): base regressor; A (n x n): inertia matrix; h: bias torque; X (p): base
+//! parameters, X = B phi; phi: standard parameters. Robots with loops that are closed numerically are not supported.
 
 use std::sync::Arc;
 
@@ -17,13 +16,13 @@ use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
 use crate::joint_log::described;
 
-/// A robot with values of its parameters, as a regressor and as dynamics.
+/// A robot with parameter values. It can be used as a regressor and as dynamics.
 #[derive(Clone)]
 pub struct TapeRobot {
     pub robot: Robot,
-    /// The base parameters, and how they follow from the standard ones.
+    /// The base parameters as combinations of standard parameters.
     pub base: BaseParameters,
-    /// Values of the standard parameters, in the order of the columns of D; zero where the description gives none.
+    /// Values of the standard parameters, in the order of the columns of D; zero if the description gives none.
     pub standard: Vec<f64>,
     pub truth: Vec<f64>,
     coordinates: Vec<String>,
@@ -32,16 +31,16 @@ pub struct TapeRobot {
 }
 
 struct Tapes {
-    /// q, dq, ddq -> Y.
+    /// The tape of the base regressor: q, dq, ddq -> Y.
     regressor: Tape,
-    /// q, X -> A.
+    /// The tape of the inertia matrix: q, X -> A.
     inertia: Tape,
-    /// q, dq, X -> h.
+    /// The tape of the bias torque: q, dq, X -> h.
     bias: Tape,
 }
 
 impl TapeRobot {
-    /// Derives the robot; panics where its rank is not clear-cut, or where its joints are not affine in q.
+    /// Derives the robot. Panics if its rank is ambiguous, or if a joint variable is not affine in q.
     pub fn new(robot: Robot) -> TapeRobot {
         assert!(robot.passive.is_empty(), "{}: a joint is no affine function of q", robot.name);
         let (mut derivation, columns, base) = crate::derived(&robot);
@@ -66,7 +65,7 @@ impl TapeRobot {
         TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
     }
 
-    /// q, dq, ddq and torques of a swinging arm of two joints at t, s.
+    /// q, dq, ddq and torques of an arm with two oscillating joints, at time t, s.
     pub fn swing_of_two(&self, t: f64) -> [Vec<f64>; 4] {
         let sine = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
         let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| sine(w1, 0.8)[k] + sine(w2, 0.3)[k]);
@@ -76,21 +75,21 @@ impl TapeRobot {
         [q, dq, ddq, tau]
     }
 
-    /// The same robot with base parameters `x`. Each is given to the standard parameter of its column, the others are
-    /// zero.
+    /// The robot with other base parameters `x`. Each value is assigned to the standard parameter of its column; all other
+    /// standard parameters are zero.
     pub fn with_base(&self, x: &[f64]) -> TapeRobot {
         let mut standard = vec![0.0; self.standard.len()];
         self.base.base.iter().zip(x).for_each(|(b, x)| standard[b.column] = *x);
         self.with_standard(standard)
     }
 
-    /// The same robot with every standard parameter of a link multiplied by that link's factor.
+    /// The robot with the standard parameters of each link multiplied by the factor of the link.
     pub fn with_scaled_links(&self, factors: &[f64]) -> TapeRobot {
         let scaled = |(p, x): (&StandardParameter, &f64)| factors[p.link.0] * x;
         self.with_standard(self.base.standard.iter().zip(&self.standard).map(scaled).collect())
     }
 
-    /// The same robot with a body of these ten parameters fixed to a link, in its frame.
+    /// The robot with an additional body fixed to a link. `body`: ten parameters in the frame of the link.
     pub fn with_body(&self, link: LinkId, body: &Ten) -> TapeRobot {
         let mut standard = self.standard.clone();
         for (p, x) in self.base.standard.iter().zip(&mut standard) {
@@ -101,12 +100,12 @@ impl TapeRobot {
         self.with_standard(standard)
     }
 
-    /// The base parameter whose column is that of this standard parameter: `MX3`, even where others joined it.
+    /// Index of the base parameter whose column belongs to this standard parameter, for example `MX3`; `None` if there is none.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.base.base.iter().position(|b| self.base.standard[b.column].display(&self.robot).to_string() == name)
     }
 
-    /// X = B phi in numbers, with a body for each link, and the rotors, which cannot be negative.
+    /// The map X = B phi in numbers, with the body of each link, and the rotor inertias, which must not be negative.
     pub fn map(&self) -> StandardMap {
         let standard = &self.base.standard;
         let of_base = |(k, b): (usize, &modeling::BaseParameter)| {
@@ -123,12 +122,12 @@ impl TapeRobot {
         )
     }
 
-    /// The bodies of the map, by the present standard parameters.
+    /// The bodies of the map, from the current standard parameters.
     pub fn bodies(&self) -> Vec<Ten> {
         crate::by_link(&self.robot, &self.standard).into_iter().map(|(body, _)| body).collect()
     }
 
-    /// The bodies of the map that the description gives.
+    /// The bodies of the map, from the description; `None` for a link without inertial parameters.
     pub fn references(&self) -> Vec<Option<Ten>> {
         let first = self.base.standard.iter().filter(|s| s.inertial == Inertial::Xx);
         first.map(|s| self.robot.link(s.link).inertial).collect()

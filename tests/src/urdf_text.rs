@@ -1,10 +1,10 @@
-//! URDF texts of random trees, to be read, derived and generated.
+//! URDF texts of random trees.
 
 use std::fmt::Write;
 
 use crate::random::Random;
 
-/// A tree of `n` joints. Each hangs on one of the last `reach` links before it, so that 1 gives a serial robot.
+/// A random tree of `n` joints. The parent of a link is one of the last `reach` links before it; 1 gives a serial robot.
 pub fn random_tree(n: usize, reach: usize, seed: u64) -> String {
     let mut random = Random(seed);
     let mut text = format!("<robot name=\"tree_of_{n}\">\n  <link name=\"link_0\"/>\n");
@@ -13,7 +13,7 @@ pub fn random_tree(n: usize, reach: usize, seed: u64) -> String {
         let right = std::f64::consts::FRAC_PI_2;
         let rpy: Vec<f64> = (0..3).map(|_| right * random.below(4) as f64).collect();
         let xyz: Vec<f64> = (0..3).map(|_| if random.unit() < 0.2 { 0.0 } else { 0.3 * random.unit() }).collect();
-        // One axis in eight is oblique, and one joint in ten slides.
+        // One axis in eight is oblique, and one joint in ten is prismatic.
         let axis = match random.below(8) {
             0 => [0.6, 0.0, 0.8],
             1 | 2 => [1.0, 0.0, 0.0],

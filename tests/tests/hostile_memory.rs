@@ -1,6 +1,7 @@
-//! Inputs that claim, repeat or nest more than they hold: each ends in a message, in memory that its own size bounds.
+//! Inputs that state larger sizes, or expand to more, than they contain. Each is refused, with memory that is bounded by the size
+//! of the input.
 //!
-//! The program's allocations are counted, so nothing else runs in this file: one test.
+//! The test counts all allocations of its process, so this file contains only one test.
 
 use std::io::Write;
 use std::path::Path;
@@ -24,11 +25,11 @@ use tests::{files_below, workspace};
 #[global_allocator]
 static ALLOCATED: PeakAlloc = PeakAlloc;
 
-/// What an input may take: so many times its bytes, and so many bytes more.
+/// Memory that an input may use: this number of times its size in bytes. `MORE`: additional bytes.
 const TIMES: usize = 64;
 const MORE: usize = 64 << 20;
 
-/// What a reader says of an input, or that it takes it.
+/// A reader: fails with its error message.
 type Reader = fn(&[u8]) -> Result<(), String>;
 
 struct Hostile {
@@ -43,7 +44,7 @@ fn log(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn text(bytes: &[u8]) -> &str {
-    // What is no text is refused before a reader sees it.
+    // An input that is not UTF-8 is refused before a reader gets it.
     std::str::from_utf8(bytes).unwrap_or_default()
 }
 
@@ -59,7 +60,7 @@ fn robot(file: &str, bytes: &[u8]) -> Result<(), String> {
     told(parse_robot(text(bytes), Path::new(file), &ModelOptions::default()))
 }
 
-/// Every reader of a file that one step leaves for the next, or that a user writes.
+/// The readers of all files that a step of the program writes for the next step, or that a user writes.
 const ARTEFACTS: [Reader; 8] = [
     |b| told(Estimate::from_yaml("estimate.yaml", text(b))),
     |b| told(ExperimentPlan::from_yaml("plan.yaml", text(b)).and_then(|plan| plan.trajectories("plan.yaml"))),
@@ -93,7 +94,7 @@ fn par(bytes: &[u8]) -> Result<(), String> {
     robot("robot.par", bytes)
 }
 
-/// An MJCF, into which the bodies of a known robot are written.
+/// Reads an MJCF into which the bodies of a known robot are written.
 fn simulator_model(bytes: &[u8]) -> Result<(), String> {
     let arm = read_urdf(include_str!("../../fuzz/corpus/write_back/arm.urdf"), "arm.urdf").unwrap();
     let body = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
@@ -111,7 +112,7 @@ fn zstd(text: &str) -> Vec<u8> {
     ruzstd::encoding::compress_to_vec(text.as_bytes(), ruzstd::encoding::CompressionLevel::Fastest)
 }
 
-/// An MCAP file of so many chunks that each unpack to this.
+/// An MCAP file with `count` compressed chunks; each decompresses to `content`.
 fn chunks_of(count: usize, content: &[u8]) -> Vec<u8> {
     let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
     packed.write_all(content).unwrap();
@@ -122,12 +123,12 @@ fn chunks_of(count: usize, content: &[u8]) -> Vec<u8> {
     [&b"\x89MCAP0\r\n"[..], &chunk.repeat(count)].concat()
 }
 
-/// Chunks of one record each, of `size` zeros that no reader asks for.
+/// Chunks with one record each, of `size` zeros. No reader needs this record.
 fn chunks_of_zeros(count: usize, size: usize) -> Vec<u8> {
     chunks_of(count, &[&[9][..], &(size as u64).to_le_bytes(), &vec![0; size]].concat())
 }
 
-/// A .npz of one array of `rows` x 2 zeros.
+/// A .npz with one array of `rows` x 2 zeros.
 fn npz_of_zeros(rows: usize) -> Vec<u8> {
     let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, 2), }}\n");
     let mut packed = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -146,7 +147,7 @@ fn npz_of_zeros(rows: usize) -> Vec<u8> {
     [local, central, end].concat()
 }
 
-/// Two columns of zeros, which the writer packs into some bytes.
+/// A Parquet file with two columns of zeros, which is very small.
 fn parquet_of_zeros(rows: usize) -> Vec<u8> {
     let column = |name: &str| (name.to_string(), logs::Cells::Numbers(vec![0.0; rows]));
     logs::parquet_bytes(&[column("t"), column("q1")]).unwrap()
@@ -158,7 +159,7 @@ fn unpacked(gzip: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Ten layers, each of ten of the one before it.
+/// A YAML text with ten levels of anchors. Each level repeats the previous one ten times.
 fn anchors() -> String {
     let mut text = "a0: &a0 [x]\n".to_string();
     for layer in 1..10 {
@@ -168,7 +169,7 @@ fn anchors() -> String {
     text
 }
 
-/// An Arrow file of 64 rows, every 64 of which is said to be more.
+/// An Arrow file of 64 rows, in which each number 64 is replaced by a larger number.
 fn arrow_of_claims(rows: u64) -> Vec<u8> {
     let mut bytes = include_bytes!("identification/foreign_logs/polars.arrow").to_vec();
     let (found, claimed) = (64u64.to_le_bytes(), rows.to_le_bytes());
@@ -239,7 +240,7 @@ fn vertices(bytes: &[u8], name: &str) -> Result<(), String> {
     told(clearance::mesh::parse_vertices(bytes, Path::new(name)))
 }
 
-/// Bytes that were allocated at once beyond what was there before.
+/// Largest additional memory during `work`, bytes.
 fn peak_of(work: impl FnOnce()) -> usize {
     let before = ALLOCATED.current_usage();
     ALLOCATED.reset_peak_usage();
@@ -261,7 +262,7 @@ fn what_an_input_takes_is_bounded_by_its_size() {
             beyond.push((input.name.to_string(), peak));
         }
     }
-    // Files of every kind that are cut anywhere: their claims stand, what they claim does not. Those by which rist was
+    // Files of all kinds, truncated at several positions, so that their stated sizes are too large. The files with which rist was
     // attacked are read whole.
     let corpora = files_below(&workspace().join("fuzz/corpus")).into_iter().map(|path| (path, 50));
     let attacks = hardening().map_or(Vec::new(), |folder| files_below(&folder)).into_iter().map(|path| (path, 0));

@@ -1,9 +1,9 @@
-//! `bench`: measures run times on this machine. Each computed result is also compared with an independent recursion.
+//! The task `bench`: measures run times on this machine. Each computed result is also compared with an independent recursion.
 //!
-//! Prints one table, writes it between the two marks of docs/benchmarks.md, and stores its numbers in records/COMMIT.csv. The
-//! measured programs are a bench of the package `tests`, because xtask must build without `generated`.
+//! It prints one table, writes it between the two marks of docs/benchmarks.md, and stores its numbers in records/COMMIT.csv. The
+//! measured programs are in a bench of the package `tests`, because xtask must build without `generated`.
 //!
-//! `bench instructions` counts instructions instead of time, which needs valgrind and gungraun-runner.
+//! `bench instructions` counts instructions instead of time. It needs valgrind and gungraun-runner.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,10 +12,10 @@ use std::time::Instant;
 
 use crate::cargo::{cargo, root, said, target};
 
-/// The generated file of a 7R robot, whose compilation is timed.
+/// The generated file of a robot with seven revolute joints. Its compilation is timed.
 const FILE: &str = "generated/src/robots/panda.rs";
 
-/// Number of compilations for one measured time; the shortest counts.
+/// Number of compilations per measured time; the shortest time is used.
 const COMPILATIONS: u32 = 3;
 
 const PAGE: &str = "docs/benchmarks.md";
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&record, &csv(&rows))
 }
 
-/// The rows of the table that the bench prints.
+/// The rows of the table, as printed by the bench.
 fn rows_of_bench() -> Result<String, String> {
     let bench = ["bench", "--quiet", "--package", "tests", "--bench", "speed"];
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
@@ -54,7 +54,7 @@ fn rows_of_bench() -> Result<String, String> {
     }
 }
 
-/// A sentence with the commit, the processor, its cores and the compiler.
+/// A sentence that names the commit, the processor, the number of its cores, and the compiler.
 fn conditions() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ").map(|(_, m)| m));
@@ -68,10 +68,10 @@ fn conditions() -> String {
     )
 }
 
-/// The measured commit; marked with `-changed` if files are changed.
+/// The measured commit. `-changed` is appended if files differ from the commit.
 fn commit() -> String {
     let git = |arguments: &[&str]| said(Command::new("git").args(arguments).current_dir(root()));
-    // The files that this command writes do not change the measured program.
+    // Changes in docs and records are ignored, because this task writes there and they do not affect the measured programs.
     let status = ["status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", ":!records"];
     let is_changed = !git(&status).trim().is_empty();
     let commit = git(&["rev-parse", "--short", "HEAD"]);
@@ -79,7 +79,7 @@ fn commit() -> String {
     format!("{commit}{}", if is_changed { "-changed" } else { "" })
 }
 
-/// Writes the table between its marks in the page.
+/// Writes the table between its two marks in the page.
 fn write_page(text: &str) -> Result<(), String> {
     let page = root().join(PAGE);
     let old = std::fs::read_to_string(&page).map_err(|e| format!("{PAGE}: {e}"))?;
@@ -115,8 +115,8 @@ fn instructions() -> Result<(), String> {
     cargo(&["bench", "--package", "tests", "--features", "instructions", "--bench", "instructions"])
 }
 
-/// The time, s, that rustc needs for this file alone, the shortest of three. `is_called`: whether the library calls the
-/// function for f64.
+/// The time that rustc needs for this file alone, s: the shortest of three. `is_called`: whether the library calls the function
+/// for f64, so that it is really compiled.
 fn compile(is_called: bool) -> Result<f64, String> {
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;

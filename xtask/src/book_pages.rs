@@ -1,16 +1,16 @@
-//! Reads the pages of the book: titles, anchors and links; checks that each link has a target.
+//! Reads the pages of the book (titles, anchors and links), and checks that each link has a target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::cargo::root;
 
-/// The page with the table that gives the order of the other pages.
+/// The page whose table determines the order of the other pages.
 const TABLE: &str = "docs/README.md";
-/// Pages in the root of the repository, which form the last part of the book.
+/// The pages in the root folder. They form the last part of the book.
 const ROOT_PAGES: [&str; 4] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"];
 
-/// A page; `name`: its path relative to the root.
+/// A page of the book. `name`: its path relative to the root.
 pub(crate) struct Page {
     pub(crate) name: String,
     text: String,
@@ -44,13 +44,13 @@ impl Page {
         })
     }
 
-    /// The first heading of the page; fails if there is none.
+    /// The first heading of the page. Fails if there is none.
     pub(crate) fn title(&self) -> Result<&str, String> {
         let title = self.prose().find_map(|line| line.strip_prefix("# "));
         title.ok_or(format!("{} has no heading", self.name))
     }
 
-    /// The anchors of the headings, for links with `#`, formed as GitHub and mdBook do.
+    /// The anchors of the headings, formed as GitHub and mdBook form them.
     fn anchors(&self) -> BTreeSet<String> {
         let headings = self.prose().filter(|line| line.starts_with('#'));
         let anchor = |line: &str| {
@@ -61,7 +61,7 @@ impl Page {
         headings.map(anchor).collect()
     }
 
-    /// The links and pictures within the repository: file, and anchor or an empty text.
+    /// The links and pictures that refer to files of the repository: file, and anchor (empty if there is none).
     pub(crate) fn links(&self) -> Vec<(&str, &str)> {
         let of_line = |line: &'_ str| -> Vec<(usize, usize)> {
             let starts =
@@ -78,7 +78,7 @@ impl Page {
         self.links().into_iter().filter(|(file, _)| !file.is_empty()).map(|(file, _)| self.resolved(file))
     }
 
-    /// A path of a link in this page, made relative to the root.
+    /// Converts the path of a link in this page to a path relative to the root.
     fn resolved(&self, file: &str) -> PathBuf {
         let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
         let mut path = PathBuf::new();
@@ -95,7 +95,7 @@ impl Page {
     }
 }
 
-/// The parts of the book with their pages: the parts of the table in docs/README.md, then the pages of the root.
+/// The parts of the book, each with its pages: first the parts of the table in docs/README.md, then the pages of the root.
 pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, String> {
     let table = pages.iter().find(|page| page.name == TABLE).ok_or(format!("there is no {TABLE}"))?;
     let by_name: BTreeMap<&str, &Page> = pages.iter().map(|page| (page.name.as_str(), page)).collect();
@@ -119,7 +119,7 @@ pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, Stri
     Ok(parts)
 }
 
-/// Errors of the pages: links without a target, and pages that are not exactly once in the book.
+/// Messages about links without a target, and about pages that do not occur exactly once in the book.
 pub(crate) fn faults(pages: &[Page]) -> Result<Vec<String>, String> {
     let mut faults = Vec::new();
     let anchors: BTreeMap<PathBuf, BTreeSet<String>> =

@@ -1,10 +1,10 @@
-//! `book`: makes an mdBook of the pages of docs/, with live pages of `rist` in it.
+//! The task `book`: makes an mdBook of the pages of docs/. It contains pages that `rist` writes (live pages).
 //!
-//! The table in docs/README.md gives the order of the chapters. The pages are copied without change into target/book/src, which
-//! has the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked,
-//! and a message says that the book was not rendered.
+//! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which has
+//! the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked, and a
+//! message tells this.
 //!
-//! `book --check` only checks. `book --screenshots` also takes screenshots of the live pages with Chromium.
+//! `book --check` only checks the pages. `book --screenshots` also takes screenshots of the live pages with Chromium.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use crate::book_pages::{Page, chapters, faults, pages};
 use crate::cargo::{done, root, target};
 use crate::pictures_task;
 
-/// The pages that `rist` writes: name, title, and command.
+/// The live pages: file name, title, and the command that writes the page.
 const LIVE: [(&str, &str, &[&str]); 3] = [
     (
         "ur5",
@@ -36,7 +36,7 @@ const LIVE: [(&str, &str, &[&str]); 3] = [
 
 /// Width and height of a screenshot, pixels.
 const SCREENSHOT_PIXELS: (u32, u32) = (1100, 800);
-/// Largest size of a screenshot, bytes; a larger one is not stored in the repository.
+/// Largest size of a screenshot that is stored in the repository, bytes.
 const LARGEST_SCREENSHOT_BYTES: u64 = 150_000;
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         [other, ..] => return Err(format!("book takes --check, --screenshots or nothing; found `{other}`")),
     };
     let pages = check()?;
-    // The source folder is removed first, so that removed or renamed pages do not remain in the book.
+    // The old source folder is removed first, so that removed or renamed pages do not remain in the book.
     let book = target().join("book");
     let source = book.join("src");
     if source.exists() {
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&source.join("SUMMARY.md"), &summary(&pages)?)?;
     write(&source.join("live.md"), &live_chapter())?;
     write(&book.join("book.toml"), BOOK)?;
-    // This task must succeed without mdbook.
+    // The task must also succeed if mdbook is not installed.
     let html = book.join("html/index.html");
     match Command::new("mdbook").arg("--version").output() {
         Ok(found) if found.status.success() => {
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Reads the pages. Fails if a link has no target or a page has no place in the book.
+/// Reads all pages. Fails if a link has no target, or if a page is not in the book.
 fn check() -> Result<Vec<Page>, String> {
     let pages = pages()?;
     let faults = faults(&pages)?;
@@ -109,7 +109,7 @@ default-theme = \"light\"
 preferred-dark-theme = \"navy\"
 ";
 
-/// The text of SUMMARY.md for mdBook: the parts and chapters in their order.
+/// The text of SUMMARY.md for mdBook: the parts and chapters in order.
 fn summary(pages: &[Page]) -> Result<String, String> {
     let mut text = String::from("# Summary\n\n[rist](index.md)\n[Live pages](live.md)\n[All pages](docs/index.md)\n");
     for (part, chapters) in chapters(pages)? {
@@ -121,7 +121,7 @@ fn summary(pages: &[Page]) -> Result<String, String> {
     Ok(text)
 }
 
-/// A chapter that shows the live pages.
+/// The text of a chapter that shows the live pages.
 fn live_chapter() -> String {
     let mut text =
         String::from("# Live pages\n\nEach is one file that `rist` wrote, here in a frame; the link opens it alone.\n");
@@ -136,7 +136,7 @@ fn live_chapter() -> String {
     text
 }
 
-/// Writes the live pages with `rist`: the program that the environment variable RIST names, or else one that is built.
+/// Writes the live pages with `rist`: the program in the environment variable RIST, otherwise one that is built now.
 fn live_pages(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, _, arguments) in LIVE {
@@ -167,7 +167,7 @@ fn rist() -> Command {
     command
 }
 
-/// Takes a screenshot of each live page into docs/pictures.
+/// Takes a screenshot of each live page, and stores it in docs/pictures.
 fn screenshots(folder: &Path) -> Result<(), String> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let is_there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|found| found.status.success());
@@ -181,7 +181,7 @@ fn screenshots(folder: &Path) -> Result<(), String> {
         let mut command = Command::new(browser);
         command
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-            // Scripts draw after loading; virtual time gives them the same time, however busy the machine is.
+            // The scripts of a page draw after loading. Virtual time gives them the same time on any machine, however busy it is.
             .arg("--virtual-time-budget=4000")
             .arg(format!("--window-size={},{}", SCREENSHOT_PIXELS.0, SCREENSHOT_PIXELS.1))
             .arg(format!("--screenshot={}", picture.display()))
@@ -197,13 +197,14 @@ fn screenshots(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Adapts a file name, or a text with links, to the book: mdBook renders README as index.html, but leaves links to README.html.
+/// Changes README.md in a file name or in links to index.md, because mdBook writes README as index.html but does not change the
+/// links.
 fn in_book(text: &str) -> String {
     let of_link = text.replace("README.md)", "index.md)").replace("README.md#", "index.md#");
     of_link.strip_suffix("README.md").map_or(of_link.clone(), |folder| format!("{folder}index.md"))
 }
 
-/// Copies the pages, and the files that they link to or show.
+/// Copies the pages, and the files to which they link or which they show.
 fn copy(pages: &[Page], source: &Path) -> Result<(), String> {
     let mut files: BTreeSet<PathBuf> = pages.iter().map(|page| PathBuf::from(&page.name)).collect();
     for page in pages {

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Runs cargo in its own process, because xtask writes `generated` and so cannot depend on a program that needs it.
+/// Runs cargo in a separate process, because xtask writes `generated` and must not depend on it.
 pub(crate) fn cargo(arguments: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
-/// Runs a command to its end; fails if the command fails. `what`: its name in the error message.
+/// Runs a command until it ends. Fails if the command fails. `what`: name of the command in the error message.
 pub(crate) fn done(command: &mut Command, what: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -28,7 +28,7 @@ pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
-/// The target triple of this machine. If a build gets it as --target, its compiler flags do not apply to build scripts and
+/// The target triple of this machine. If a build passes it as --target, the compiler flags do not apply to build scripts and
 /// macros.
 pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;

@@ -1,14 +1,14 @@
-//! `fuzz SECONDS`: builds the programs of fuzz/ with coverage, with the stable compiler, and runs each for an equal share of
-//! the time.
+//! The task `fuzz SECONDS`: builds the programs of fuzz/ with coverage by the stable compiler, and runs each of them for an equal
+//! share of the time.
 //!
-//! cargo-fuzz needs a nightly compiler for one flag; here the LLVM pass behind this flag is selected by its name. The corpora
-//! are only read, and so are the files of past attacks if they exist (../shared/findings/inputs/hardening). New inputs are
-//! stored in target/fuzz/corpus, and an input that breaks a program in target/fuzz/found.
+//! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind this flag is selected by its name. The initial
+//! inputs are only read: the corpora, and files of earlier attacks if they exist (../shared/findings/inputs/hardening). New
+//! inputs are stored in target/fuzz/corpus, and inputs that crash a program in target/fuzz/found.
 //!
-//! The last step needs no coverage: it changes each file that the program reads at random, and runs the program on it
-//! (tests/src/mutation.rs).
+//! The last step runs without coverage: it changes each file that the program can read at random, and runs the program with the
+//! changed file (tests/src/mutation.rs).
 //!
-//! Not fuzzed: folders of rosbag2, and the Python package.
+//! Not covered: folders of rosbag2, and the Python package.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::process::Command;
 
 use crate::cargo::{cargo, done, host, root, target};
 
-/// The programs of fuzz/targets, each with the folders that contain its initial inputs.
+/// The programs in fuzz/targets, each with the folders of its initial inputs.
 const TARGETS: [(&str, &[&str]); 8] = [
     ("robots", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
     ("derive", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
@@ -34,12 +34,12 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
                         -Cllvm-args=-sanitizer-coverage-pc-table \
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// Limits of the time for an input, s, of the memory and of one allocation, MiB, and of the length of an input, bytes. An input
-/// that exceeds the time or the memory is a finding. Computing possible bodies takes 0.3 s in a release build, and a hundred
-/// times longer with coverage on a shared machine. Inputs longer than 8 KiB find nothing new in the time.
+/// Limits: time for an input, s; memory and size of one allocation, MiB; length of an input, bytes. An input that exceeds the
+/// time or the memory is a finding. The computation of possible bodies takes 0.3 s in a release build, and a hundred times longer
+/// with coverage on a shared machine. Inputs longer than 8 KiB find nothing more in the available time.
 ///
-/// For an input of at most this length, no reader allocates at once more than twice its budget (64 times the size of the input
-/// plus 64 MiB).
+/// An input of this length has a budget of 64 times its size plus 64 MiB. No reader allocates more than twice this budget at
+/// once.
 const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=128", "-max_len=8192"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     build.current_dir(root).env("CARGO_TARGET_DIR", &target).env("RUSTFLAGS", COVERAGE);
     done(&mut build, "cargo build of fuzz/")?;
 
-    // Each target gets one share of the time, and so do the mutations.
+    // The time is divided equally between the targets and the mutations.
     let found = target.join("found");
     fs::create_dir_all(&found).map_err(|e| format!("{}: {e}", found.display()))?;
     let share = seconds.div_ceil(1 + TARGETS.len() as u64);
@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     }
 }
 
-/// Runs the program itself on files that are changed at random.
+/// Runs the program on files that are changed at random.
 fn mutations(seconds: u64, found: &Path) -> Result<(), String> {
     cargo(&["build", "--quiet", "--release", "--package", "cli"])?;
     let program = target().join("release").join(format!("rist{}", std::env::consts::EXE_SUFFIX));

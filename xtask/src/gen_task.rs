@@ -1,7 +1,7 @@
-//! `gen`: writes the models of models/ as Rust source into generated/src/robots/.
+//! The task `gen`: writes the robots of models/ as Rust source to generated/src/robots/.
 //!
-//! All files are first rendered into a map path -> text, which is then written or compared. The folder contains only generated
-//! files, so a file without a model is removed.
+//! All files are first stored in a map (path -> text), which is then written or compared. The folder contains only generated
+//! files, so a file whose model no longer exists is removed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,10 +20,10 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     if check { compare(&rendered) } else { write(&rendered) }
 }
 
-/// The rendered files of all models (the index lists all): path relative to the root -> text.
+/// The generated files of all models, as a map: path relative to the root -> text.
 struct Rendered {
     files: BTreeMap<PathBuf, String>,
-    /// The files that the user asked for.
+    /// The files that the user requested.
     asked: Vec<PathBuf>,
 }
 
@@ -34,7 +34,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         .filter(|path| matches!(path.extension().and_then(|e| e.to_str()), Some("yaml" | "urdf" | "par")))
         .collect();
     paths.sort();
-    // A model outside of models/ is an error, because the index would not list it.
+    // A model outside of models/ is an error, because the index would not contain it.
     let wanted: Vec<PathBuf> = models
         .iter()
         .map(|m| {
@@ -52,7 +52,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         })
         .collect::<Result<_, String>>()?;
 
-    // All models are derived, because the index lists all of them; only the wanted ones are written.
+    // All models are derived, because the index lists them all. Only the requested ones are written.
     let mut modules = Vec::new();
     let mut rendered = Rendered { files: BTreeMap::new(), asked: Vec::new() };
     for path in &paths {
@@ -78,7 +78,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     Ok(rendered)
 }
 
-/// The files of the folder that belong to no model.
+/// The files of the folder that do not belong to any model.
 fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
     let folder = root().join(FOLDER);
     let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {

@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "book" => book_task::run(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
-        // A separate program, because xtask must build without `generated`.
+        // This runs in a separate program, because xtask must build without `generated`.
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! `pictures [--check]`: writes docs/pictures/*.svg, or compares the files with what would be written.
+//! The task `pictures [--check]`: writes docs/pictures/*.svg. With --check, it only compares the files with the new pictures.
 
 use crate::cargo::root;
 use crate::pictures;

@@ -1,7 +1,7 @@
-//! `python`: builds the Python package in a separate environment under target/ and tests it there.
+//! The task `python`: builds the Python package in a virtual environment below target/, and tests it there.
 //!
-//! If there is no python3 with venv, or if pip cannot get what it needs, a message says so and the task succeeds, because the
-//! project has to build and pass without Python.
+//! If there is no python3 with venv, or if pip cannot install the needed packages, the task prints a message and succeeds,
+//! because the project must also build and pass its tests without Python.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use crate::cargo::{cargo, done, root, target};
 use crate::stubs_task;
 
-/// Packages that are installed into the environment in addition to rist.
+/// The packages that are installed in the environment in addition to rist.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         return Ok(());
     }
 
-    // The Python tests compare their output with the output of this program, byte by byte.
+    // The Python tests compare the package with the output of this program, byte by byte.
     cargo(&["build", "--quiet", "--package", "cli", "--features", "all-readers"])?;
     let at_root = |program: &str| {
         let mut command = Command::new(environment.join("bin").join(program));
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     done(tests.env("RIST_PROGRAM", target.join("debug/rist")), "pytest")
 }
 
-/// Makes the environment if there is none; the error says why it cannot be made.
+/// Makes the virtual environment if there is none. Fails with the reason if it cannot be made.
 fn environment_in(environment: &Path) -> Result<(), String> {
     let complete = environment.join("complete");
     if fs::read_to_string(&complete).is_ok_and(|text| text == PACKAGES.join(" ")) {
@@ -52,7 +52,7 @@ fn environment_in(environment: &Path) -> Result<(), String> {
     fs::write(&complete, PACKAGES.join(" ")).map_err(|e| format!("{}: {e}", complete.display()))
 }
 
-/// Runs a command. If it fails, the last line of its output is the reason.
+/// Runs a command without showing its output. If it fails, the last line of its output is the reason.
 fn quiet(command: &mut Command, what: &str) -> Result<(), String> {
     let out = command.stdin(Stdio::null()).output().map_err(|e| format!("{what}: {e}"))?;
     let said = String::from_utf8_lossy(&out.stderr).trim().lines().last().unwrap_or("no reason is given").to_string();

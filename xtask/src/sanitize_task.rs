@@ -1,22 +1,23 @@
-//! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the SIMD lanes of `generated`, the
-//! triangle in registers of `numerics`, the fused tape of `expr`, the work in wide registers of `logs` and `identification`.
+//! The task `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: SIMD lanes of `generated`, the
+//! triangle in registers of `numerics`, the fused tape of `expr`, and the functions in wide registers of `logs` and
+//! `identification`.
 //!
-//! Miri and the address sanitizer need a nightly compiler, Miri also its component and `rust-src`. If a tool is missing, this
-//! is reported, and is no failure.
+//! Miri and the address sanitizer need a nightly compiler; Miri also needs its component and `rust-src`. If a tool is missing, a
+//! message tells this, and the task does not fail.
 //!
-//! | | runs | leaves out |
+//! | tool | tests that it runs | not covered |
 //! |---|---|---|
-//! | valgrind | the tests of the kernels, on the registers that it knows: AVX2 with FMA, no AVX-512 | |
-//! | address sanitizer | library tests of these packages, and tests of the SIMD lanes, on all registers of the processor | |
-//! | Miri | the tests of the kernels, each for no vectors, for AVX2 with FMA and for AVX-512 | robots of more than three coordinates: an hour |
+//! | valgrind | the kernels with the registers that valgrind supports: AVX2 with FMA, not AVX-512 | |
+//! | address sanitizer | library tests of these packages and tests of the SIMD lanes, with all registers of the processor | |
+//! | Miri | the kernels: without SIMD, with AVX2 and FMA, and with AVX-512 | robots with more than three coordinates (an hour) |
 //!
-//! Not tested here: the Python package, whose `unsafe` code needs an interpreter.
+//! Not tested here: the Python package, because its `unsafe` code needs an interpreter.
 
 use std::process::Command;
 
 use crate::cargo::{done, host, root, said, target};
 
-/// The tests of kernels: package, target selection of cargo, and part of the test names.
+/// The tests of kernels: package, cargo option that selects the target, and a part of the test names.
 const KERNELS: [[&str; 3]; 6] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],
@@ -26,7 +27,7 @@ const KERNELS: [[&str; 3]; 6] = [
     ["tests", "--test=model", "lanes::"],
 ];
 
-/// Target features of the processors for which Miri runs the kernels.
+/// The processor features with which Miri runs the kernels.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -94,7 +95,7 @@ fn address(nightly: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The name of a nightly toolchain in rustup; `None` if there is none.
+/// Name of a nightly toolchain of rustup; `None` if there is none.
 fn nightly() -> Option<String> {
     let text = said(Command::new("rustup").args(["toolchain", "list"]));
     let names = text.lines().filter_map(|line| line.split_whitespace().next());

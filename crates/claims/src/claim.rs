@@ -1,4 +1,4 @@
-//! Claims. A claim is a subject with the outcome of its check.
+//! A claim: a subject (such as the zero of a joint) with the outcome of its check.
 
 use std::fmt;
 
@@ -18,7 +18,8 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Makes a claim from the outcome of a check. An outcome without evidence is replaced by "cannot tell".
+    /// Makes a claim from the outcome of a check. An outcome without evidence (an empty text, a number that is not finite) is
+    /// replaced by "cannot tell".
     pub fn new(subject: Subject, outcome: Outcome) -> Claim {
         if outcome.has_evidence() {
             return Claim { subject, outcome };
@@ -63,7 +64,8 @@ mod tests {
     use crate::remedy::{Remedy, Trial};
     use crate::subject::Topic;
 
-    /// One claim of each outcome, with `text` and `number` as its evidence; "contradicted" has a tried and an untried remedy.
+    /// One claim of each outcome, with `text` and `number` as evidence. "Contradicted" occurs twice: with a tried and with an
+    /// untried remedy.
     fn each(text: &str, number: f64) -> [Claim; 7] {
         let (text, figure) = (|| text.to_string(), || Figure::new(number, "deg"));
         let contradicted = |trial| {

@@ -1,4 +1,4 @@
-//! Numbers with their unit, and bounds.
+//! Numbers with their unit, and bounds of quantities, printed with few digits.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 pub fn significant(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
     match rounded.abs() {
-        // This matches -0 too.
+        // 0.0 also matches -0.0.
         0.0 => "0".into(),
         1e-5..1e7 => rounded.to_string(),
         _ => format!("{rounded:e}"),
@@ -19,7 +19,7 @@ pub fn significant(x: f64, digits: usize) -> String {
 /// A number with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// The number, in this unit.
+    /// The number, in the unit `unit`.
     pub value: f64,
     /// The printed unit: `N m`, `%`, `columns`.
     pub unit: String,
@@ -31,8 +31,8 @@ impl Figure {
         Figure { value, unit: unit.into() }
     }
 
-    /// Prints the number and its unit with four significant digits. If `is_false` holds for the rounded number, all digits are
-    /// printed.
+    /// Prints the number with four significant digits, and its unit. If `is_false(rounded number)`, all digits are printed, so
+    /// that a printed bound holds.
     fn rounded(&self, is_false: impl Fn(f64) -> bool) -> String {
         let rounded = format!("{:.3e}", self.value).parse().unwrap_or(self.value);
         format!("{} {}", if is_false(rounded) { self.value } else { rounded }, self.unit)

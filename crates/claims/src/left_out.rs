@@ -1,4 +1,5 @@
-//! Requirements that a proof does not cover. They are assumed, with a source, or unchecked, with a reason.
+//! Requirements that a proof does not cover. Each is either assumed, with the source of the assumption, or unchecked, with the
+//! reason.
 
 use serde::{Deserialize, Serialize};
 
@@ -39,7 +40,7 @@ pub enum LeftOutReason {
     NotLookedAt {
         /// The reason, as a clause.
         why: String,
-        /// Data that would allow the check, as a noun.
+        /// Data that would allow the check, as a noun: `a path from where the robot stands`.
         would_tell: String,
     },
 }
@@ -77,7 +78,7 @@ impl LeftOut {
         LeftOut { matter, of, why, is_asked: false }
     }
 
-    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. A motion does not contain them.
+    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. They are not part of a motion.
     pub fn approach() -> LeftOut {
         LeftOut::not_looked_at(
             LeftOutTopic::Approach,

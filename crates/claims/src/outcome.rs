@@ -48,7 +48,7 @@ pub enum Outcome {
     Contradicted {
         /// The fault, as a clause: `it is off by 3 deg`.
         fault: String,
-        /// The request that removes the fault.
+        /// The request (step and fields) that removes the fault.
         remedy: Remedy,
         /// Whether the remedy was tried, and its effect.
         trial: Trial,

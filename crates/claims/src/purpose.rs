@@ -4,21 +4,22 @@ use crate::claim::Claim;
 use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A subject about which a purpose needs claims, and the rule by which these claims lower the purpose.
+/// A need of a purpose: the subject about which it needs claims, and how these claims lower its level of evidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
     subject: Subject,
     kind: NeedKind,
 }
 
-/// The rule by which the claims about a needed subject lower the level of evidence of the purpose.
+/// How the claims about a needed subject lower the level of evidence of a purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum NeedKind {
-    /// If a claim about the subject is below this level, the purpose is refused. Without claims, the subject is open.
+    /// If the lowest claim about the subject is below this level, the purpose is refused. Without claims, the subject counts as
+    /// open.
     AtLeast(EvidenceLevel),
-    /// Every claim about the subject counts. Without claims, nothing is lowered.
+    /// The lowest claim about the subject counts. Without claims, the purpose is not lowered.
     WhereTold,
-    /// Only a contradiction of the subject counts.
+    /// Only a contradiction of the subject counts: it refuses the purpose.
     Uncontradicted,
 }
 
@@ -28,7 +29,8 @@ impl Need {
         Need { subject, kind: NeedKind::AtLeast(EvidenceLevel::Open) }
     }
 
-    /// The user requires this level for the claims on `subject`; below it the purpose is refused.
+    /// The purpose needs claims about `subject` of at least this level, because the user requires it; below it the purpose is
+    /// refused.
     pub fn at_least(subject: Subject, standing: EvidenceLevel) -> Need {
         Need { subject, kind: NeedKind::AtLeast(standing) }
     }
@@ -63,7 +65,7 @@ impl Need {
         is_low && claim.subject().touches(&self.subject)
     }
 
-    /// The level of evidence of this need: the lowest level among the claims about the subject, by the rule of `kind`.
+    /// The level of evidence of this need: the lowest level of the claims about the subject, subject to the rule of `kind`.
     pub(crate) fn standing(&self, claims: &[Claim]) -> EvidenceLevel {
         let about = claims.iter().filter(|claim| claim.subject().touches(&self.subject));
         let lowest = about.map(|claim| claim.standing()).min();
@@ -80,7 +82,7 @@ impl Need {
     }
 }
 
-/// A purpose of the user and its needs. It has at least one, because a purpose without needs would always be proven.
+/// A purpose of the user with its needs. It has at least one need, because a purpose without needs would always be proven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Purpose {
     /// The printed name: `gravity compensation`.

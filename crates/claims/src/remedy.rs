@@ -14,12 +14,12 @@ pub struct Remedy {
     pub step: String,
     /// Names of fields of the request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
     pub fields: Vec<(String, String)>,
-    /// The effect of the remedy, as an advice: `let the delay be found`.
+    /// The effect of the remedy, as advice: `let the delay be found`.
     pub sentence: String,
 }
 
 impl Remedy {
-    /// Makes a remedy that runs `step` without fields. `sentence`: its effect, as an advice.
+    /// Makes a remedy that runs `step` without fields. `sentence`: its effect, as advice.
     pub fn new(step: impl Into<String>, sentence: impl Into<String>) -> Remedy {
         Remedy { step: step.into(), fields: Vec::new(), sentence: sentence.into() }
     }

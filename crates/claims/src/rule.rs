@@ -1,4 +1,4 @@
-//! The rule for a purpose: the worst claim about a needed subject decides.
+//! The rule for the level of evidence of a purpose: the worst claim about a needed subject decides.
 
 use crate::claim::Claim;
 use crate::purpose::Purpose;
@@ -6,12 +6,12 @@ use crate::standing::EvidenceLevel;
 
 /// The level of evidence of a purpose: the lowest level among its needs.
 ///
-/// An additional claim never raises this level, except the first claim about a needed subject.
+/// An additional claim never raises this level, except if it is the first claim about a needed subject.
 pub fn worst(claims: &[Claim], purpose: &Purpose) -> EvidenceLevel {
     purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(EvidenceLevel::Open)
 }
 
-/// The claims because of which a purpose does not have [`Trust::Yes`](crate::Trust::Yes).
+/// The claims that are so low that a purpose does not have [`Trust::Yes`](crate::Trust::Yes).
 pub fn lowering<'a>(claims: &'a [Claim], purpose: &Purpose) -> Vec<&'a Claim> {
     let is_low = |claim: &&Claim| purpose.needs.iter().any(|need| need.is_lowered_by(claim));
     claims.iter().filter(is_low).collect()
@@ -59,7 +59,8 @@ mod tests {
             Purpose::new("where claimed", Need::where_claimed(of(ZERO, 1))),
             Purpose::new("uncontradicted", Need::uncontradicted(of(ZERO, 2))),
         ];
-        // For each purpose and each pair of claims: order and repetition do not matter, and a further claim raises nothing.
+        // For each purpose and each pair of claims: order and repetition of claims do not change the level, and a second claim
+        // does not raise it.
         for purpose in &purposes {
             let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.has_claims(claims));
             let needs = |claim: &Claim| claim.subject().topic == ZERO || purpose.needs.len() == 2;
@@ -104,7 +105,7 @@ mod tests {
         assert_eq!(found, [Proven, Agreed, Assumed, Open, Open, Refused]);
         assert_eq!(worst(&[], &counts), Proven);
         assert_eq!(worst(std::slice::from_ref(&agrees), &purpose), Agreed);
-        // A contradiction at another joint does not concern this subject.
+        // A contradiction at another joint does not change the level of this subject.
         let elsewhere = Claim::new(Subject::of(ZERO, ["q2"]), outcomes()[5].clone());
         assert_eq!(worst(&[agrees, elsewhere], &purpose), Agreed);
     }

@@ -1,4 +1,4 @@
-//! The level of evidence of claims; exit code, trust and "proven" follow from it.
+//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from it.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The convex solids that a robot's links consist of.
+//! Converts the collision geometry of a robot's links into convex solids.
 //!
 //! Each link of the file with collision geometry is a body, even if a fixed joint connects it to another link. If neither a
 //! moving link nor the links fixed to it have collision geometry, they form one body of points: the origins of their frames.
@@ -21,7 +21,7 @@ pub struct BodyShape {
     pub pose: Pose,
     /// Centre of a ball that contains the solid (bounding ball), in the frame of the link, m.
     pub centre: Vector3,
-    /// Radius of the bounding ball, m.
+    /// Radius of the bounding ball of the solid, m.
     pub ball: f64,
     /// Largest distance of a point of the solid from the axis of the joint that carries the link, m.
     pub max_axis_distance: f64,
@@ -30,7 +30,7 @@ pub struct BodyShape {
 /// A link of the file as a body: its shapes and the moving link that carries it.
 #[derive(Clone, Debug)]
 pub struct FileLink {
-    /// Name of this link in the file.
+    /// Name of the link in the robot description file.
     pub name: String,
     /// Name in the file of the moving link that carries this link: the link itself, or the link it is fixed to; `base`
     /// for the base.
@@ -41,7 +41,7 @@ pub struct FileLink {
     pub shapes: Vec<BodyShape>,
     /// Whether the file describes a shape of this link. If not, points represent the link.
     pub has_geometry: bool,
-    /// For each shape that is missing, the reason.
+    /// For each shape that could not be read, the reason.
     pub missing: Vec<String>,
     /// For a body of points: the name of the frame of each point, in the order of `shapes`. Otherwise empty.
     pub frames: Vec<String>,
@@ -68,7 +68,8 @@ pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     found
 }
 
-/// The bodies that one moving link (or the base) carries. They move together.
+/// The bodies that one moving link (or the base) carries. They move together. `given`: collision shapes; `frames`: frames of the
+/// link, for a body of points.
 fn carried(
     carrier: &str,
     link: Option<usize>,
@@ -97,7 +98,7 @@ fn carried(
             Err(why) => found[at].missing.push(why),
         }
     }
-    // No link has a shape: one body of points is made from the origins of all frames.
+    // If no link here has a shape, one body of points is made from the origins of all frames.
     if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
         let points = frames.iter().map(|(_, pose)| BodyShape::new(point(), *pose)).collect();

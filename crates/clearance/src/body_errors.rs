@@ -11,7 +11,7 @@ use crate::clearance::Clearance;
 pub struct BodyErrors {
     /// Largest error of the position of each joint, rad (m). Empty: no errors.
     pub joints: Vec<f64>,
-    /// Largest absolute value of each coordinate, rad (m).
+    /// Largest absolute value of each coordinate during the motion, rad (m).
     pub farthest: Vec<f64>,
     /// Largest position error of a point of a body relative to its link, m.
     pub bodies: f64,
@@ -73,7 +73,7 @@ mod tests {
                 most = most.max(lost / gap.margin);
             }
         }
-        // The margin is at most a few times the loss due to the errors.
+        // The margin is of the same order as the largest loss of distance that the errors cause.
         assert!(most > 0.3, "{most}");
         assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
     }

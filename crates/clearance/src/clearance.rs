@@ -32,20 +32,20 @@ pub struct Gap {
     pub is_own: bool,
     /// Required least distance including the margin, m.
     pub bound: f64,
-    /// Share of `bound` that covers the errors of joints and bodies, m.
+    /// Part of `bound` that covers the errors of joints and bodies, m.
     pub margin: f64,
-    /// Additional distance above the bound, m. A search keeps it, because it checks a motion only at some instants.
+    /// Additional distance above the bound, m. A search for motions keeps it, because it checks a motion only at some instants.
     pub reserve: f64,
     /// Names of the moving links that carry the two bodies. A gap to a half-space has the same name twice.
     pub carriers: [String; 2],
-    /// Index of the body, and indices of its shapes.
+    /// `body`: index of the body. `shapes`: indices of its shapes that must keep the distance.
     pub(crate) body: usize,
     pub(crate) shapes: Vec<usize>,
     pub(crate) against: Against,
     /// Links with joints that move the body relative to the other body, the outermost first; then the links with joints that
     /// move the other body.
     pub(crate) joints: [Vec<usize>; 2],
-    /// Whether the distance is the same in all poses. Then it needs no margin.
+    /// Whether the distance is the same in all poses of the robot. Such a gap needs no margin.
     pub(crate) is_constant: bool,
 }
 
@@ -60,7 +60,7 @@ pub(crate) enum Against {
 pub struct GapRange {
     /// Distance at the configuration, m; negative if the bodies overlap.
     pub reached: f64,
-    /// Lower bound of the distance near the configuration, m.
+    /// Lower bound of the distance, m, while each coordinate moves away from the configuration by at most its spread.
     pub at_least: f64,
 }
 
@@ -80,7 +80,7 @@ pub struct Clearance {
     pub(crate) cut_bodies: Vec<(String, usize)>,
 }
 
-/// Allowance for the rounding of positions a few metres from the base and of distances, m. It is larger than needed.
+/// Allowance for rounding of distances, and of positions a few metres from the base, m. It is larger than needed.
 pub(crate) const PLACE_ROUNDING_M: f64 = 1e-9;
 /// Allowance for the rounding of the sine of the angle between a joint axis and a normal.
 const PARALLEL_ROUNDING: f64 = 1e-12;
@@ -96,7 +96,7 @@ impl Clearance {
         &self.left_out
     }
 
-    /// Indices of the coordinates that change the gap with this index.
+    /// Indices of the coordinates that change the gap with the index `gap`.
     pub fn moved_by(&self, gap: usize) -> Vec<usize> {
         let rates = self.rates.get(gap).into_iter().flatten();
         rates.enumerate().filter(|(_, rate)| **rate > 0.0).map(|(k, _)| k).collect()
@@ -107,7 +107,7 @@ impl Clearance {
         self.floor
     }
 
-    /// Height of the lowest point of the moving bodies, m, and the name of its body. `None` if no body moves.
+    /// Height of the lowest point of the moving bodies at configuration q, m, and the name of its body. `None` if no body moves.
     pub fn lowest(&self, q: &[f64]) -> Option<(f64, &str)> {
         let poses = self.tree.poses(q);
         let heights = self.bodies.iter().filter(|b| b.link.is_some()).flat_map(|body| {
@@ -122,7 +122,8 @@ impl Clearance {
         &self.cut_bodies
     }
 
-    /// Largest distance by which a body exceeds the hull of its mesh, m, and the name of the body. `None` if there is no mesh.
+    /// Largest distance by which a body exceeds the convex hull of its mesh, m, and the name of the body. `None` if there is no
+    /// mesh.
     pub fn mesh_error(&self) -> Option<(f64, &str)> {
         let of = |body: &FileLink| {
             let hulls = body.shapes.iter().filter(|shape| matches!(shape.solid.core, Core::Hull(_)));
@@ -132,7 +133,8 @@ impl Clearance {
         all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The joints from link `a` inward to the link that carries both `a` and `b`, the outermost first; then the joints from `b`.
+    /// The links with joints that move `a` relative to `b`: the chain from `a` inward, then the chain from `b` inward, each with
+    /// the outermost link first and without the links that carry both. `None`: the base.
     pub(crate) fn between(&self, a: Option<usize>, b: Option<usize>) -> [Vec<usize>; 2] {
         let (a, b) = (self.tree.inward(a), self.tree.inward(b));
         let common = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
@@ -149,8 +151,8 @@ impl Clearance {
         body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
-    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: only the
-    /// component along it.
+    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: only its
+    /// component along this unit vector.
     fn displacement(
         &self,
         joints: &[usize],
@@ -184,7 +186,8 @@ impl Clearance {
         along
     }
 
-    /// The distance of a gap for link poses `poses`, and its lower bound while each coordinate moves by at most `spread`.
+    /// The distance of a gap for the link poses `poses`, and its lower bound while each coordinate moves by at most its value in
+    /// `spread` (`None`: no motion).
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> GapRange {
         let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];

@@ -19,16 +19,17 @@ use crate::solid::Solid;
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// Clearance from which a pair does not count as crowded, m.
+    /// A pair of bodies with at least this clearance is not crowded, m.
     enough: f64,
 }
 
-/// Least ratio of the clearance after a cut to the clearance before. Below this ratio the cut is undone, because more shapes
+/// Least ratio of the clearance after a cut to the clearance before. If it is smaller, the cut is undone, because more shapes
 /// slow down every proof.
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// Returns the pair if its clearance is below `enough`, m, or if it always touches with more than one joint in between.
+    /// Returns the pair if it is crowded: its clearance is below `enough`, m, or its bodies always touch although several joints
+    /// are between them.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {
             SampledRoom::Room(room) => room < enough,
@@ -54,7 +55,8 @@ impl Crowded {
 }
 
 impl Clearance {
-    /// Cuts the meshes of these pairs, and keeps a cut if it gives a pair more clearance. Returns whether any body stays cut.
+    /// Cuts the meshes of these pairs into convex pieces, and keeps a cut if it gives a pair more clearance. Returns whether any
+    /// cut is kept.
     pub(crate) fn cut_meshes_of(
         &mut self,
         robot: &Robot,
@@ -135,7 +137,8 @@ mod tests {
         assert_eq!(clearance.cut_bodies(), [("fork".to_string(), 3)]);
         let pair = clearance.gaps().iter().position(|gap| gap.subject == "rod and fork").unwrap();
         let room = clearance.rooms(&[0.0, 0.01], &[0.0; 2], &[pair])[0];
-        // The plate ends at a height of 0.06 m and the rod starts at 0.15 m: the distance is 0.09 m. The posts are farther away.
+        // The plate ends at a height of 0.06 m and the rod starts at 0.15 m, so the distance is 0.09 m. The posts are farther
+        // away.
         assert!((room.reached - 0.09).abs() < 1e-6, "{room:?}");
         assert!(clearance.left_out().iter().all(|out| !out.of.contains(&"rod and fork".to_string())));
         std::fs::remove_dir_all(&folder).ok();

@@ -19,9 +19,10 @@ use claims::{LeftOut, LeftOutTopic};
 
 /// Least distance between two links of the robot if none is requested, m.
 pub const DEFAULT_DISTANCE_M: f64 = 0.01;
-/// If no distance is requested, the least distance of a pair is at most this share of its room.
+/// If no distance is requested, the least distance of a pair is at most this share of its room (distance over sampled poses, see
+/// `sampled_room`).
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// Reserve above the bound of a gap that a search keeps if there is enough room, m.
+/// Distance above the bound of a gap that a search for motions keeps in addition, if there is enough room, m.
 pub(crate) const RESERVE_M: f64 = 0.004;
 /// If there is less room, the reserve is this share of the room above the bound.
 const RESERVE_SHARE: f64 = 0.25;
@@ -52,14 +53,14 @@ impl Clearance {
             left_out: vec![],
             cut_bodies: vec![],
         };
-        // a rule about an unknown link or pair is an error: otherwise it would have no effect unnoticed
+        // A rule about an unknown link or pair is an error, because it would have no effect.
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
         match rules.own_links {
             true => {
                 clearance.leave_out_unknown_links();
                 let sampled: Vec<Vec<Pose>> = situation.poses.iter().map(|q| clearance.tree.poses(q)).collect();
-                // pairs with little room have cut meshes now, so all pairs are added again
+                // Pairs with little room now have cut meshes, so all pairs are added again.
                 let others = clearance.left_out.len();
                 let crowded = clearance.add_pairs(rules, situation, &sampled);
                 if clearance.cut_meshes_of(robot, directory, &crowded, &sampled) {
@@ -79,15 +80,15 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, rules)?;
         }
-        // the rates need the complete list of gaps, and the margins need the rates
+        // The rates need the complete list of gaps, and the margins need the rates.
         match (rules.is_over)() {
             true => Err("interrupted before the bodies were looked at".into()),
             false => Ok(clearance.with_rates(&rules.errors)),
         }
     }
 
-    /// A clearance without gaps, for a robot with joints that are solved numerically: the motion of such joints has
-    /// no known bound.
+    /// A clearance without gaps, for a robot with joints that are solved numerically. No bound of the motion of such joints is
+    /// known.
     fn of_numeric_joints(rules: &ClearanceRules) -> Clearance {
         let asked = [
             (LeftOutTopic::Distance, rules.own_links),
@@ -105,7 +106,8 @@ impl Clearance {
         Clearance { tree, bodies, half_spaces, gaps, rates, given_ranges, floor: None, left_out, cut_bodies: vec![] }
     }
 
-    /// Adds a gap for every two bodies with shapes that move relative to each other. Returns the pairs with little room.
+    /// Adds a gap for every two bodies with shapes that move relative to each other. Returns the pairs with little room (crowded
+    /// pairs).
     fn add_pairs(&mut self, rules: &ClearanceRules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
         let (mut touching, mut near, mut constant, mut crowded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
@@ -118,7 +120,7 @@ impl Clearance {
                 if !is_known(body) || !is_known(other) {
                     continue;
                 }
-                // If no free joint moves two links relative to each other, their distance is constant and not checked.
+                // If no free joint moves two bodies relative to each other, their distance is constant and is not checked.
                 let joints = self.between(body.link, other.link);
                 if !joints.iter().flatten().any(|&j| self.turns(j, &situation.moves)) {
                     continue;
@@ -144,10 +146,10 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // if the sampled room exceeds `enough`, its exact value does not change the bound
+                // If the room over the sampled poses exceeds `enough`, its exact value does not change the bound.
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
-                // The distance between the two sides of one joint is the same at every angle, and no motion increases it.
+                // The distance between the two sides of one joint is equal at every angle, so no motion can increase it.
                 let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
                 crowded.extend(Crowded::of(&gap, found, enough));
                 match found {
@@ -177,8 +179,8 @@ impl Clearance {
     }
 }
 
-/// The least distance of a pair with the given room, m. It is at most a share of the room if no distance is requested or if
-/// the distance of the pair is constant.
+/// The least distance that a pair must keep, m. `room`: its distance over sampled poses, m. If no distance is requested or if the
+/// distance is constant, it is at most a share of the room.
 fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
@@ -187,7 +189,7 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// The room above which the bound of a pair no longer depends on the room, m. Larger rooms need not be measured exactly.
+/// If the room of a pair (distance over sampled poses) exceeds this, m, its exact value does not change the bound.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
@@ -224,7 +226,7 @@ pub(crate) mod tests {
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
-    /// A test situation with 1000 poses spread over the joint ranges.
+    /// A test situation with 1000 poses spread over the joint limits.
     pub(crate) fn situation() -> Situation {
         let angle = |k: usize, step: f64| 3.0 * (2.0 * (k as f64 * step).fract() - 1.0);
         let poses = (0..1000).map(|k| vec![angle(k, 0.618), angle(k, 0.414), angle(k, 0.732)]).collect();
@@ -240,7 +242,7 @@ pub(crate) mod tests {
     fn gaps_of_an_arm_are_those_of_geometry() {
         let clearance = clearance(&rules(0.02)).unwrap();
         let subjects: Vec<&str> = clearance.gaps().iter().map(|g| g.subject.as_str()).collect();
-        // All joints turn about z except the joint of the hand: only the hand comes nearer to the floor.
+        // All joints turn about z except the joint of the hand, so only the hand can come nearer to the floor.
         assert_eq!(subjects, ["fore and post", "hand and post", "hand and upper", "hand at the floor"]);
         let joined = ["upper and post", "fore and upper", "hand and fore"].map(String::from).to_vec();
         let what = "they touch in 99 % of 1000 poses, so that no motion parts them";
@@ -273,7 +275,7 @@ pub(crate) mod tests {
                         assert!(there.reached >= proved.at_least, "{proved:?} {there:?}");
                     }
                 }
-                // No joint is farther than 2.1 m from a point that it moves, and three joints move: 3 * 2.1 m = 6.3 m.
+                // A point is at most 2.1 m from each joint that moves it, and three joints move: 3 * 2.1 m = 6.3 m.
                 assert!(proved.iter().all(|r| r.reached - r.at_least < 6.3 * spread + 1e-6), "{proved:?}");
             }
         }
@@ -327,7 +329,7 @@ pub(crate) mod tests {
         let knob = found.gaps().iter().find(|g| g.subject == "knob and fore").unwrap();
         assert_eq!((knob.bound, knob.carriers.as_slice()), (DEFAULT_DISTANCE_M, &["hand".into(), "fore".into()][..]));
         assert!(found.rooms(&[0.0; 3], &[0.0; 3], &[place(&found, "knob and fore")])[0].reached < 0.0);
-        // The post and a collar on the upper arm are always 6 mm apart. The bound is half of this distance.
+        // The post and a collar on the upper arm are always 6 mm apart, so the bound is half of this distance.
         let text = ARM.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.044\"/>");
         let text = text.replace("<origin xyz=\"0.5 0 0\" rpy", "<origin xyz=\"0.6 0 0\" rpy");
         let tight = clearance_of(&text, &ClearanceRules::default()).unwrap();

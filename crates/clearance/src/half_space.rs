@@ -35,7 +35,7 @@ impl HalfSpace {
         Ok(HalfSpace { name, normal, offset: dot(normal, point), links: None })
     }
 
-    /// The six half-spaces with a box as intersection. `low`, `high`: opposite corners of the box.
+    /// The six half-spaces whose intersection is a box. `low`, `high`: opposite corners of the box in the base frame, m.
     ///
     /// Fails if a coordinate of `low` is not below the same coordinate of `high`.
     pub fn sides_of_box(name: &str, low: Vector3, high: Vector3) -> Result<Vec<HalfSpace>, String> {

@@ -12,14 +12,15 @@ use robot::vector::{Vector3, dot};
 const CELLS_PER_EDGE: usize = 16;
 /// A hull with at most this number of points is not divided into cells.
 const FEW_POINTS: usize = 16;
-/// A point counts as farther than another if its height is larger by this share of the size of the hull. Rounding is far smaller.
+/// A point is farther along a direction than another if its height is larger by this share of the size of the hull. Rounding is
+/// far smaller.
 const FARTHER_SHARE: f64 = 1e-9;
 
 /// The convex hull of at least one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     points: Vec<Vector3>,
-    /// The points that can be farthest in each cell, cell after cell of all cube faces. Empty for few points.
+    /// The points that can be farthest in each cell of directions, cell after cell of all cube faces. Empty for few points.
     candidates: Vec<Vector3>,
     /// Index of the first candidate of each cell. The last entry is the end of the last cell.
     starts: Vec<usize>,
@@ -105,7 +106,7 @@ impl Hull {
         &self.points
     }
 
-    /// The point of the hull that is farthest along a direction. Of several farthest points, it is the first.
+    /// The point of the hull that is farthest along a direction. If several are equally far, the first of them.
     pub(crate) fn support(&self, along: Vector3) -> Vector3 {
         let size = along.map(f64::abs);
         let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else { 1 + usize::from(size[2] > size[1]) };
@@ -123,7 +124,7 @@ impl Hull {
     }
 }
 
-/// Index of the point that is farthest along a direction; of several, the first. `None` if there are no points.
+/// Index of the point that is farthest along a direction; if several are equally far, the first. `None` if there are no points.
 pub(crate) fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
     let mut best = (f64::NEG_INFINITY, None);
     for (k, p) in points.iter().enumerate() {

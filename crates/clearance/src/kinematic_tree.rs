@@ -16,7 +16,7 @@ struct LinkPlacement {
     antecedent: Option<usize>,
     fixed: Pose,
     kind: JointKind,
-    /// The joint position depends on these coordinates: index and multiple of each.
+    /// The coordinates on which the joint position depends: index and multiple of each.
     terms: Vec<(usize, f64)>,
     offset: f64,
 }
@@ -83,8 +83,8 @@ impl KinematicTree {
         &self.places[link].terms
     }
 
-    /// The axis of the joint of a link in the base frame, if the base is the antecedent of the link: then no joint moves this
-    /// axis. Otherwise `None`.
+    /// The axis of the joint of a link in the base frame, if the antecedent of the link is the base, because no joint then moves
+    /// this axis. Otherwise `None`.
     pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
         let place = &self.places[link];
         place.antecedent.is_none().then(|| axis(&place.fixed))
@@ -126,7 +126,7 @@ mod tests {
         let (found, expected) = (KinematicTree::new(&robot).unwrap().poses(&q), robot.link_poses(&q));
         for (a, b) in found.iter().zip(&expected) {
             let entries = |p: &Pose| [p.rotation[0], p.rotation[1], p.rotation[2], p.position].concat();
-            // Allowance for the rounding of a few products of numbers below one.
+            // Allowed error: rounding of a few products of numbers below one.
             assert!(entries(a).iter().zip(entries(b)).all(|(x, y)| (x - y).abs() < 1e-14), "{a:?} {b:?}");
         }
         assert_eq!(found.len(), 3);

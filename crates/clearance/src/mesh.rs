@@ -20,7 +20,7 @@ use robot::mesh;
 use robot::vector::Vector3;
 use robot::{CollisionShape, Robot};
 
-/// Size of the largest file that is read. Larger files are no collision geometry.
+/// Largest size of a mesh file that is read, bytes. Larger files are no collision geometry.
 const MAX_MESH_BYTES: u64 = 256 << 20;
 /// Largest allowed coordinate of a vertex, m. No robot has a vertex farther away.
 const FARTHEST_VERTEX_M: f64 = 1e6;
@@ -33,7 +33,7 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {
             let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
-            // `directory` can be relative. Then it lacks the folders above the working directory, so the absolute path is used.
+            // If `directory` is relative, it lacks the folders above the working directory. So the absolute path is used.
             let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
             let candidates = full.ancestors().flat_map(|above| {
                 let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));
@@ -78,7 +78,7 @@ pub(crate) fn triangles(path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
 
 fn content(path: &Path) -> Result<Vec<u8>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
-    // The format is checked first: a file of an unknown format is not opened.
+    // The format is checked first, so that a file of an unknown format is not opened.
     mesh::check_format(path)?;
     source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => fail("the mesh is larger than 256 MiB".into()),
@@ -96,7 +96,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
     if found.is_empty() {
         return Err(fail("the mesh has no vertex".into()));
     }
-    // Duplicates are removed: each vertex occurs in many triangles.
+    // Each vertex occurs in many triangles, so duplicates are removed.
     found.sort_by(|a, b| {
         a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });
@@ -108,7 +108,7 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
 mod tests {
     use super::*;
 
-    /// Makes an empty folder for a test.
+    /// Makes a test folder with empty folders for a description and for meshes.
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("rist-mesh-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -154,7 +154,7 @@ mod tests {
         ] {
             std::fs::write(folder.join(name), bytes).unwrap();
             let error = vertices(&folder.join(name)).map(|v| v.len());
-            // A truncated text file has no vertex. This is an error too.
+            // A truncated text file has no vertex, which is an error too.
             let error = error.unwrap_err();
             assert!(error.contains(said) || error.contains("no vertex"), "{name}: {error}");
         }

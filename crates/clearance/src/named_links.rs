@@ -1,4 +1,4 @@
-//! Checks that the links and pairs named in the rules exist.
+//! Checks that the links and pairs of links named in the rules exist.
 
 use robot::JointKind;
 

@@ -26,9 +26,9 @@ use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 #[derive(Clone, Debug, Default)]
 pub struct InstantCache {
     q: Vec<f64>,
-    /// For every pair of solids: a lower bound of its distance minus the bound of its gap, m.
+    /// For every pair of solids, a lower bound of its room, m. Room: distance minus the bound of its gap.
     rooms: Vec<f64>,
-    /// For every pair of solids: its nearest points, if they were searched.
+    /// For every pair of solids, its nearest points; `None` if they were never searched.
     looks: Vec<Option<Box<NearestPoints>>>,
 }
 
@@ -40,10 +40,11 @@ struct NearestPoints {
     seed: Seed,
 }
 
-/// Rates are computed for coordinates up to this multiple of the largest sampled value.
+/// Rates are computed for coordinates up to this factor times the largest sampled value.
 const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 
-/// The bound along the cached direction is tried before a search if the cached room exceeds this share of the requested distance.
+/// If the cached room (distance minus bound) exceeds this share of the requested room, the bound along the cached direction is
+/// tried before a search.
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
@@ -80,13 +81,14 @@ impl Clearance {
         self.gaps.iter().map(of_gap).collect()
     }
 
-    /// The range of each coordinate for which [`Self::rates`] is computed, rad (m): a multiple of its largest value in `poses`.
+    /// The range of each coordinate for which [`Self::rates`] are computed, rad (m): a multiple of its largest absolute value in
+    /// `poses`.
     pub(crate) fn ranges(count: usize, poses: &[Vec<f64>]) -> Vec<f64> {
         (0..count).map(|k| SAMPLED_RANGE_FACTOR * poses.iter().map(|q| q[k].abs()).fold(0.0, f64::max)).collect()
     }
 
-    /// Lowers the cached rooms by the displacement since the last evaluation; clears the cache if a coordinate is
-    /// outside its range.
+    /// Lowers the cached rooms (distance minus bound) by the largest displacement since the last evaluation. Clears the cache if
+    /// a coordinate is outside its range.
     fn recall(&self, q: &[f64], known: &mut InstantCache) {
         let is_known = known.q.len() == q.len() && q.iter().zip(&self.given_ranges).all(|(x, most)| x.abs() <= *most);
         if !is_known {
@@ -207,7 +209,7 @@ impl Clearance {
         }
     }
 
-    /// Adds to `slope` the derivative of the point's position along `n` with respect to each coordinate.
+    /// Adds to `slope` the derivative of n . x with respect to each coordinate. x: position of the point, moved by `joints`.
     fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
         for &j in joints {
             let z = axis(&poses[j]);
@@ -221,7 +223,8 @@ impl Clearance {
     }
 }
 
-/// The room of two solids if it is below `within`, with the direction from b to a and the nearest points; otherwise `None`.
+/// The room (distance minus `bound`) of two solids, m, with the unit vector from b to a and the nearest points. `None` if the
+/// room is not below `within`. `room`, `look`: cached results, which are updated.
 fn near_pair(
     [a, b]: [PosedSolid; 2],
     towards: Vector3,
@@ -230,8 +233,8 @@ fn near_pair(
     room: &mut f64,
     look: &mut Option<Box<NearestPoints>>,
 ) -> Option<(f64, Vector3, [Vector3; 2])> {
-    // The bound along the cached direction, or along the line of centres, is tested first: for most pairs it shows that
-    // they are far.
+    // The bound along the cached direction, or else along the line of centres, is tested first. For most pairs it proves that
+    // they are far from each other.
     let along = look.as_ref().map_or(towards, |look| look.along);
     if look.is_none() || *room > HOPEFUL_SHARE * within {
         *room = apart_along(a, b, along) - bound;
@@ -289,7 +292,7 @@ mod tests {
         let (mut known, mut q) = (InstantCache::default(), pose(0));
         let (mut visits, mut skipped) = (0, 0);
         for step in 0..4000 {
-            // Most steps are small. Some go beyond the sampled range.
+            // Most steps are small. Some steps leave the sampled range.
             let size = [1e-3, 1e-3, 1e-2, 0.3][step % 4];
             q.iter_mut().enumerate().for_each(|(k, x)| *x += size * wave(step + 31 * k, 1.7));
             q[2] = q[2].clamp(-0.45, 0.45);
@@ -308,7 +311,8 @@ mod tests {
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // On a round side, a search is accurate to a few micrometres without the cache, and to ten micrometres with it.
+                // Allowed difference: on a round side, a search is accurate to a few micrometres without the cache, and to ten
+                // micrometres with it.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }
         }

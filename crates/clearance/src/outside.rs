@@ -1,4 +1,4 @@
-//! The distance from a body to a point outside of it.
+//! The distance from a body to a point outside of it, for example to a centre of mass.
 //!
 //! The distance refers to the hull of all shapes of the body together, because a centre of mass may lie between two shapes.
 
@@ -40,7 +40,7 @@ fn at(position: Vector3) -> Pose {
     Pose { position, ..Pose::IDENTITY }
 }
 
-/// Points with a hull that contains the core. For a round core they are the corners of its bounding box.
+/// Points whose convex hull contains the core. For a round core they are the corners of its bounding box.
 fn corners(core: &Core) -> Vec<Vector3> {
     let half = match core {
         Core::Hull(hull) => return hull.points().to_vec(),

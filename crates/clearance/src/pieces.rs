@@ -23,16 +23,16 @@ const LEAST_SAVED_SHARE: f64 = 0.08;
 const MAX_TRIED_PLACES: usize = 16;
 /// Positions of the tried cuts for a mesh with many vertices, as shares of the extent along the axis.
 const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
-/// Maximum number of triangles by which cuts are compared, because a mesh may have millions of triangles.
+/// Maximum number of triangles with which cuts are compared, because a mesh may have millions of triangles.
 const MAX_RANKING_TRIANGLES: usize = 4000;
-/// Sign of each half of a cut: 1 for the half below the plane, -1 for the half above it.
+/// The two halves of a cut: 1 is the half below the plane, -1 the half above it.
 const SIDES: [f64; 2] = [1.0, -1.0];
 /// Number of directions for the bounding planes of a hull when its volume is measured.
 const DIRECTIONS_FOR_VOLUME: usize = 100;
 /// Number of cells along each axis of the grid that measures a volume.
 const GRID_CELLS: usize = 16;
 
-/// The best cut of a piece: the saved volume, m^3, estimated from some of the triangles; and the two halves.
+/// The best cut of a piece. `saved`: saved volume, m^3, estimated from some of its triangles.
 struct Cut {
     saved: f64,
     halves: [Vec<Triangle>; 2],
@@ -56,7 +56,7 @@ pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     found.into_iter().map(|(piece, _)| piece).collect()
 }
 
-/// The triangles by which cuts are compared: all triangles, or for a large mesh every n-th one.
+/// The triangles with which cuts are compared: all triangles, or every n-th triangle of a large mesh.
 fn some_of(piece: &[Triangle]) -> Vec<Triangle> {
     piece.iter().step_by(piece.len().div_ceil(MAX_RANKING_TRIANGLES).max(1)).copied().collect()
 }
@@ -74,7 +74,8 @@ fn best_cut(piece: &[Triangle]) -> Option<Cut> {
     halves.iter().all(|half| !half.is_empty()).then_some(Cut { saved, halves })
 }
 
-/// Coordinates along an axis at which cuts are tried: the coordinates of all vertices, or a few even positions if there are many.
+/// Coordinates along an axis at which cuts are tried: the coordinates of all vertices, or a few evenly spaced positions if there
+/// are many.
 fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
     let mut along: Vec<f64> = piece.iter().flatten().map(|p| p[axis]).collect();
     along.sort_by(f64::total_cmp);
@@ -111,7 +112,8 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
     corners.get(1..).map_or(vec![], |rest| rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]]).collect())
 }
 
-/// Approximate volume of the hull of the triangles, m^3: counts grid cells with centres inside the planes of some directions.
+/// Approximate volume of the convex hull of the triangles, m^3. It counts the grid cells whose centres are inside the bounding
+/// planes of the hull in some directions.
 fn volume(triangles: &[Triangle]) -> f64 {
     if triangles.is_empty() {
         return 0.0;
@@ -167,7 +169,7 @@ pub(crate) mod tests {
     fn a_fork_is_cut_and_held_whole() {
         let found = solids(&pieces(fork()));
         assert_eq!(found.len(), 3);
-        // Every point of the fork is inside one of the pieces, also near the cuts.
+        // Every point of the fork is inside a piece, also near the cuts.
         let grid = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 / 12.0);
         for (low, high) in [([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]), ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3])] {
             for k in 0..13 * 13 * 13 {
@@ -206,14 +208,15 @@ pub(crate) mod tests {
         assert_eq!(pieces(vec![]).len(), 1);
     }
 
-    /// The volume of a cuboid, and the volume of a cuboid without a corner of one sixth.
+    /// The volume of a cuboid, and the volume of a cuboid without a corner that has a sixth of its volume.
     #[test]
     fn volumes_are_known_roughly() {
         let whole = cuboid([1.0, 2.0, 3.0], [2.0, 4.0, 3.5]);
         assert!((volume(&whole) - 1.0).abs() < 1e-12);
         let is_corner = |p: &Vector3| *p == [2.0, 4.0, 3.5];
         let without: Vec<Triangle> = whole.into_iter().filter(|t| !t.iter().any(is_corner)).collect();
-        // Cells of width 1/16 count fully or not at all, and planes in a hundred directions do not bound the hull exactly.
+        // Allowed error: cells of width 1/16 count fully or not at all, and planes in a hundred directions do not bound the hull
+        // exactly.
         assert!((volume(&without) - 5.0 / 6.0).abs() < 0.06, "{}", volume(&without));
         assert_eq!(volume(&[]), 0.0);
     }
@@ -228,7 +231,7 @@ pub(crate) mod tests {
         for (axis, at) in [(0, 0.4), (1, 0.3), (2, 0.2), (0, 0.0), (0, 2.0), (0, 0.2)] {
             let halves = [1.0, -1.0].map(|side| clipped(&triangle, axis, at, side));
             let sum: f64 = halves.iter().flatten().map(area).sum();
-            // The lengths are below 2 m and are rounded a few times.
+            // Allowed error: a few roundings of lengths below 2 m.
             assert!((sum - area(&triangle)).abs() < 1e-15, "{axis} {at}");
             let [below, above] = halves.map(|half| half.as_flattened().to_vec());
             assert!(below.iter().all(|p| p[axis] <= at) && above.iter().all(|p| p[axis] >= at));

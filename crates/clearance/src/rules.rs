@@ -1,4 +1,4 @@
-//! The rules for the distances of a robot's bodies, and the poses that determine its gaps.
+//! The rules for the distances that the bodies of a robot must keep, and the sampled poses from which its gaps are determined.
 
 use crate::body_errors::BodyErrors;
 use crate::half_space::HalfSpace;
@@ -8,7 +8,8 @@ use crate::half_space::HalfSpace;
 pub struct ClearanceRules {
     /// Whether the distances between the links of the robot are checked.
     pub own_links: bool,
-    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair if this is less.
+    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair (distance over sampled poses) if
+    /// this is less.
     pub distance: Option<f64>,
     /// Pairs of links that are not checked, each with the reason: (link, link, reason).
     pub accepted: Vec<(String, String, String)>,
@@ -21,7 +22,7 @@ pub struct ClearanceRules {
     /// Default of the distance between two links, and of a link to an assumed floor, m. Pairs with little room keep less.
     /// `None`: [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 for the floor.
     pub spacing: Option<f64>,
-    /// Whether the plane of the base counts as a floor if the robot stands on it, even if a body is below it at the zero pose.
+    /// If the robot stands on the plane of its base: whether this plane is a floor even if a body is below it at the zero pose.
     pub assumes_floor: bool,
     /// Returns true if the computation is to be cancelled.
     pub is_over: fn() -> bool,
@@ -32,7 +33,7 @@ pub struct ClearanceRules {
 pub enum FloorRule {
     /// The plane z = 0 of the base, if no body is below it at rest. With a height, m: the floor is not below this height.
     OfBase(Option<f64>),
-    /// No floor, because the user asked for none.
+    /// No floor, because the user requests none.
     Nowhere,
     /// A floor at this height, m.
     At(f64),
@@ -54,7 +55,7 @@ impl Default for ClearanceRules {
     }
 }
 
-/// The poses of the robot and the moving coordinates that determine its gaps.
+/// The poses and the moving coordinates from which the gaps of a robot are determined.
 #[derive(Clone, Debug)]
 pub struct Situation {
     /// Rest position of each coordinate, rad (m): its locked position, or else zero or the value in its limits nearest to zero.
@@ -63,6 +64,7 @@ pub struct Situation {
     pub zero: Vec<f64>,
     /// For each coordinate, whether it moves (is not locked).
     pub moves: Vec<bool>,
-    /// Poses spread over the whole joint limits, rad (m), one position per coordinate. They show which links always touch.
+    /// Poses spread over the whole joint limits, rad (m), one position per coordinate. They are used to find links that always
+    /// touch.
     pub poses: Vec<Vec<f64>>,
 }

@@ -13,14 +13,14 @@ use robot::vector::{minus, norm};
 
 /// Two bodies count as touching if their distance is less than this, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
-/// If a body is a mesh, a pair with less than this distance counts as near, m. The two sides of a joint are drawn some tenths
-/// of a millimetre apart at every angle, and no motion can increase this distance.
+/// If one body of a pair is a mesh, the pair is near if its distance is less than this, m. The meshes of the two sides of a joint
+/// are some tenths of a millimetre apart at every angle, and no motion can increase this distance.
 const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
 /// Links that touch in at least this share of the poses count as always touching.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
 /// The room of a pair is the distance that it exceeds in this share of the poses.
 pub(crate) const ROOMY_SHARE: f64 = 0.1;
-/// The share used instead of [`ROOMY_SHARE`] if too few poses have any distance.
+/// This share is used instead of [`ROOMY_SHARE`] if fewer poses have a distance above zero.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
 /// The room of a pair of links over sampled poses.
@@ -34,10 +34,12 @@ pub(crate) enum SampledRoom {
     Room(f64),
 }
 
-/// A distance that changes by less than this over all poses counts as constant, m: round sides are only accurate to that.
+/// A distance is constant if it changes by less than this over all poses, m. The distance of round sides is only accurate to
+/// that.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
-/// The assumption for pairs that are the two sides of a joint and have a constant distance. `None` without pairs.
+/// The assumption about pairs that are the two sides of one joint and have a constant distance. `poses`: number of sampled poses.
+/// `None` without pairs.
 pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<LeftOut> {
     let what = format!(
         "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
@@ -59,8 +61,8 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
 }
 
 impl Clearance {
-    /// The room of a pair over `poses` (one pose per link in each), and whether the distance is constant. Values above
-    /// `enough` are not exact.
+    /// The room of a pair over `poses` (each with one pose per link), and whether its distance is constant. Room: distance that
+    /// the pair exceeds in a share of the poses; values above `enough` are not exact.
     pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> (SampledRoom, bool) {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
         let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
@@ -84,7 +86,7 @@ impl Clearance {
             return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
-        // If too few poses for both shares have any distance, the smallest distance of these poses is the room.
+        // If fewer poses have a distance than both shares require, the smallest of these distances is the room.
         let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
         let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
         (SampledRoom::Room(room), is_constant)

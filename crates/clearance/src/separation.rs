@@ -16,8 +16,8 @@ use robot::Pose;
 use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
-/// Required accuracy of the nearest points if a search starts from a seed, m. On the round side of a cylinder, any search
-/// stops some micrometres early. If the accuracy is not reached, the search is repeated without the seed.
+/// Required accuracy of the nearest points if a search starts from a seed, m. At the round side of a cylinder, any search stops
+/// some micrometres early. If the accuracy is not reached, the search is repeated without the seed.
 const FOUND_WITHIN_M: f64 = 1e-5;
 
 /// A solid together with its pose.
@@ -77,13 +77,14 @@ pub fn separation(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separatio
     }
 }
 
-/// A lower bound of the distance between a and b along the unit vector n from b to a, m, and the two points that prove it.
+/// A lower bound of the distance between a and b, m, and the two support points that prove it. n: unit vector from b to a.
 fn proved(a: PosedSolid, b: PosedSolid, n: Vector3) -> (f64, [Vector3; 2]) {
     let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
     (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
 }
 
-/// The start of a search for the nearest points: up to three pairs of points of the two cores, each in the frame of its solid.
+/// The start of a search for the nearest points: up to three pairs of points of the two cores. Each point is in the frame of its
+/// solid.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seed {
     count: usize,
@@ -92,13 +93,13 @@ pub(crate) struct Seed {
 
 /// The result of a search for the nearest points of two solids.
 pub(crate) enum Nearest {
-    /// The distance is larger than requested. The fields are a lower bound of the distance, m, and its unit vector from b to a.
+    /// The distance is larger than requested. Fields: a lower bound of it, m, and the unit vector from b to a.
     Beyond(f64, Vector3),
     /// The distance of the solids, which is not larger than requested.
     At(Separation),
 }
 
-/// The core of b as seen from the frame of a.
+/// The core of solid b with its pose in the frame of solid a.
 struct Seen<'a> {
     core: &'a Core,
     pose: Pose,
@@ -185,7 +186,8 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
     Nearest::At(overlap(a, b, towards_a))
 }
 
-/// The separation of two solids with overlapping cores. Every direction gives a bound of the depth; the best of some is used.
+/// The separation of two solids with overlapping cores. Every direction gives a bound of the (negative) distance; the best bound
+/// of some directions is used.
 fn overlap(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     let radii = a.solid.radius + b.solid.radius;
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
@@ -236,12 +238,12 @@ mod tests {
             (&cube, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&hull, at([2.0, 2.0, 2.0]), &cube, at([0.0; 3]), diagonal),
             (&ball(0.25), at([1.0, 1.0, 1.0]), &hull, at([0.0; 3]), 0.5 * diagonal - 0.25),
-            // Two crossed cylinders; their axes have a distance of 2.
+            // Two crossed cylinders with a distance of 2 between their axes.
             (&cylinder, at([0.0; 3]), &cylinder, quarter, 1.6),
             (&cylinder, at([0.0, 0.0, 3.0]), &cube, at([0.0; 3]), 1.5),
         ] {
             let found = apart(a, pose_a, b, pose_b);
-            // The search stops at an error of a few roundings of the size of the solids.
+            // Allowed error: a few roundings of numbers of the size of the solids, at which the search stops.
             assert!((found.reached - expected).abs() < 1e-9, "{found:?} {expected}");
             assert!(found.at_least <= expected + 1e-12 && found.at_least > expected - 1e-7, "{found:?} {expected}");
         }

@@ -4,9 +4,9 @@
 //! S = core + ball(radius),   support: the point of the core farthest along a direction
 //! ```
 //! A ball is a point with a radius. A capsule is a segment with a radius. For a mesh, the core is the hull of some of its
-//! vertices, and the radius is the smallest that includes the other vertices ([`Solid::around`]). So the solid contains the
-//! hull of all vertices. Vertices are added to the core until the radius is below a tenth of a millimetre, or until the core
-//! has too many vertices. The radius is kept small because a body that is too large restricts the motions.
+//! vertices, and the radius is the smallest with which the solid contains the other vertices ([`Solid::around`]). So the solid
+//! contains the hull of all vertices. Vertices are added to the core until the radius is below a tenth of a millimetre, or until
+//! the core has too many vertices. The radius is kept small because a body that is too large restricts the motions.
 //!
 //! Not here: the pose of a solid.
 
@@ -55,18 +55,19 @@ pub enum Core {
     Hull(Hull),
 }
 
-/// Number of directions in which the outermost vertices of a mesh are kept in the first step.
+/// Number of directions in which the outermost vertices of a mesh are put into the core in the first step.
 const KEPT_DIRECTIONS: usize = 400;
-/// More vertices are kept until all other vertices are within this distance of the hull, m.
+/// Vertices are added to the core until all other vertices are within this distance of it, m.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// No further vertices are kept if this number is reached.
+/// No vertices are added to the core if it has this number.
 const MAX_KEPT: usize = 1000;
-/// One step adds vertices for all points with a distance from the hull above this share of the largest distance.
+/// In one step, vertices are added for all points whose distance from the hull is above this share of the largest distance.
 const WORST_SHARE: f64 = 0.7;
-/// Two directions count as one if the cosine of the angle between them is larger; vertices are added for one of them only.
+/// Two directions are equal if the cosine of the angle between them is larger than this. Then vertices are added for one of them
+/// only.
 const SAME_DIRECTION: f64 = 0.995;
 
-/// A mesh with all coordinates below this is scaled up before distances are measured, m.
+/// If all coordinates of a mesh are below this, m, it is scaled up before distances are measured.
 const RESCALED_MESH_SIZE_M: f64 = 1e-3;
 
 impl Solid {
@@ -88,8 +89,8 @@ impl Solid {
 
     /// A solid that contains all these points and is only slightly larger than their hull; `None` without points.
     ///
-    /// The core is the hull of the outermost points in many directions, and in directions in which other points are outside
-    /// of it. The radius is the largest distance of a point from the core.
+    /// The core is the hull of the points that are outermost in many directions. Outermost points are added in directions in
+    /// which other points are outside of the core. The radius is the largest distance of a point from the core.
     pub fn around(points: &[Vector3]) -> Option<Solid> {
         let mut kept: Vec<usize> = directions(KEPT_DIRECTIONS).filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
@@ -105,7 +106,7 @@ impl Solid {
         } else {
             1.0
         };
-        // The hull only grows, so earlier distances stay upper bounds of the distances of the other points.
+        // The hull only grows. So earlier distances of other points from it stay upper bounds.
         let mut hull = hull_of(points, &kept, scale);
         let measured = |hull: &Core, k: usize| Outside::of(hull, k, points[k], scale);
         let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
@@ -117,7 +118,7 @@ impl Solid {
             }
             outside.sort_by(|a, b| b.distance.total_cmp(&a.distance));
             let added = standing_out(points, &kept, &outside, NEAR_ENOUGH_M.max(WORST_SHARE * most));
-            // This is rounding: a point is outside in some direction, but no new point is outermost in this direction.
+            // Rounding is the cause: a point is outside in some direction, but no new point is outermost in this direction.
             if added.is_empty() {
                 break;
             }
@@ -224,7 +225,7 @@ pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vector3> {
     axes.chain(spiral)
 }
 
-/// The hull of the kept points, multiplied by `scale`.
+/// The convex hull of the points with the indices `kept`, multiplied by `scale`.
 fn hull_of(points: &[Vector3], kept: &[usize], scale: f64) -> Core {
     Core::Hull(Hull::new(kept.iter().map(|&k| scaled(points[k], scale)).collect()))
 }
@@ -246,7 +247,7 @@ impl Outside {
     }
 }
 
-/// The outermost points in directions in which points lie outside of the hull by more than `by`, m, without the kept points.
+/// The outermost points in the directions in which points are outside of the hull by more than `by`, m. Kept points are left out.
 fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64) -> Vec<usize> {
     let mut directions: Vec<Vector3> = Vec::new();
     for outside in outside.iter().take_while(|o| o.distance > by) {
@@ -261,7 +262,7 @@ fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64
     added
 }
 
-/// Distance of a point from a core, m, and the vector from the nearest point of the core to the point, not normalised. The
+/// Distance of a point from a core, m, and the vector from the nearest point of the core to the point (not normalised). The
 /// distance is never too small, because it is measured to a point of the core.
 fn from_point(core: &Core, point: Vector3) -> (f64, Vector3) {
     let here = ParryPose::from_translation(Vector::from_array(point));
@@ -298,7 +299,7 @@ mod tests {
         let solid = Solid::around(&points).unwrap();
         for point in &points {
             let along = point.map(|x| 1e35 * x);
-            // Allowance for the rounding of sums of three products.
+            // Allowed error: rounding of sums of three products.
             assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along) - 1e-47);
         }
     }
@@ -309,13 +310,13 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/meshes/nearly_flat.stl");
         let points = crate::mesh::parse_vertices(&std::fs::read(path).unwrap(), Path::new("nearly_flat.stl")).unwrap();
         let (centre, ball) = Solid::around(&points).unwrap().ball();
-        // Allowance for the rounding of sums of three products.
+        // Allowed error: rounding of sums of three products.
         assert!(points.iter().all(|p| norm(minus(*p, centre)) <= ball * (1.0 + 1e-15)));
     }
 
     #[test]
     fn a_mesh_is_held() {
-        // The mesh is a fine ball of radius 0.2 about (1, 0, 0). It has more vertices than there are directions.
+        // The mesh is a ball of radius 0.2 about (1, 0, 0), with more vertices than there are directions.
         let points: Vec<Vector3> = (0..5000)
             .map(|k| {
                 let (z, angle) = (1.0 - (2 * k + 1) as f64 / 5000.0, 2.4 * f64::from(k));

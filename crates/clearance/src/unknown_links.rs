@@ -1,4 +1,4 @@
-//! Links of unknown shape: they are listed as not checked.
+//! Lists links of unknown shape as not checked.
 
 use crate::clearance::Clearance;
 use claims::{LeftOut, LeftOutTopic};

@@ -1,4 +1,4 @@
-//! The gaps between the bodies of a robot and its surroundings: the floor, walls, and the sides of boxes.
+//! Adds the gaps between the bodies of a robot and its surroundings: the floor, walls, and the sides of boxes.
 
 use crate::bodies::{BodyShape, FileLink};
 use crate::clearance::{Against, Clearance, Gap, GapRange, PLACE_ROUNDING_M};
@@ -8,12 +8,11 @@ use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
 use claims::{LeftOut, LeftOutTopic};
 
-/// A gap counts as constant if it changes by less than this while every moving coordinate changes by 1 rad (m), m.
+/// A gap is constant if it changes by less than this, m, while every moving coordinate changes by 1 rad (m).
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
-/// Allowance for the rounding of the height of the lowest point at rest, m.
+/// Allowance for the rounding of the height of the lowest point, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
-/// A robot still counts as standing on the plane of the base if its base mesh is below this plane by at most this, m: drawn
-/// meshes are not more accurate.
+/// A robot stands on the plane of its base if its base mesh is below this plane by at most this, m. Meshes are not more accurate.
 const STANDING_TOLERANCE_M: f64 = 5e-3;
 /// Name of the floor in the names of gaps.
 const FLOOR: &str = "the floor";
@@ -46,8 +45,8 @@ impl Clearance {
         Ok(())
     }
 
-    /// The height 0 of the base plane, if no moving body is below it at the zero pose. The error gives the reason why it
-    /// is no floor.
+    /// The height of the base plane, 0 m, if no moving body is below it at the zero pose. Otherwise the reason why it is no
+    /// floor.
     fn floor_of_base(&self, situation: &Situation) -> Result<f64, String> {
         let has_geometry = self.bodies.iter().any(|b| b.link.is_some() && b.has_geometry && !b.shapes.is_empty());
         match (has_geometry, self.lowest(&situation.zero)) {
@@ -60,7 +59,8 @@ impl Clearance {
         }
     }
 
-    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room if this is less. 0 for other gaps.
+    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room (distance over sampled poses) if
+    /// this is less. 0 for other gaps.
     fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &ClearanceRules) -> f64 {
         let is_floor = gap.subject.ends_with(FLOOR);
         let (true, FloorRule::OfBase(_), Some(spacing)) = (is_floor, rules.floor, rules.spacing) else { return 0.0 };
@@ -97,7 +97,7 @@ impl Clearance {
         let topic = if name == FLOOR { LeftOutTopic::Floor } else { LeftOutTopic::Region };
         let mut points = Vec::new();
         let mut beyond: Option<(String, f64)> = None;
-        // each body gets one gap, with all its shapes that must stay in the half-space
+        // Each body gets one gap, with all its shapes that must stay in the half-space.
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
             // A rule may name a body, the link that carries the body, or a frame of a body of points.
@@ -138,7 +138,7 @@ impl Clearance {
                 joints: self.between(body.link, None),
                 is_constant: false,
             };
-            // A gap that no free joint changes is not added: the distance is constant, so it is always kept or never.
+            // If no free joint changes a gap, it is not added: its constant distance is either sufficient or an error.
             let now = self.near_rest(&gap, situation);
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 let bound = self.spacing_to_floor(&gap, situation, rules);
@@ -147,7 +147,7 @@ impl Clearance {
                 beyond = Some((body.name.clone(), now.reached));
             }
         }
-        // a body that is always beyond the half-space is an error; links without shape are noted as an assumption
+        // A body that is always beyond the half-space is an error. Links without shape are recorded as an assumption.
         if let Some((body, reached)) = beyond {
             return Err(self.always_beyond(&body, reached, &name));
         }
@@ -163,7 +163,8 @@ impl Clearance {
     fn always_beyond(&self, body: &str, reached: f64, name: &str) -> String {
         let far = shown_length(-reached);
         let remedy = match self.floor.filter(|_| name == FLOOR) {
-            // Rounding can put a body beyond a floor that it only touches. So the floor is lowered to a multiple of 1 mm.
+            // Rounding can put a body below a floor that it only touches. So the suggested floor is lowered to a multiple of 1
+            // mm.
             Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached) - 0.5).floor() / 1e3),
             None => format!("name the links that must stay in (links: [..]), or move {name} by more than that"),
         };

@@ -1,4 +1,4 @@
-//! Reads and writes the artefacts of the commands (plans, motions, estimates ..).
+//! Reads and writes the artefacts of the commands: plans, motions, estimates and others.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::interrupt::undivided;
 use crate::model::ModelArguments;
 
-/// Creates a directory if it does not exist. Its parents are not created: a missing parent is probably a typing error.
+/// Creates a directory if it does not exist. Fails if its parent does not exist, because this is probably a typing error.
 pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Ok(());
@@ -21,16 +21,16 @@ pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// Reads an estimate and its model. The model is read with the options of the estimate, unless a flag replaces them. Fails if
-/// the estimate was made with another model.
+/// Reads an estimate and derives its model. The model is read with the options of the estimate, unless flags replace them.
+/// Fails if the estimate was made with another model.
 pub(crate) fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let model = model_of(&estimate, path, arguments)?;
     Ok((estimate, model))
 }
 
-/// The model of an estimate in the file `path`. It is read with the options of the estimate, unless a flag replaces them. Fails
-/// if the estimate was made with another model.
+/// Derives the model of the estimate in the file `path`. The model is read with the options of the estimate, unless flags
+/// replace them. Fails if the estimate was made with another model.
 pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
     model.check_estimate(path, estimate)?;
@@ -44,7 +44,7 @@ pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Fa
     Ok(plan)
 }
 
-/// The content of a file with a series of torques: Parquet for the extension .parquet, otherwise CSV.
+/// The content of a file with torques over time: Parquet if the extension is .parquet, otherwise CSV.
 pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
     match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
         true => Ok(series_to_parquet(series, coordinates)?),
@@ -52,7 +52,7 @@ pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[St
     }
 }
 
-/// The files that `rist simulate` can simulate.
+/// A file that `rist simulate` takes.
 pub(crate) enum MotionFile {
     /// A plan of `rist plan`.
     Plan(Box<ExperimentPlan>),
@@ -63,7 +63,7 @@ pub(crate) enum MotionFile {
 /// Reads a plan or a motion. Fails if it was made with another model.
 pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Files of earlier versions have no kind, but their keys differ: every motion has a period, no plan has one.
+    // Files of earlier versions have no kind. They differ by a key: every motion has `period_s`, no plan has it.
     let is_motion = ArtefactKind::of(&text)
         .map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == ArtefactKind::Motion);
     if !is_motion {
@@ -75,14 +75,14 @@ pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Fai
     Ok(MotionFile::Motion(Box::new(motion)))
 }
 
-/// Writes a file completely or not at all, and never over a file that the program read.
+/// Writes a file completely or not at all, and never overwrites a file that the program read.
 pub(crate) fn write_file(out: &Path, content: impl AsRef<[u8]>) -> Result<(), rist::Error> {
     let read = opened::all();
     let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
     undivided(|| rist::output::write_file(out, content, &inputs))
 }
 
-/// Fails if an output is one of the inputs, or if two outputs are the same file.
+/// Fails if an output is also an input, or if two outputs are the same file.
 pub(crate) fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[&Path],

@@ -1,4 +1,4 @@
-//! `rist check`: a model and a motion -> whether the motion keeps its limits, between samples too.
+//! `rist check`: proves whether a motion keeps its limits, between samples too.
 
 use std::path::PathBuf;
 
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The result of a check as JSON: the certificate, and the requirements that it does not cover.
+/// The result of a check as JSON: the certificate, and requirements that it does not cover.
 pub(crate) fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
     let claims = checked.claims();
     Ok(json!({
@@ -83,7 +83,7 @@ fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
     print_result(text, || value(checked))
 }
 
-/// Prints a line per experiment, the requirements that the proofs do not cover, and the D-efficiency by the proof.
+/// Prints one line per experiment, the requirements that the proofs do not cover, and the proved D-efficiency.
 fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Failure> {
     let mut text = String::new();
     for (name, checked) in &file.parts {
@@ -93,7 +93,7 @@ fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Fail
     if let Some(first) = first {
         text += &format!("\nwhere the limits stand:\n{}", origins_text(&first.origins));
     }
-    // The notes on the file and of the first experiment; the notes of all experiments are equal.
+    // Notes on the file and on the first experiment are enough, because all experiments have the same notes.
     let of_first = first.map_or(&[][..], |checked| &checked.notes);
     let notes: Vec<String> = file.notes.iter().chain(of_first).cloned().collect();
     let sentence = worth.map_or("", |worth| &worth.sentence);

@@ -1,4 +1,4 @@
-//! `rist columns`: proposes the signals of a log's columns, as lines for the file of options.
+//! `rist columns`: proposes which column of a log is which signal, as lines for the file of options.
 
 use std::path::PathBuf;
 

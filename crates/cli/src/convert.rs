@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let robot = match format {
         DescriptionFormat::Par | DescriptionFormat::Yaml => model.read()?,
-        // A URDF contains only numbers, so each symbol needs a value.
+        // A URDF contains only numbers, so every symbol needs a value.
         DescriptionFormat::Urdf => model.read_with_values()?,
     };
     let converted = rist::convert(&robot, format)?;

@@ -1,4 +1,4 @@
-//! `rist doctor`: checks whether a log belongs to a description, before anything is fitted.
+//! `rist doctor`: checks before a fit whether a log belongs to a description.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
     request: Flags<DoctorRequest>,
 }
 
-/// The check of a log as JSON; numbers that the log does not determine are null.
+/// The log check of one log as JSON. Numbers that the log does not determine are null.
 fn as_json(log: &str, log_check: &LogCheck) -> Value {
     let joints = log_check.joints.iter().map(|j| {
         json!({
@@ -51,7 +51,7 @@ fn as_json(log: &str, log_check: &LogCheck) -> Value {
     })
 }
 
-/// The findings as JSON, the worst first.
+/// The findings as JSON, the most serious first.
 pub(crate) fn findings(findings: &[Finding]) -> Vec<Value> {
     let one = |f: &Finding| {
         let is_gross = f.fault.is_gross();

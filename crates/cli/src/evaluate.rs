@@ -1,4 +1,4 @@
-//! `rist evaluate`: the regressor or the torque at given states.
+//! `rist evaluate`: computes the regressor or the torque at given states.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let given = &arguments.model;
     let mut model = match quantity {
         StateQuantity::BaseRegressor => given.derive()?,
-        // The other quantities need no base parameters.
+        // Other quantities need no base parameters, so an unclear rank is accepted.
         _ => Model::at_any_rank(given.read_with_values()?, &given.model, given.options()?.any_size)?,
     };
     print(&rist::evaluate(&mut model, &arguments.states, quantity)?)

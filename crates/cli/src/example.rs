@@ -1,4 +1,4 @@
-//! `rist example`: a robot and two logs of it, to try the program.
+//! `rist example`: writes a robot description and two logs for trying the program.
 
 use std::path::PathBuf;
 

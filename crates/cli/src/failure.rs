@@ -1,4 +1,4 @@
-//! Failures of a command: a message and an exit code.
+//! The failure of a command: a message and an exit code.
 
 use std::fmt;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use rist::Place;
 use rist::request::spelling::{Audience, spelled};
 
-/// The exit code for input that cannot be used.
+/// Exit code if the input cannot be used.
 pub(crate) const UNUSABLE: u8 = 2;
 
-/// A message for the user and an exit code: 2 if the input cannot be used, 1 if the input was used and the answer is no.
+/// A message for the user and an exit code: 2 if the input cannot be used, 1 if the answer to the user's question is no.
 pub(crate) struct Failure {
     message: String,
     code: u8,
@@ -21,12 +21,12 @@ impl Failure {
         Failure { message: message.to_string(), code: UNUSABLE, place: None }
     }
 
-    /// The failure of a command that did its work and printed the result: the answer is no.
+    /// The failure of a command that has printed its result, and whose answer is no.
     pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
-    /// The message for the user, with the line of the file at fault.
+    /// The message for the user, followed by the faulty line of the file if it is known.
     pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
         format!("rist: {}\n{line}", spelled(&self.message, Audience::Program))
@@ -44,7 +44,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Errors of `rist`, and errors of other packages that it converts.
+/// Converts errors of `rist`, and errors of other packages that `rist::Error` includes.
 impl<E: Into<rist::Error>> From<E> for Failure {
     fn from(e: E) -> Failure {
         let e: rist::Error = e.into();
@@ -53,13 +53,13 @@ impl<E: Into<rist::Error>> From<E> for Failure {
     }
 }
 
-/// Number of bytes at the start of a file in which the line is searched.
+/// Number of bytes at the start of a file in which the faulty line is searched.
 const SEARCHED_BYTES: usize = 1 << 20;
-/// Number of characters of the line that are shown.
+/// Largest number of characters of the faulty line that are shown.
 const SHOWN_CHARACTERS: usize = 100;
 
-/// The line at `place`, and a mark below the column if it is known. `None` if the line cannot be shown: a pipe, for example,
-/// cannot be read twice.
+/// The line at `place`, with a mark below the column if it is known. `None` if the line cannot be read again, for example from
+/// a pipe.
 fn excerpt(place: &Place) -> Option<String> {
     let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
     let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
@@ -69,7 +69,7 @@ fn excerpt(place: &Place) -> Option<String> {
 fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
-    // The shown part of a long line starts before the column of the fault.
+    // Of a long line, a part around the faulty column is shown.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
     let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();

@@ -1,4 +1,4 @@
-//! Generates the flags of a request from the table of its fields: their help, their values, and the request itself.
+//! Generates the flags of a request from its table of fields, and reads the request from the given flags.
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -13,11 +13,11 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 
-/// The flags that were given, as texts.
+/// The flags that the user gave, each with its texts.
 pub(crate) struct FlagValues(Vec<(Field, Vec<String>)>);
 
 impl FlagValues {
-    /// The flags of `fields` that the command line contains.
+    /// The flags among `fields` that are in the command line.
     pub(crate) fn of(fields: Vec<Field>, matches: &ArgMatches) -> FlagValues {
         let is_given = |field: &Field| matches.value_source(field.name) == Some(ValueSource::CommandLine);
         let texts = |field: &Field| match field.shape.flag {
@@ -28,7 +28,7 @@ impl FlagValues {
         FlagValues(fields.map(|field| (field.clone(), texts(&field))).collect())
     }
 
-    /// Reads the request `R` from the flags that are its fields; files that they name are read.
+    /// Reads the request `R` from the given flags. Files named by flags are read.
     pub(crate) fn read<R: Request>(&self) -> Result<R, Failure> {
         let (mut request, own) = (R::default(), R::fields());
         for (field, texts) in self.0.iter().filter(|(field, _)| own.iter().any(|own| own.name == field.name)) {
@@ -42,24 +42,24 @@ impl FlagValues {
         self.0.iter().map(|(field, _)| field.name)
     }
 
-    /// The file of a flag; an empty path if the flag is not given.
+    /// The path given by the flag `name`; an empty path if the flag is not given.
     pub(crate) fn file(&self, name: &str) -> &Path {
         let given = self.0.iter().find(|(field, _)| field.name == name);
         given.and_then(|(_, texts)| texts.last()).map_or(Path::new(""), Path::new)
     }
 
-    /// The files whose content is part of the request.
+    /// Paths of files whose content is part of the request.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         let files = self.0.iter().filter(|(field, _)| field.shape.is_file);
         files.flat_map(|(_, texts)| texts.iter().map(Path::new))
     }
 }
 
-/// The flags of one request that were given.
+/// The given flags of one request.
 pub(crate) struct Flags<R>(FlagValues, PhantomData<R>);
 
 impl<R: Request> Flags<R> {
-    /// Reads the request; files that it names are read.
+    /// Reads the request. Files named by flags are read.
     pub(crate) fn read(&self) -> Result<R, Failure> {
         self.0.read()
     }
@@ -94,7 +94,7 @@ impl<R: Request> FromArgMatches for Flags<R> {
     }
 }
 
-/// The flag on the command line for a field.
+/// Makes the command-line flag of a field.
 pub(crate) fn flag(field: &Field) -> Arg {
     let name = if field.value_name.is_empty() { field.name.to_uppercase() } else { field.value_name.into() };
     let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Audience::Program));
@@ -104,7 +104,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
     if !field.heading.is_empty() {
         flag = flag.help_heading(field.heading);
     }
-    // What follows the flag: nothing, a text, a number, a list, or one text each time it is given.
+    // What follows the flag: nothing, a text, a number, a list, or one text per repetition.
     flag = match field.shape.flag {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,
@@ -113,7 +113,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
         Flag::List => flag.action(ArgAction::Append).value_delimiter(','),
         Flag::Repeated => flag.action(ArgAction::Append),
     };
-    // Words and numbers show their default; the help text names other defaults.
+    // For words and numbers, clap prints the default. Other defaults are in the help text.
     flag = match &field.default {
         Value::Number(x) => flag.default_value(number(x.as_f64().unwrap_or(f64::NAN))),
         Value::String(word) if !field.shape.words.is_empty() => flag.default_value(word.clone()),

@@ -1,4 +1,4 @@
-//! `rist generate`: writes functions of a robot as source code for a project of the user.
+//! `rist generate`: writes functions of a robot as source code.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
-    // The values of an estimate become constants; the model is then read with the options of the estimate.
+    // With an estimate, its values become constants, and the model is read with the options of the estimate.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
         None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),
@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
-            // The note is also written into the head of the source, behind the command line.
+            // The note is also written at the head of the source, after the command line.
             if let Some(said) = estimate.checksum.note(file.display()) {
                 note(format_args!("{said}"));
                 made_by += &format!(" # {said}");
@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }
-    // Without a file to write, only the source is printed.
+    // Without an output file, the source is printed.
     let Some(out) = &arguments.out else { return print(&source.text) };
     match &source.header {
         Some(header) => {
@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The name FILE.c or FILE.h for FILE, FILE.c or FILE.h. Other extensions belong to the name.
+/// The path FILE.c or FILE.h for FILE, FILE.c or FILE.h. Another extension is kept as a part of the name.
 fn with_extension(out: &Path, extension: &str) -> PathBuf {
     if out.extension().is_some_and(|found| found == "c" || found == "h") {
         return out.with_extension(extension);

@@ -1,16 +1,15 @@
-//! The groups of commands in the order of use; each command with its most frequent flags and examples.
+//! Reads the groups of commands for the help, in the order of use, with the most frequent flags and examples of each command.
 //!
-//! Format of `groups.txt`: a line `# TITLE` starts a group. A line `COMMAND: FLAGS` gives the flags that `--help` shows: `all`,
-//! `own` (all without the options of the description), or a list. Then follow command lines, each with its purpose in the line
-//! below.
+//! Format of `groups.txt`: a line `# TITLE` starts a group. A line `COMMAND: FLAGS` lists the flags that `--help` shows: `all`,
+//! `own` (all except the options of the description), or names. Examples follow: a command line, then a line with its purpose.
 
-/// A group of commands for one step of the work, in the order of use.
+/// A group of commands for one stage of the work.
 pub(crate) struct CommandGroup {
     pub title: &'static str,
     pub commands: Vec<CommandHelp>,
 }
 
-/// The help of a command.
+/// Data for the help of one command.
 pub(crate) struct CommandHelp {
     pub name: &'static str,
     /// The flags that `--help` shows.
@@ -19,7 +18,7 @@ pub(crate) struct CommandHelp {
     pub examples: Vec<(&'static str, &'static str)>,
 }
 
-/// The flags that `--help` shows; `--help-all` shows all.
+/// Selects the flags that `--help` shows. `--help-all` shows all flags.
 pub(crate) enum ShownFlags {
     /// All flags.
     All,
@@ -29,7 +28,7 @@ pub(crate) enum ShownFlags {
     Only(Vec<&'static str>),
 }
 
-/// The groups of `groups.txt`.
+/// Reads the groups from `groups.txt`.
 pub(crate) fn groups() -> Vec<CommandGroup> {
     let mut groups: Vec<CommandGroup> = Vec::new();
     for line in include_str!("groups.txt").lines().filter(|line| !line.is_empty()) {

@@ -1,8 +1,8 @@
-//! Builds the help of the program: commands in the order of use, the most frequent flags, an example each.
+//! Builds the help of the program: commands in the order of use, with the most frequent flags and examples.
 //!
-//! `--help` (and `-h`) has at most 60 lines: the purpose of a command, the flags of [`groups`], an example. `--help-all` has
-//! every flag with its full text. The flags that all commands share (options of the description and of the terminal) come last
-//! in both.
+//! `--help` (and `-h`) has at most 60 lines: the purpose of a command, the flags of [`groups`], and an example. `--help-all`
+//! has all flags with their full texts. In both, the flags that all commands share (options of the description and of the
+//! terminal) come last.
 
 use clap::{Arg, ArgAction, Command};
 use rist::ModelOptions;
@@ -12,7 +12,7 @@ use crate::groups::ShownFlags::{All, Only, Own};
 use crate::groups::{CommandGroup, CommandHelp, groups};
 use crate::terminal::folded;
 
-/// Three commands to start with, for a user with a description and a log, and their purposes.
+/// The first three commands for a new user with a description and a log, each with its purpose.
 const FIRST_STEPS: [(&str, &str); 3] = [
     ("rist doctor robot.urdf log.csv", "do robot and log belong together?"),
     ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
@@ -24,7 +24,7 @@ pub(crate) const COLUMNS: usize = 100;
 const SHARED_HEADING: &str = "How the description is read";
 const TERMINAL_HEADING: &str = "Terminal";
 
-/// The program with its help: commands in groups, flags in the defined order.
+/// Arranges the help of the program: commands in groups, flags in the defined order.
 pub(crate) fn arranged(program: Command) -> Command {
     let groups = groups_of(&program);
     let list = list(&program, &groups);
@@ -37,7 +37,7 @@ pub(crate) fn arranged(program: Command) -> Command {
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 
-/// The groups with the commands that this program has; wings may be missing.
+/// The groups with the commands that this build contains. Wings (optional packages) may be missing.
 fn groups_of(program: &Command) -> Vec<CommandGroup> {
     let mut groups = groups();
     groups.iter_mut().for_each(|group| group.commands.retain(|help| program.find_subcommand(help.name).is_some()));
@@ -45,7 +45,7 @@ fn groups_of(program: &Command) -> Vec<CommandGroup> {
     groups
 }
 
-/// The text that lists all commands in groups, and the first steps.
+/// The list of all commands in groups, followed by the first steps.
 fn list(program: &Command, groups: &[CommandGroup]) -> String {
     let styles = program.get_styles();
     let (header, literal) = (styles.get_header(), styles.get_literal());
@@ -64,12 +64,12 @@ fn list(program: &Command, groups: &[CommandGroup]) -> String {
     text + "\nrist COMMAND --help has the flags that most people need, and examples; --help-all every flag.\n"
 }
 
-/// Command lines, each with its purpose below it.
+/// Formats examples: each command line with its purpose below.
 fn examples(of: &[(&str, &str)]) -> String {
     of.iter().map(|(line, what)| format!("  {line}\n      {what}\n")).collect()
 }
 
-/// Arranges the flags of a command: its own flags, options of the description, options of the terminal.
+/// Arranges the flags of a command: first its own flags, then options of the description, then options of the terminal.
 fn of(help: &CommandHelp, command: Command) -> Command {
     let shared: Vec<&str> = ModelOptions::fields().iter().map(|field| field.name).collect();
     let is_shared = |arg: &Arg| shared.contains(&arg.get_id().as_str());
@@ -95,7 +95,7 @@ fn of(help: &CommandHelp, command: Command) -> Command {
         1 => "Print every flag, 1 more than here".to_string(),
         more => format!("Print every flag, {more} more than here"),
     };
-    // The command is built again from its parts, because clap keeps the order in which arguments were added.
+    // clap keeps the order in which arguments were added, so the command is built again from its parts.
     let mut arranged = Command::new(help.name).args(args).groups(command.get_groups().cloned());
     if let Some(about) = command.get_about() {
         arranged = arranged.about(about.clone());
@@ -111,7 +111,7 @@ fn of(help: &CommandHelp, command: Command) -> Command {
         .after_help(format!("{heading}\n{}", examples(&help.examples).trim_end()))
 }
 
-/// Display order of a flag that comes after the other flags of the terminal.
+/// Display order of a flag that is listed last among the flags of the terminal.
 const LAST_DISPLAY_ORDER: usize = 1000;
 
 #[cfg(test)]
@@ -121,7 +121,7 @@ mod tests {
 
     use super::*;
 
-    /// The program with a fixed width, independent of the terminal of the test.
+    /// The program with a fixed text width, which does not depend on the terminal of the test.
     fn program() -> Command {
         arranged(crate::Arguments::command()).term_width(COLUMNS)
     }
@@ -138,7 +138,7 @@ mod tests {
         groups().into_iter().flat_map(|group| group.commands)
     }
 
-    /// The help that the program prints for this command line.
+    /// The help that the program prints for the command line `line`.
     fn help(line: &[&str]) -> String {
         let asked = program().try_get_matches_from(line).expect_err("help is no command");
         assert_eq!(asked.kind(), ErrorKind::DisplayHelp, "{asked}");

@@ -1,4 +1,4 @@
-//! `rist inspect`: shows the base parameters, their rules, numbers of operations and the evidence for the rank.
+//! `rist inspect`: shows base parameters, regrouping rules, operation counts and the evidence for the rank.
 
 use std::io::IsTerminal;
 
@@ -10,9 +10,9 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, is_json, print};
 
-/// Width of a text that is printed to a pipe or a file, characters.
+/// Text width for a pipe or a file, characters.
 const PIPE_COLUMNS: usize = 80;
-/// Largest width of a text, characters: longer lines are hard to read.
+/// Largest text width, characters. Longer lines are hard to read.
 const LARGEST_WIDTH: usize = 120;
 
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// Width of the text on standard output, characters.
+/// Text width for standard output, characters.
 fn width() -> usize {
     let out = std::io::stdout();
     let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();

@@ -1,5 +1,5 @@
-//! Handles Ctrl-C: during a search it ends the search with its best result; a second Ctrl-C ends the program. A file that is
-//! being written is completed before the program ends.
+//! Handles Ctrl-C. The first one ends a search with its best result, the second ends the program. A file that is being written
+//! is completed first.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -15,28 +15,28 @@ use crate::failure::Failure;
 const INTERRUPTED: i32 = 130;
 const TERMINATED: i32 = 143;
 
-/// Runs work that the first Ctrl-C ends early.
+/// Runs work that the first Ctrl-C ends early with its best result so far.
 pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
-    // The handler that ends the program is registered before the one that sets the flag: at the first Ctrl-C it still finds the
-    // flag unset.
+    // The handler that ends the program must be registered first. At the first Ctrl-C it runs before the other handler, so it
+    // finds the flag unset and does nothing.
     register_conditional_shutdown(SIGINT, INTERRUPTED, flag.clone())
         .and_then(|_| register(SIGINT, flag.clone()))
         .map_err(|e| Failure::new(format_args!("Ctrl-C cannot be waited for: {e}")))?;
     let outcome = interruption.during(work);
-    // After the search, a Ctrl-C ends the program again, at a time that `undivided` allows.
+    // After the work, a Ctrl-C ends the program again, but only when `undivided` allows it.
     flag.store(false, Ordering::Relaxed);
     Ok(outcome)
 }
 
-/// `at_once`: whether a signal may end the program at once; `asked`: the signal that came while it must not.
+/// `at_once`: whether a signal may end the program now; `asked`: the signal that came when it could not, or 0.
 struct Ending {
     at_once: Arc<AtomicBool>,
     asked: Arc<AtomicUsize>,
 }
 
-/// The signal handlers, registered at the first call of [`undivided`]; before that, signals have their default effect.
+/// The signal handlers. They are registered at the first call of [`undivided`]; before that, signals have their default effect.
 static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     let (at_once, asked) = (Arc::new(AtomicBool::new(true)), Arc::new(AtomicUsize::new(0)));
     for (signal, code) in [(SIGINT, INTERRUPTED), (SIGTERM, TERMINATED)] {
@@ -47,7 +47,7 @@ static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     Ending { at_once, asked }
 });
 
-/// Runs work that Ctrl-C and SIGTERM do not interrupt; if such a signal comes, the program ends after the work.
+/// Runs work that Ctrl-C and SIGTERM do not interrupt. If such a signal comes during the work, the program ends after it.
 pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     ENDING.at_once.store(false, Ordering::SeqCst);
     let outcome = work();

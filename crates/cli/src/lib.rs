@@ -1,7 +1,7 @@
-//! The program `rist`: reads the command line, calls the crates, prints.
+//! The program `rist`: reads the command line, calls the library, prints results.
 //!
-//! The program is a library, so that the Python package can contain it: `bin/rist.rs` and the command `rist` of that package
-//! both call [`run_program`].
+//! It is a library, so that the Python package can contain the program too: `bin/rist.rs` and the command `rist` of that
+//! package call [`run_program`].
 
 #![warn(missing_docs)]
 
@@ -103,7 +103,7 @@ enum Command {
 }
 
 impl Command {
-    /// Words for the output of a command that has no JSON result; `None` for other commands.
+    /// Text that says what a command writes instead of JSON; `None` for a command with a JSON result.
     fn other_than_json(&self) -> Option<&'static str> {
         match self {
             Command::Convert(_) => Some("convert writes a description, or CSV"),
@@ -121,23 +121,23 @@ impl Command {
     }
 }
 
-/// Largest block that raises the mmap threshold of glibc when it is freed, bytes: 32 MiB minus a reserve for the header.
+/// Size of a memory block, bytes: the largest one that raises the mmap threshold of glibc when it is freed. It is 32 MiB minus
+/// a reserve for the header.
 const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
-/// Makes the allocator keep freed memory for reuse: the threshold of glibc follows the largest block that was freed
-/// (mallopt(3), `M_MMAP_THRESHOLD`). For a long log, the system then need not clear sixty thousand pages again.
+/// Makes the allocator keep freed memory for reuse. The mmap threshold of glibc rises to the largest block that was freed
+/// (mallopt(3), `M_MMAP_THRESHOLD`). Otherwise the system would clear sixty thousand pages again for a long log.
 fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
 
-/// The program with its help.
+/// The command-line program with its arranged help.
 fn program() -> clap::Command {
     help::arranged(Arguments::command())
 }
 
-/// Runs the program with the words of a command line; the first word is the program's own name. Returns the exit code: 0 for
-/// success, 1 if the answer is no, 2 for unusable input. Call it only once per process, because the settings of the terminal
-/// are permanent.
+/// Runs the program with the words of a command line, of which the first is the program's name. Returns the exit code: 0 for
+/// success, 1 if the answer is no, 2 for unusable input. Call it only once per process, because the terminal settings stay.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
     wings::register();
@@ -149,17 +149,17 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
             UNUSABLE
         }
         Err(e) => {
-            // This prints help and version too. An error of printing cannot be reported.
+            // clap prints help and version here too. If printing fails, this cannot be reported.
             let _ = e.print();
             if e.use_stderr() { UNUSABLE } else { 0 }
         }
     };
-    // In the Python package nothing else flushes standard output.
+    // Flush standard output here, because the Python package does not flush it.
     let _ = io::stdout().flush();
     code
 }
 
-/// Runs a command; returns its exit code.
+/// Runs a command with the settings of the terminal, and returns its exit code.
 fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -> u8 {
     report::set_command(words);
     terminal::set(terminal);
@@ -177,7 +177,7 @@ fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -
     }
 }
 
-/// Runs a command. The commands of a wing exist only if the wing is built in.
+/// Runs a command. Commands of a wing exist only if this build contains the wing.
 fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Inspect(arguments) => inspect::run(&arguments),

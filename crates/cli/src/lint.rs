@@ -1,4 +1,4 @@
-//! `rist lint`: searches a description for frequent mistakes.
+//! `rist lint`: searches a description for frequent mistakes in inertial parameters.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The arguments for a model on the command line: its file, and the options for reading it.
+//! Command-line arguments for a model: its file, and the options for reading it.
 
 use std::path::PathBuf;
 
@@ -20,12 +20,12 @@ pub(crate) struct ModelArguments {
 }
 
 impl ModelArguments {
-    /// The options that the flags give.
+    /// The reading options from the flags.
     pub(crate) fn options(&self) -> Result<ModelOptions, Failure> {
         self.options.read()
     }
 
-    /// Reads the description without deriving anything. Prints a note on angles that the reader replaced.
+    /// Reads the description without deriving a model. Prints a note if the reader replaced angles.
     pub(crate) fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options()?)
     }
@@ -39,19 +39,19 @@ impl ModelArguments {
         Ok(robot)
     }
 
-    /// Reads the description. Fails if a symbol has no value.
+    /// Reads the description, and fails if a symbol has no value.
     pub(crate) fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::describe::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
-    /// Derives the model, read with the options of an artefact; flags replace these options one by one.
+    /// Derives the model with the reading options of an artefact. Options given as flags replace them one by one.
     pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
         self.derive_by(&self.options()?.over(&description.cloned().unwrap_or_default())?)
     }
 
-    /// Derives the model.
+    /// Derives the model with the reading options from the flags.
     pub(crate) fn derive(&self) -> Result<Model, Failure> {
         self.derive_by(&self.options()?)
     }
@@ -66,7 +66,7 @@ impl ModelArguments {
     }
 }
 
-/// Whether the coordinate with this name slides; `None` if there is no such coordinate.
+/// Whether the joint of the coordinate `name` slides; `None` if there is no such coordinate.
 pub(crate) fn is_prismatic(model: &Model, name: &str) -> Option<bool> {
     let regressor = model.regressor();
     let place = regressor.coordinates().iter().position(|known| known == name)?;

@@ -1,4 +1,4 @@
-//! `rist plan`: plans the experiments that identify a model best.
+//! `rist plan`: plans experiments that identify the parameters of a model best.
 
 use std::path::{Path, PathBuf};
 
@@ -41,10 +41,10 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
-    // The output file is checked before the search, which takes seconds.
+    // The output file is checked before the search starts.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
-    // A forecast is printed before a choice that takes minutes.
+    // If the choice will take minutes, a forecast is printed.
     if let Some(long) = rist::motion::planning::cost_forecast(&model, &request)? {
         terminal::note(long);
     }
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::motion::planning::Planned { plan, notes, checked } =
         interruptible(|| rist::plan(&model, &request, &report_progress))??;
-    // The last line of the experiment with the lowest point is printed; apart from this point, these lines are equal for all.
+    // One line for all experiments: that of the experiment with the lowest point, since the lines differ only in this point.
     let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
     let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));
     let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.claims()));

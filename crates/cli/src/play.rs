@@ -1,4 +1,4 @@
-//! `rist play`: writes a motion for a controller, with the paths from the robot's pose and back.
+//! `rist play`: writes a motion for a controller, with paths from the robot's pose and back.
 
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let parts = staged.parts.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
         Ok(json!({"notes": staged.notes, "parts": parts}))
     })?;
-    // The result is printed first; a file is written only if all parts are proved.
+    // The result is printed first. The file is written only if all segments are proved.
     let faults: Vec<String> = staged
         .parts
         .iter()

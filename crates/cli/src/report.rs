@@ -1,4 +1,4 @@
-//! `rist report`: makes one page with pictures from artefacts, and from the logs of an estimate.
+//! `rist report`: writes an HTML page from artefacts and, for an estimate, from its logs.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
     check_parts(&files)?;
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
-    // These files must not be overwritten by the page.
+    // Input files, which the page must not overwrite.
     let of_user = shown.into_iter().chain([&files.model, &files.against]);
     let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
-    // An estimate of samples is drawn with its logs; an estimate of experiments only has its verdict.
+    // For an estimate of samples, its logs are drawn. An estimate of experiments only gets its verdict.
     let drawn = match (&model, &estimate) {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(write_file(&arguments.out, &page)?)
 }
 
-/// Fails if the page would be empty, or if a part lacks another part that it needs.
+/// Fails if the page would be empty, or if a file is missing that another file needs.
 fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
     if shown.iter().all(|file| file.is_none()) {
@@ -113,7 +113,7 @@ fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The estimate to compare with, and the name of its file. Fails if its parameters have other meanings.
+/// The second estimate for a comparison, and the name of its file. Fails if its parameters have other meanings.
 fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
     let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
         return Ok(None);
@@ -125,7 +125,7 @@ fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(S
     Ok(Some((name, other)))
 }
 
-/// The artefact of a file, if one is given.
+/// Reads the artefact in a file; `None` if no file is given.
 fn artefact<T, E: Into<rist::Error>>(
     file: &Option<PathBuf>,
     read: fn(&str, &str) -> Result<T, E>,
@@ -134,7 +134,7 @@ fn artefact<T, E: Into<rist::Error>>(
     Ok(Some(read(&path.display().to_string(), &read_text(path)?)?))
 }
 
-/// The page of an estimate, with its predictions of logs and its validation.
+/// The page of an estimate, with predicted logs and validation.
 pub(crate) fn page_of(
     model: &Model,
     estimate: &Estimate,
@@ -158,7 +158,7 @@ pub(crate) fn page_of(
     Ok(rist::page::page(&request).0)
 }
 
-/// The page of a motion of this run.
+/// The page of a motion that was just found.
 pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
     let plot_data = found_motion(model, found)?;
     let command = command();
@@ -172,7 +172,7 @@ pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option
     Ok(rist::page::page(&request).0)
 }
 
-/// Reads a motion and makes its plot data; if its model is given, its limits are proved again.
+/// Reads a motion and its plot data. If the model is given, the limits of the motion are proved again.
 fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, MotionPlotData), Failure> {
     let artefact = ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let plot_data = match model {
@@ -185,21 +185,21 @@ fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, Mo
     Ok((artefact, plot_data))
 }
 
-/// The date, version and command that a page shows.
+/// The date, version and command that are printed on a page.
 fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
     Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
 }
 
-/// The words of the command line; they are set once.
+/// The words of the command line, stored at the start of the program.
 static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Stores the words of the command line for pages; the first word is the program's name.
+/// Stores the words of the command line, which pages print. The first word is the program's name.
 pub(crate) fn set_command(words: &[OsString]) {
-    // Only the first call has an effect; it happens at the start of the program.
+    // Only the first call has an effect. It happens at the start of the program.
     let _ = COMMAND.set(words.to_vec());
 }
 
-/// The command line for the page, quoted for a shell.
+/// The command line that a page prints, quoted for a shell.
 fn command() -> String {
     let quoted =
         |word: String| match word.is_empty() || word.contains(|c: char| c.is_whitespace() || "'\"$`".contains(c)) {
@@ -210,7 +210,7 @@ fn command() -> String {
     ["rist".to_string()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Reads the model with the options of the estimate. Fails if the estimate was made with another model.
+/// Reads the model with the reading options of the estimate. Fails if the estimate was made with another model.
 fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Model, Failure> {
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
@@ -220,7 +220,7 @@ fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> 
     Ok(model)
 }
 
-/// The verdict on an estimate, and plot data of its logs.
+/// The verdict on an estimate, and the plot data of its logs.
 struct Drawn {
     verdict: Option<Verdict>,
     plot_data: Option<PlotData>,

@@ -1,4 +1,4 @@
-//! `rist schema`: prints the options of every step as a JSON schema.
+//! `rist schema`: prints the options of all steps as a JSON schema.
 
 use clap::Args;
 

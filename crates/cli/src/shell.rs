@@ -1,4 +1,4 @@
-//! `rist completions` and `rist man`: completions for a shell and manual pages, generated from the arguments.
+//! `rist completions` and `rist man`: writes shell completions and manual pages, generated from the arguments.
 
 use std::path::PathBuf;
 
@@ -26,7 +26,7 @@ pub(crate) struct ManualArguments {
     out: PathBuf,
 }
 
-/// Prints the completions of `command`.
+/// Prints the shell completions of `command`.
 pub(crate) fn completions(arguments: &CompletionArguments, mut command: Command) -> Result<(), Failure> {
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "rist", &mut text);
@@ -37,7 +37,7 @@ pub(crate) fn completions(arguments: &CompletionArguments, mut command: Command)
 pub(crate) fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let mut command = command.disable_help_subcommand(true);
-    // The names of the commands' pages are known after the build.
+    // `build` sets the names of the pages of subcommands.
     command.build();
     for part in command.get_subcommands().chain([&command]) {
         let manual = clap_mangen::Man::new(part.clone());

@@ -1,6 +1,6 @@
-//! Prints the output of the program: the result on standard output, as text or as JSON; notes and progress on standard error.
+//! Prints results on standard output, as text or as JSON, and notes and progress on standard error.
 //!
-//! Colours are printed only on a terminal. Work that takes longer than a second shows its name on the terminal, in a line that
+//! Colours are used only on a terminal. If work takes longer than a second, its name is shown on the terminal, in a line that
 //! is erased afterwards.
 
 use std::fmt::Display;
@@ -35,10 +35,10 @@ pub(crate) struct TerminalArguments {
     pub color: ColorChoice,
 }
 
-/// The arguments for the terminal; they are set once, before any output.
+/// The command-line arguments for output. They are set once, before any output.
 static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
 
-/// Sets colours and form of all later output.
+/// Sets colours and form (text or JSON) of all later output.
 pub(crate) fn set(arguments: TerminalArguments) {
     match arguments.color {
         ColorChoice::Auto => anstream::ColorChoice::Auto,
@@ -46,7 +46,7 @@ pub(crate) fn set(arguments: TerminalArguments) {
         ColorChoice::Never => anstream::ColorChoice::Never,
     }
     .write_global();
-    // Only the first call has an effect; it happens at the start of the program.
+    // Only the first call has an effect. It happens at the start of the program.
     let _ = ARGUMENTS.set(arguments);
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn is_json() -> bool {
     arguments().json
 }
 
-/// Prints the result of a command: `text`, or the value of `json` with --json.
+/// Prints the result of a command: `text`, or with --json the value of `json`.
 pub(crate) fn print_result(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
@@ -67,7 +67,7 @@ pub(crate) fn print_result(
     print_folded(text, columns(), json)
 }
 
-/// Prints the result of a command like [`print_result`], but does not fold lines, since the text is meant for a file.
+/// Prints the result of a command like [`print_result`], but without folding lines, because users paste this text into a file.
 pub(crate) fn print_lines(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
@@ -90,7 +90,7 @@ fn print_folded(
     }
 }
 
-/// Prints to standard output; a closed pipe (`rist ... | head`) is no failure.
+/// Prints to standard output. A closed pipe (`rist ... | head`) counts as success.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let _at = took_away();
     match AutoStream::auto(io::stdout()).write_all(coloured(text).as_bytes()) {
@@ -107,12 +107,12 @@ pub(crate) fn note(text: impl Display) {
     }
 }
 
-/// Width at which sentences are folded, characters; less on a narrower terminal.
+/// Largest width to which sentences are folded, characters. A narrower terminal reduces it.
 const LARGEST_WIDTH: usize = 100;
-/// Smallest width for folding, characters; a narrower terminal wraps lines by itself.
+/// Smallest width to which sentences are folded, characters. A narrower terminal breaks the lines itself.
 const SMALLEST_WIDTH: usize = 40;
 
-/// Width of standard output, characters: from the environment variable COLUMNS, otherwise from the terminal, at most 100.
+/// Width of the output, characters: from the environment variable COLUMNS, otherwise from the terminal, at most 100.
 fn columns() -> usize {
     let asked = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
     let of_terminal = || {
@@ -123,7 +123,7 @@ fn columns() -> usize {
     asked.unwrap_or_else(of_terminal).max(SMALLEST_WIDTH)
 }
 
-/// Folds the sentences of a text. Lines of tables, which have several blanks between their cells, are not folded.
+/// Folds the long lines of a text. Lines of tables are kept; they are recognised by several spaces between their cells.
 fn in_columns(text: &str, columns: usize) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -134,7 +134,7 @@ fn in_columns(text: &str, columns: usize) -> String {
             out += line;
             continue;
         }
-        // Further lines are aligned with the words of a bullet, or indented by two characters.
+        // Further lines are indented by two characters more than the first.
         let hang = format!("\n{:1$}", "", indent + 2);
         out += &start[..indent];
         out += &folded(words, columns - (indent + 2).min(columns / 2)).join(&hang);
@@ -158,7 +158,7 @@ pub(crate) fn folded(text: &str, columns: usize) -> Vec<String> {
     lines
 }
 
-/// Notes of a step, as lines before its result; empty with --quiet.
+/// Notes of a step as lines to print before its result. Empty with --quiet.
 pub(crate) fn notes(texts: &[String]) -> String {
     let texts = if arguments().quiet { &[] } else { texts };
     texts.iter().map(|text| format!("note: {text}\n")).collect()
@@ -171,13 +171,13 @@ pub(crate) fn progress(text: impl Display) {
     }
 }
 
-/// Writes to standard error; errors, for example of a closed stream, are ignored.
+/// Writes to standard error. Write errors, for example of a closed stream, are ignored.
 pub(crate) fn complain(text: &str) {
     let _at = took_away();
     let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
 
-/// Words that are coloured at the start of a line.
+/// Words that get a colour at the start of a line.
 const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("trust: yes", AnsiColor::Green),
     ("trust: with care", AnsiColor::Yellow),
@@ -186,7 +186,7 @@ const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("rist:", AnsiColor::Red),
 ];
 
-/// Adds colours to these words; they are removed again for a stream that is no terminal.
+/// Adds colours to the words in `COLOURED_WORDS`. For a stream that is no terminal, the colours are removed later.
 fn coloured(text: &str) -> String {
     let line = |line: &str| match COLOURED_WORDS.iter().find(|(word, _)| line.starts_with(word)) {
         Some((word, color)) => {
@@ -198,17 +198,17 @@ fn coloured(text: &str) -> String {
     text.split_inclusive('\n').map(line).collect()
 }
 
-/// The work that the program does now.
+/// The current work of the program, shown on the terminal.
 struct ProgressState {
     what: String,
     since: Instant,
-    /// Whether a line about this work is on the terminal.
+    /// Whether a line about this work is on the terminal now.
     shown: bool,
 }
 
 static AT: Mutex<Option<ProgressState>> = Mutex::new(None);
 
-/// Time after which the current work is shown.
+/// The current work is shown if it takes longer than this.
 const LONGEST_SILENCE: Duration = Duration::from_secs(1);
 const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 /// Moves the cursor to the start of the line and erases the line.
@@ -218,7 +218,7 @@ fn at() -> MutexGuard<'static, Option<ProgressState>> {
     AT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Erases the line of the current work, and keeps it off the terminal until the guard is dropped.
+/// Erases the line about the current work. It is not shown again until the returned guard is dropped.
 fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     let mut now = at();
     if let Some(at) = now.as_mut().filter(|at| at.shown) {
@@ -228,7 +228,7 @@ fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     now
 }
 
-/// Sets the current work, for example `reading log.csv`. The terminal shows it after one second.
+/// Sets the text for the current work, for example `reading log.csv`. The terminal shows it after one second.
 pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {
@@ -243,12 +243,12 @@ pub(crate) fn at_work(what: impl Display) {
     }
 }
 
-/// Erases the line of the current work, which has ended.
+/// Erases the line about the current work, because the work has ended.
 pub(crate) fn rest() {
     *took_away() = None;
 }
 
-/// Shows the current work again and again, until the program ends.
+/// Updates the line about the current work every 250 ms, until the program ends.
 fn watch() {
     loop {
         thread::sleep(WATCH_INTERVAL);

@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         at_work(format_args!("reading {}", path.display()));
         options.map(|options| model.open_log(path, &options.columns).map(|(log, _)| log)).transpose()
     };
-    // For an estimate of experiments this list is empty; its motions are read later.
+    // This list is empty for an estimate of experiments. Its motions are read later.
     let logs: Vec<LogSource> = motions.iter().filter_map(|path| open(path).transpose()).collect::<Result<_, _>>()?;
     at_work("validating");
     let validation = match options {
@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     refused(&verdict, false)
 }
 
-/// The given logs; a directory is replaced by its validation motions in the order of their names.
+/// The given logs. A directory is replaced by its validation motions (v*.csv), sorted by name.
 fn motions(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut logs = Vec::new();
     for path in given {

@@ -1,4 +1,4 @@
-//! Prints the verdict at the end of a command, and sets the exit code.
+//! Prints the verdict at the end of a command, and determines the exit code.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub(crate) fn as_json(verdict: &Verdict) -> Value {
     })
 }
 
-/// Prints an estimate with its verdict, and writes it to `out`, if given. Fails with exit code 1 if the verdict is no.
+/// Prints an estimate with its verdict, and writes the estimate to `out` if given. Fails with exit code 1 if the verdict is no.
 pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path>) -> Result<(), Failure> {
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(estimate)?, "verdict": as_json(verdict)}))
@@ -38,7 +38,8 @@ pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path
     refused(verdict, false)
 }
 
-/// Fails with exit code 1 if the verdict is no. `withheld`: whether requested files were not written.
+/// Fails with exit code 1 if the verdict is no. If requested files were not written (`withheld`), the verdict on the bodies
+/// counts.
 pub(crate) fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
     let (trust, reasons) = match withheld {
         true => verdict.of_bodies(),

@@ -1,11 +1,11 @@
-//! The wings that this program was built with, and the error texts for missing wings.
+//! Registers the wings (optional packages) of this build, and defines the error texts for missing wings.
 
 use std::ffi::OsString;
 
 use rist::DescriptionFormat;
 use rist::wings::{DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
-/// The error text for a feature that is not built in; `$found`: name of the file's content.
+/// The error text for a feature that this build does not contain. `$found`: name of the file content that needs it.
 macro_rules! without {
     ($found:literal, $feature:literal) => {
         concat!($found, ": ", without!($feature))
@@ -19,7 +19,7 @@ macro_rules! without {
     };
 }
 
-/// For each wing: its name, its commands, whether the program has it, and the error text if not.
+/// Each wing (optional package): its name, its commands, whether this build has it, and the error text if it has not.
 const WINGS: [(&str, &[&str], bool, &str); 4] = [
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
@@ -27,8 +27,8 @@ const WINGS: [(&str, &[&str], bool, &str); 4] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
-/// Registers the wings, before a text is spelled and a file is read. The program calls this function itself; a package calls it
-/// when it is loaded.
+/// Registers the wings. This must happen before a text is printed or a file is read. The program calls it itself; a package
+/// (for example for Python) calls it when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
         #[cfg(feature = "fleet")]
@@ -47,9 +47,9 @@ pub fn register() {
     ]);
 }
 
-/// A wing that returns an error text for everything that this program lacks.
+/// A wing that returns an error text for each function that this build lacks.
 fn absent() -> Wing {
-    // Files that need a missing feature are recognised by their first bytes, so that the error can name the feature.
+    // Files that need a missing feature are recognised by their first bytes. The error then names the feature.
     let mut wing = Wing::default();
     let mut log = |magic: &'static [u8], what: &'static str, is_recording: bool| {
         wing.log_formats.push(LogFormat { name: "", magic, reader: LogReader::Absent { what, is_recording } });
@@ -72,7 +72,7 @@ fn absent() -> Wing {
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
     }
-    // Functions and steps of missing wings fail with an error that names the feature.
+    // Functions and steps of a missing wing fail with an error that names the feature.
     if cfg!(not(feature = "formulas")) {
         let absent = |word| FunctionOfLink {
             word,
@@ -93,7 +93,7 @@ fn absent() -> Wing {
     wing
 }
 
-/// The error text if the command of this command line belongs to a missing wing. The command is the first word that is no flag.
+/// The error text if the command in `words` belongs to a missing wing. The command is the first word that is no flag.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let (.., said) = WINGS.iter().find(|(_, commands, is_here, _)| !is_here && commands.contains(&command))?;

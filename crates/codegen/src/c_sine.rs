@@ -1,5 +1,5 @@
-//! Sine and cosine in C without a library. The operations equal the operations of the Rust file (sine.rs), so C and Rust give the
-//! same bits if both fuse or neither does.
+//! Writes sine and cosine in C without a library. The operations equal the operations of the Rust file (sine.rs), so C and Rust
+//! give the same bits if both fuse or neither does.
 //!
 //! The inner loop takes as many angles as a vector register holds: gcc and clang vectorise it at -O2. The library's functions are
 //! used in two cases: if compiler options allow regrouped sums, which would undo the rounding to an integer, and with the 80-bit
@@ -10,22 +10,23 @@ use expr::{Function, Node};
 use crate::sine::{self, between, polynomials};
 use crate::steps::Angle;
 
-/// The largest number of angles in one vector register.
+/// The largest number of angles that one vector register of a supported processor holds.
 const MAX_ANGLES_PER_REGISTER: usize = 4;
 
-/// Whether some function needs a sine or a cosine.
+/// Whether one of the functions needs a sine or a cosine.
 pub(crate) fn is_read(functions: &[&Function]) -> bool {
     functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sin(_) | Node::Cos(_))))
 }
 
-/// The C text of `sin_cos_of_each` and of the functions it calls. It uses `fused` and `fusedf`: a b + c of double and float.
+/// The C text of `sin_cos_of_each` and of the functions that it calls. It uses `fused` and `fusedf`: a b + c of double and float.
 pub(crate) fn sin_cos_of_each() -> String {
     let of_double = sin_cos_of_double(&sine::statements("f64"));
     let of_float = in_float(&sin_cos_of_double(&sine::statements("f32")));
     [LIBRARY, DOC_OF_DOUBLE, &of_double, DOC_OF_FLOAT, &of_float, LOOP].concat()
 }
 
-/// The C text of `sin_cos_of_double`, for one angle, with the numbers and the polynomials of the Rust statements.
+/// The C text of `sin_cos_of_double`, the sine and cosine of one angle. The numbers and polynomials come from the Rust
+/// `statements`.
 fn sin_cos_of_double(statements: &str) -> String {
     let number = |name: &str| between(statements, name, ";\n").rsplit(" = ").next().unwrap_or("");
     let parts = number("PARTS").trim_matches(['[', ']']).split(", ");
@@ -34,10 +35,10 @@ fn sin_cos_of_double(statements: &str) -> String {
     text.replace("POLYNOMIALS", &polynomials(statements).replace("let ", ""))
 }
 
-/// Changes the C text of a function of doubles into a function of floats; lines with a comment are dropped.
+/// Changes the C text of a function of doubles into a function of floats. Lines with a comment are dropped.
 fn in_float(function: &str) -> String {
     const ENDS: [char; 5] = [' ', ',', ')', ';', '\n'];
-    // A number with a decimal point gets the suffix of a float.
+    // A number with a decimal point gets the suffix `f` of a float.
     let with_suffix = |piece: &str| {
         let (word, end) = piece.split_at(piece.trim_end_matches(ENDS).len());
         let is_number = word.contains('.') && word.ends_with(|c: char| c.is_ascii_digit());

@@ -1,4 +1,5 @@
-//! The controllers of a file: gravity compensation, feedforward and computed torque, which call the file's own functions.
+//! The controllers of a generated file: gravity compensation, feedforward and computed torque. They call functions of the same
+//! file.
 //!
 //! ```text
 //! gravity compensation   tau = g(q)
@@ -19,7 +20,7 @@ struct ControllerArgument {
     length: usize,
 }
 
-/// The functions of the module that the controllers call, and the number of coordinates n.
+/// The functions of a module that its controllers call, and the number of coordinates n.
 pub(crate) struct ControllerText<'a> {
     inverse_dynamics: &'a Function,
     gravity: &'a Function,
@@ -27,7 +28,7 @@ pub(crate) struct ControllerText<'a> {
 }
 
 impl<'a> ControllerText<'a> {
-    /// The controllers of `module`; `None` if it has none or lacks a function that they call.
+    /// Finds the functions that the controllers of `module` call. `None` if it has no controllers or lacks such a function.
     pub(crate) fn of(module: &'a Module) -> Option<ControllerText<'a>> {
         let function = |name: &str| module.functions.iter().map(|f| &f.function).find(|f| f.name == name);
         let inverse_dynamics = function("inverse_dynamics").filter(|_| module.has_controller)?;
@@ -35,16 +36,16 @@ impl<'a> ControllerText<'a> {
         Some(ControllerText { inverse_dynamics, gravity: function("gravity")?, n })
     }
 
-    /// Number of entries of an input of the inverse dynamics; zero if it has no input of this name.
+    /// Number of entries of an input of the function `inverse_dynamics`; zero if it has no input of this name.
     fn length(&self, input: &str) -> usize {
         self.inverse_dynamics.inputs.iter().find(|i| i.name == input).map_or(0, |i| i.entries.len())
     }
 
-    /// The arguments with these names. Arguments without entries for this robot are left out.
+    /// The arguments of a controller with these names. Arguments without entries for this robot are left out.
     fn arguments(&self, names: &[&'static str]) -> Vec<ControllerArgument> {
         let length = |name: &str| match name {
             "passive" | "x" | "symbols" => self.length(name),
-            // FV, FS and OFF of each coordinate.
+            // Friction coefficients FV, FS and OFF of each coordinate.
             "f" => 3 * self.n,
             _ => self.n,
         };
@@ -52,7 +53,8 @@ impl<'a> ControllerText<'a> {
         all.filter(|argument| argument.length > 0).collect()
     }
 
-    /// The arguments of a call: the name of each input, or its replacement in `given`, and then tau with the prefix `reference`.
+    /// The arguments of a call as text: the name of each input, or its replacement in `given`, and then `tau` with the prefix
+    /// `reference`.
     fn call(function: &Function, given: &[(&str, &str)], reference: &str) -> String {
         let argument = |input: &expr::Input| match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, argument)) => argument.to_string(),
@@ -62,7 +64,7 @@ impl<'a> ControllerText<'a> {
         inputs.chain([format!("{reference}tau")]).collect::<Vec<_>>().join(", ")
     }
 
-    /// The definitions of the controllers in Rust.
+    /// The definitions of the controllers in Rust, as tokens.
     pub(crate) fn rust(&self) -> TokenStream {
         let head = |names: &[&'static str]| {
             let argument = |a: &ControllerArgument| format!("{}: &[R; {}]", a.name, a.length);
@@ -84,7 +86,7 @@ impl<'a> ControllerText<'a> {
         text.parse().expect("the texts below are Rust, whatever names are put in")
     }
 
-    /// The declarations and the definitions of the controllers in C, for the module `prefix`.
+    /// The declarations and the definitions of the controllers in C, for the module with the name `prefix`.
     pub(crate) fn c(&self, prefix: &str) -> (String, String) {
         let head = |names: &[&'static str]| {
             let argument = |a: &ControllerArgument| format!("const {prefix}_real {}[{}]", a.name, a.length);
@@ -96,7 +98,7 @@ impl<'a> ControllerText<'a> {
             ("feedforward", head(FEEDFORWARD), FEEDFORWARD_DOC),
             ("computed_torque", head(COMPUTED), COMPUTED_DOC),
         ];
-        // Each body calls the model, adds friction where there is motion, and saturates.
+        // Each controller calls the model, adds friction if the robot moves, and saturates the torques.
         let (mut header, mut source) = (String::new(), C_HEAD.to_string());
         for (name, arguments, doc) in functions {
             header += &format!("\n/* {} */\nint {prefix}_{name}({arguments});\n", doc.join("\n   "));

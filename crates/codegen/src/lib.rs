@@ -1,4 +1,4 @@
-//! Writes a Module of Functions as source: one Rust file that needs no other, or a C99 header and source.
+//! Writes a Module of Functions as source code: one Rust file that needs no other file, or a C99 header and source.
 
 #![warn(missing_docs)]
 

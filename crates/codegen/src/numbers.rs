@@ -1,20 +1,21 @@
-//! The trait `Real`, which every generated file contains, so that it needs no other file and no library.
+//! Writes the trait `Real` of numbers. Every generated Rust file contains it, so that the file needs no other file and no
+//! library.
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use crate::sine::statements;
 
-/// The operations of `Real` that only some files need, and whether this file needs them.
+/// The operations of the trait `Real` that only some files need, and whether this file needs them.
 #[derive(Clone, Copy)]
 pub(crate) struct Operations {
     pub div: bool,
     pub sqrt: bool,
 }
 
-/// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
+/// Tokens of the trait `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
-    // The trait has only operations that this file uses: without `sqrt` or `/`, more types can implement it.
+    // The trait has only the operations that this file uses: without `sqrt` or `/`, more types can implement it.
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);
@@ -66,7 +67,8 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     }
 }
 
-/// The method `mul_add` of f64 or f32. `core` does not have it, and in `std` it is a slow call if the target has no instruction.
+/// Tokens of the method `mul_add` of f64 or f32. `core` does not have it, and in `std` it is a slow call if the target has no
+/// instruction for it.
 fn mul_add(number: TokenStream) -> TokenStream {
     quote! {
         #[cfg(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows)))]
@@ -84,7 +86,7 @@ fn mul_add(number: TokenStream) -> TokenStream {
     }
 }
 
-/// The implementation of `Real` for f64; `sqrt_f64` is its method `sqrt`, or empty if the file takes no roots.
+/// Tokens of the implementation of `Real` for f64. `sqrt_f64`: its method `sqrt`, or empty if the file needs no square roots.
 fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     let (mul_add, sin_cos, of_each) = (mul_add(quote!(f64)), sin_cos("f64"), sin_cos_of_each());
     quote! {
@@ -108,7 +110,7 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     }
 }
 
-/// The method `sin_cos` of f64 or f32.
+/// Tokens of the method `sin_cos` of f64 or f32.
 fn sin_cos(number: &str) -> TokenStream {
     let statements = statements(number).replace("angle", "self");
     let (numbers, operations) = statements.split_at(statements.find("let turns").unwrap_or(0));
@@ -123,12 +125,13 @@ fn sin_cos(number: &str) -> TokenStream {
     }
 }
 
-/// Parses a text of this crate into tokens.
+/// Parses a Rust text of this crate into tokens.
 fn tokens(text: &str) -> TokenStream {
     text.parse().expect("a text of our own is Rust")
 }
 
-/// The method `sin_cos_of_each` of f64. Several angles in one vector register cost little more than one angle.
+/// Tokens of the method `sin_cos_of_each` of f64. It is faster than single calls, because several angles in one vector register
+/// cost little more than one angle.
 fn sin_cos_of_each() -> TokenStream {
     quote! {
         /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
@@ -164,7 +167,7 @@ fn sin_cos_of_each() -> TokenStream {
     }
 }
 
-/// The method `sqrt` of the trait, of f64 and of f32; all empty if it is not needed. `core` has no square root.
+/// Tokens of the method `sqrt`: in the trait, of f64 and of f32. All are empty if it is not needed. `core` has no square root.
 fn square_root(needed: bool) -> [TokenStream; 3] {
     if !needed {
         return Default::default();
@@ -177,7 +180,7 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
     [method, tokens(ROOT), tokens(&of_f32)]
 }
 
-/// The method `sqrt` of f64.
+/// Rust text of the method `sqrt` of f64.
 const ROOT: &str = "
 /// Within 0.51 ulp for 1e-290 < x < 1e290. Newton's method for 1/sqrt(x) from a guess in
 /// the exponent, then one step with the exact residual x - y^2 (Dekker 1971).
@@ -207,7 +210,7 @@ fn sqrt(self) -> f64 {
 }
 ";
 
-/// Pairs of a text in `ROOT` and its replacement for f32. f32 has half the digits, so one Newton step less is enough.
+/// Pairs of a text in `ROOT` and its replacement for f32. One Newton step less is enough, because f32 has half the digits.
 const ROOT_OF_F32: [(&str, &str); 7] = [
     ("0x5fe6eb50c7b537a9_u64", "0x5f3759df_u32"),
     ("    r = r * (1.5 - half * r * r);\n    let y", "    let y"),

@@ -1,4 +1,4 @@
-//! A Function as a Rust function: one statement for each operation, in the order of the schedule.
+//! Writes a Function as a Rust function: one statement for each operation, in the order of the schedule.
 //!
 //! ```text
 //! pub fn NAME<R: Real>(q: &[R; 3], ..., y: &mut [[R; 18]; 3]) {
@@ -17,26 +17,27 @@ use quote::{format_ident, quote};
 
 use crate::steps::{Name, Statement, is_read, names, steps};
 
-/// A statement of the generated Rust function.
+/// A statement of the generated Rust function, as text or as tokens.
 enum RustStatement {
-    /// Text that the formatter would leave on one line.
+    /// Text of a short statement, which the formatter would leave on one line.
     Line(String),
-    /// Tokens that the formatter has to lay out.
+    /// Tokens of a statement that the formatter has to lay out.
     Tokens(TokenStream),
 }
 
-/// Blocks of short statements, kept as text; the tokens contain only the number of each block. A function has thousands of short
-/// statements. The formatter would spend most of its time and memory on them, although each is one line.
+/// Blocks of short statements as text; the tokens for the formatter contain only the number of each block. A function has
+/// thousands of short statements. The formatter would spend most of its time and memory on them, although each is one line.
 #[derive(Default)]
 pub(crate) struct Lines(Vec<String>);
 
-/// The formatter's spelling of `__lines!(`: the call `__lines!(N);` stands for block N until `put_into` replaces it by the text.
+/// The formatter's spelling of `__lines!(`. In its output the call `__lines!(N);` represents block N until `put_into` replaces it
+/// by the text of the block.
 const BLOCK_NUMBER_PREFIX: &str = "__lines!(";
 /// A statement of at most this many characters stays on one line, because the formatter breaks only lines of 90 or more.
 const MAX_LINE_CHARACTERS: usize = 80;
 
 impl Lines {
-    /// The tokens of statements, one after the other; the lines between two token statements become one numbered block.
+    /// The tokens of all statements, in order. The lines between two token statements become one numbered block.
     fn body(&mut self, statements: impl Iterator<Item = RustStatement>) -> TokenStream {
         let mut tokens = TokenStream::new();
         let mut text = String::new();
@@ -65,7 +66,7 @@ impl Lines {
         quote!(__lines!(#number);)
     }
 
-    /// `text` in which each call `__lines!(N);` is replaced by block N, with the same indentation.
+    /// Replaces each call `__lines!(N);` in `text` by the text of block N, with the same indentation.
     pub(crate) fn put_into(self, text: &str) -> String {
         let mut all = String::with_capacity(text.len() + self.0.iter().map(|lines| 2 * lines.len()).sum::<usize>());
         for line in text.split_inclusive('\n') {
@@ -84,7 +85,7 @@ impl Lines {
     }
 }
 
-/// Tokens of a Rust function that computes `bound`, generic over the trait `Real`. `bound` has no named constants left.
+/// Tokens of a Rust function that computes `bound` (a function without named constants), generic over the trait `Real`.
 ///
 /// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column; an input that is not used
 /// is named `_NAME`.
@@ -100,10 +101,10 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     }
 }
 
-/// Tokens of three functions for `bound`: a dense one, a sparse one that writes only the entries of the list, and one with the
-/// operations, which the two others call: it passes each entry to a closure. The list of places comes before them; `doc` is the
-/// doc of the dense function. If the dense matrix were filled from the list, all entries would wait for the end and be spilled
-/// from their registers.
+/// Tokens of three Rust functions for `bound`: a dense one, a sparse one that writes only the entries in the list `entries`, and
+/// one with the operations, which the two others call; it passes each entry to a closure. The list of places comes before them;
+/// `doc` is the comment of the dense function. The dense matrix is not filled from the list, because then all entries would wait
+/// for the end and be spilled from their registers.
 pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
     let (places, is_symmetric) = (&entries.of.places, entries.of.is_symmetric);
     let (n, literal) = (Literal::usize_unsuffixed(places.len()), Literal::usize_unsuffixed);
@@ -112,7 +113,7 @@ pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStr
     let (steps, writer) = (steps(bound), Writer::new(bound));
     let statements = steps.iter().filter_map(|step| match *step {
         Statement::Store { row, column, node, negative, .. } => {
-            // Entries that are always zero, or below the diagonal of a symmetric matrix, are not in the list.
+            // Entries that are always zero, or below the diagonal of a symmetric matrix, are not in the list and are not stored.
             let k = places.binary_search(&(row, column)).ok()?;
             let (sign, value) = (if negative { "-" } else { "" }, writer.operand(node));
             Some(RustStatement::Line(format!("set({k}, {row}, {column}, {sign}{value});")))
@@ -171,7 +172,7 @@ fn input_names(bound: &Function) -> Vec<Ident> {
     bound.inputs.iter().enumerate().map(|(k, input)| input_name(bound, k, &input.name)).collect()
 }
 
-/// The inputs as arguments of the Rust function, each followed by a comma.
+/// The arguments of the Rust function for its inputs, as tokens, each followed by a comma.
 fn input_arguments(bound: &Function) -> TokenStream {
     let arguments = input_names(bound).into_iter().zip(&bound.inputs).map(|(name, input)| {
         let n = Literal::usize_unsuffixed(input.entries.len());
@@ -180,13 +181,13 @@ fn input_arguments(bound: &Function) -> TokenStream {
     quote!(#(#arguments,)*)
 }
 
-/// The name of an input; it begins with an underscore if the input is not used.
+/// The name of the Rust argument for input k; it begins with an underscore if the function does not use the input.
 fn input_name(bound: &Function, k: usize, name: &str) -> Ident {
     let read = (0..bound.inputs[k].entries.len()).any(|i| is_read(bound, k, i));
     if read { format_ident!("{name}") } else { format_ident!("_{name}") }
 }
 
-/// Name, arguments and types of the Rust function, without its body.
+/// Tokens of the Rust function's name and arguments with their types, without its body.
 fn head(bound: &Function) -> TokenStream {
     let name = Ident::new(&bound.name, Span::call_site());
     let inputs = input_arguments(bound);
@@ -212,7 +213,7 @@ impl Writer<'_> {
         n.map_or_else(|| quote!(_), |n| self.tokens(n))
     }
 
-    /// Node n as an operand, in tokens.
+    /// The value of node n as an operand, in tokens: constant, entry of an input, or variable.
     fn tokens(&self, n: usize) -> TokenStream {
         match &self.names[n] {
             Name::Constant(x) => {
@@ -231,7 +232,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Node n as an operand, in text.
+    /// The value of node n as an operand, in text: constant, entry of an input, or variable.
     fn operand(&self, n: usize) -> String {
         match &self.names[n] {
             Name::Constant(x) => format!("R::from_f64({})", Literal::f64_unsuffixed(*x)),
@@ -267,7 +268,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The statement with this text: a line if it is short enough, otherwise tokens.
+    /// The statement with this text: as text if it is short enough, otherwise as tokens.
     fn line(&self, text: String) -> RustStatement {
         if text.len() <= MAX_LINE_CHARACTERS {
             return RustStatement::Line(text);
@@ -276,7 +277,7 @@ impl Writer<'_> {
         text.parse().map_or(RustStatement::Line(text), RustStatement::Tokens)
     }
 
-    /// The value held at the node of `e`, or its negative, by the sign of `e`.
+    /// The value of the node of `e` as an operand, in text, with a minus if `e` is negative.
     fn signed(&self, e: Expr) -> String {
         match (e.is_negative(), &self.names[e.node()]) {
             (false, _) => self.operand(e.node()),
@@ -299,7 +300,7 @@ impl Writer<'_> {
             }
             Operation::Mul(a, b) => format!("{} * {}", read(a), read(b)),
             Operation::Div(a, b) => format!("{} / {}", read(a), read(b)),
-            // sqrt(-a) is not -sqrt(a), so the sign of the argument stays inside.
+            // sqrt(-a) differs from -sqrt(a), so the sign of the argument stays inside the root.
             Operation::Sqrt(a) => format!("({}).sqrt()", self.signed(a)),
             Operation::None => unreachable!("a step computes"),
         }

@@ -1,7 +1,9 @@
-//! Sine and cosine as Rust statements, which compute them from `angle` and `fused`. The f64 statements are the source text of the
-//! tape's sine. The f32 statements have other numbers and shorter polynomials. C takes its numbers and polynomials from both.
+//! Sine and cosine as Rust statements, which compute them from `angle` and `fused` (multiply-add). The f64 statements are the
+//! source text of the sine that evaluates functions in this program (crate `expr`). The f32 statements have other numbers and
+//! shorter polynomials. The C text takes its numbers and polynomials from both.
 
-/// The numbers of the f32 statements, from Cephes. None is f64, because processors without doubles compute them by slow calls.
+/// The numbers of the f32 statements, from the library Cephes. None is f64, because processors without doubles compute them by
+/// slow calls.
 const NUMBERS_OF_F32: &str = "
     const ROUND: f32 = 12582912.0;
     const REACH: f32 = 4.1538375e34;
@@ -14,7 +16,7 @@ const POLYNOMIALS_OF_F32: &str = "
     let c = fused(z * z, c, fused(-0.5, z, 1.0));
 ";
 
-/// The Rust statements of sine and cosine for the number type `f64` or `f32`.
+/// The Rust statements that compute sine and cosine for the number type `f64` or `f32`.
 pub(crate) fn statements(number: &str) -> String {
     let of_f64 = between(expr::SINE_SOURCE, "-> (f64, f64) {\n", "\n}\n");
     if number == "f64" {
@@ -25,12 +27,12 @@ pub(crate) fn statements(number: &str) -> String {
     of_f32.replace("f64", "f32").replace("u64", "u32").replace("<< 62", "<< 30")
 }
 
-/// The part of `statements` that evaluates the polynomials: from x and z = x^2 to s and c.
+/// The part of `statements` that evaluates the polynomials: it computes s and c from x and z = x^2.
 pub(crate) fn polynomials(statements: &str) -> &str {
     between(statements, "let z = x * x;\n", "    let (s, c)").trim_start_matches('\n')
 }
 
-/// The text between the first `before` and the next `behind`.
+/// The part of `text` between the first `before` and the next `behind`.
 pub(crate) fn between<'a>(text: &'a str, before: &str, behind: &str) -> &'a str {
     let rest = text.split_once(before).map(|(_, rest)| rest);
     rest.and_then(|rest| rest.split_once(behind)).expect("a text of our own has both").0

@@ -1,5 +1,5 @@
-//! A Function as straight-line steps, one per operation, in the order of its schedule. The writers of Rust and C
-//! print the same steps.
+//! Converts a Function to straight-line steps, one per operation, in the order of its schedule. The Rust and the C code are
+//! written from the same steps.
 //!
 //! An entry is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`] determines
 //! which product is fused into which sum.
@@ -8,22 +8,23 @@ use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
-/// A text from a user's file as one line: characters that would end the line become spaces.
+/// A text from a user's file as one line: characters that would end the line are replaced by spaces.
 pub fn in_line(text: &str) -> String {
     gate::shown::line(text).into_owned()
 }
 
-/// One step of a generated function.
+/// One step (statement) of a generated function.
 pub(crate) enum Statement {
-    /// The node with this number takes the result of the operation.
+    /// Assigns the result of the operation to the variable of the node with this number.
     Compute(usize, Operation),
-    /// Sines and cosines of angles, at most eight.
+    /// Computes sines and cosines of at most eight angles.
     SinCos(Vec<Angle>),
-    /// An entry of an output takes the node's value, or its negative.
+    /// Stores the value of a node, or its negative, in an entry of an output.
     Store { output: usize, row: usize, column: usize, node: usize, negative: bool },
 }
 
-/// The node of an angle, and the nodes of its sine and cosine; `None` if the function does not need the sine or the cosine.
+/// An angle whose sine or cosine is computed: the numbers of the nodes of the angle, of its sine and of its cosine. `None`: not
+/// needed.
 #[derive(Clone, Copy)]
 pub(crate) struct Angle {
     pub angle: usize,
@@ -32,12 +33,13 @@ pub(crate) struct Angle {
 }
 
 /// If at most this many inputs are angles, all their sines and cosines are computed first. If there are more, they are computed
-/// in groups, each before the first use of one of them: a value computed long before its use is spilled from its register.
+/// in groups, each before the first use of one of them, because a value computed long before its use is spilled from its
+/// register.
 const MAX_SINES_AT_ONCE: usize = 8;
-/// Number of angles in a group, if there are more than [`MAX_SINES_AT_ONCE`].
+/// Number of angles in a group whose sines are computed together, if there are more than [`MAX_SINES_AT_ONCE`].
 const SINES_PER_GROUP: usize = 4;
 
-/// The form in which other statements refer to a node.
+/// The form in which statements refer to the value of a node: constant, entry of an input, or variable.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Name {
     Constant(f64),
@@ -45,11 +47,11 @@ pub(crate) enum Name {
     Variable(String),
 }
 
-/// The steps that compute `function`, which has no named constants left.
+/// The steps that compute `function`, which must not have named constants.
 pub(crate) fn steps(function: &Function) -> Vec<Statement> {
     let nodes = function.graph().nodes();
     let fusion = Fusion::of(function);
-    // Node -> the stores of its value. Constants are stored first.
+    // For each node, the stores of its value in outputs. Constants are stored first.
     let mut places: Vec<Vec<Statement>> = nodes.iter().map(|_| Vec::new()).collect();
     for (output, o) in function.outputs.iter().enumerate() {
         for (i, e) in o.entries.iter().enumerate() {
@@ -98,7 +100,8 @@ fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     }
 }
 
-/// The name of each node: `t12` for node 12, `s1` and `c1` for sine and cosine of entry 1 of the first input.
+/// The name of each node in the generated code: `t12` for node 12, `s1` and `c1` for sine and cosine of entry 1 of the first
+/// input.
 pub(crate) fn names(function: &Function) -> Vec<Name> {
     let graph = function.graph();
     let mut inputs = vec![None; graph.nodes().len()];
@@ -128,12 +131,12 @@ pub(crate) fn names(function: &Function) -> Vec<Name> {
     graph.nodes().iter().enumerate().map(name).collect()
 }
 
-/// Whether a node or an output uses this entry of an input.
+/// Whether a node or an output of the function uses this entry of an input.
 pub(crate) fn is_read(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |_| true)
 }
 
-/// Whether an output, or a node other than a sine or cosine, uses this entry of an input.
+/// Whether an output of the function, or a node other than a sine or cosine, uses this entry of an input.
 pub(crate) fn is_read_beside_sines(function: &Function, input: usize, entry: usize) -> bool {
     is_read_by(function, input, entry, |node| !matches!(node, Node::Sin(_) | Node::Cos(_)))
 }

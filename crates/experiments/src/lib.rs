@@ -1,4 +1,4 @@
-//! Motions, plans, their proofs, and simulation: the motions of a robot, before anything is estimated.
+//! Designs and simulates motions for identification: exciting motions, plans of experiments, proofs of their limits.
 //!
 //! [`motion`] has motions as commanded and as recorded. Two modules make informative motions. [`plan`] chooses short experiments
 //! of one or two joints for identification by spectrum analysis, and proves that no other choice is much better. [`excitation`]

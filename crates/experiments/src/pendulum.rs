@@ -1,10 +1,10 @@
-//! The test robot of the unit tests here and in `identification`: a pendulum on a fixed pivot, the smallest robot with inertia
+//! A pendulum on a fixed pivot, the test robot of the unit tests here and in `identification`: the smallest robot with inertia
 //! and gravity. Whole arms are tested in the package `tests`.
 
 use linear_model::parameter::BaseParameter;
 use linear_model::regressor::Regressor;
 
-/// A pendulum with tau = ZZ ddq + MX g cos q + MY g (-sin q).
+/// A pendulum with the torque tau = ZZ ddq + MX g cos q + MY g (-sin q).
 pub(crate) struct Pendulum {
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,

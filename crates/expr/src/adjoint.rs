@@ -20,20 +20,20 @@ use crate::graph::{Expr, Node};
 #[derive(Clone, Debug)]
 pub struct Adjoint {
     sums: Vec<Sum>,
-    /// The operations other than sums, in the order of evaluation.
+    /// The operations other than sums and products, in the order of evaluation.
     others: Vec<NonSumOperation>,
     /// Slot and value of each constant.
     constants: Vec<(usize, f64)>,
     /// The slot of each input entry.
     inputs: Vec<usize>,
-    /// (slot, sign, index) of each output entry that depends on an input. The index counts all output entries.
+    /// For each output entry that depends on an input: slot, sign (1 or -1), index among all output entries.
     outputs: Vec<(usize, f64, usize)>,
     n_outputs: usize,
     slots: usize,
 }
 
-/// The operation: slot `to` = +-a b +- c. A sum is computed as a 1 +- c and a product as a b - 0, so that the processor has no
-/// branch to predict. The operations are those of [`Fusion`], but the product is always rounded before it is added.
+/// The operation: slot `to` = +-a b +- c. A sum is computed as a 1 +- c and a product as a b - 0, so that the processor need not
+/// predict a branch. The operations are those of [`Fusion`], but the product is always rounded before the addition.
 #[derive(Clone, Copy, Debug)]
 struct Sum {
     a: Signed,
@@ -62,7 +62,7 @@ impl Signed {
     }
 }
 
-/// An operation other than a sum. It is performed after the first `after` sums.
+/// An operation other than a sum or product. It is performed after the first `after` entries of `sums`.
 #[derive(Clone, Copy, Debug)]
 struct NonSumOperation {
     after: usize,
@@ -73,17 +73,17 @@ struct NonSumOperation {
 #[derive(Clone, Copy, Debug)]
 enum Code {
     Div(usize, usize),
-    /// Square root of (slot, sign): the sign belongs to the operand.
+    /// Square root of (slot, sign): the sign is applied before the root.
     Sqrt(usize, f64),
     Sin(usize),
     Cos(usize),
 }
 
-/// The memory of an evaluation. Each thread needs its own.
+/// The memory of an evaluation. Each thread needs a separate one.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
     values: Vec<Lanes>,
-    /// dL/dnode of each slot; zero before and after each evaluation.
+    /// dL/dnode of each slot, L: weighted sum of the outputs. It is zero before and after each evaluation.
     slopes: Vec<Lanes>,
 }
 
@@ -93,8 +93,8 @@ type Lanes = [f64; ADJOINT_LANES];
 /// second-level cache.
 const ADJOINT_LANES: usize = 8;
 
-/// Number of slots that hold the constant 1, and the same number for -0; sums and products need them for the form a b + c. Their
-/// slopes are accumulated but never read. With several copies, an accumulation need not wait for the one before.
+/// Number of slots with the constant 1, and of slots with -0. Sums and products need these constants for the form a b + c. Their
+/// slopes are accumulated but never read. With several copies, an accumulation need not wait for the previous one.
 const CONSTANT_COPIES: usize = 8;
 
 impl Adjoint {
@@ -103,7 +103,7 @@ impl Adjoint {
         let function = function.bound();
         let graph = function.graph();
         let nodes = graph.nodes();
-        // The slots after those of the nodes hold ones, then -0. Adding -0 keeps the sign of a product that is zero.
+        // The slots after the nodes contain ones, then -0. Adding -0 keeps the sign of a product that is zero.
         let one = |i: usize| (nodes.len() + i % CONSTANT_COPIES) as u32;
         let minus_zero = |i: usize| one(i) + CONSTANT_COPIES as u32;
         let mut constants: Vec<(usize, f64)> =
@@ -148,15 +148,15 @@ impl Adjoint {
         self.inputs.len()
     }
 
-    /// The memory that [`Adjoint::pull_back`] needs; it can be used for any number of calls.
+    /// Makes the memory that [`Adjoint::pull_back`] needs. It can be used for any number of calls.
     pub fn workspace(&self) -> AdjointWorkspace {
         let mut values = vec![[0.0; ADJOINT_LANES]; self.slots];
         self.constants.iter().for_each(|&(slot, x)| values[slot] = [x; ADJOINT_LANES]);
         AdjointWorkspace { values, slopes: vec![[0.0; ADJOINT_LANES]; self.slots] }
     }
 
-    /// The gradients dL/dinput of `inputs.len() / n_inputs()` samples. All three slices hold sample after sample: `inputs`,
-    /// `weights` (one per output entry) and the result, `gradient`.
+    /// Computes the gradients dL/dinput of `inputs.len() / n_inputs()` samples. All three slices are stored sample by sample:
+    /// `inputs`, `weights` (one per output entry), and the result `gradient`.
     pub fn pull_back(&self, inputs: &[f64], weights: &[f64], work: &mut AdjointWorkspace, gradient: &mut [f64]) {
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs);
         if n_in == 0 || n_out == 0 {
@@ -184,8 +184,8 @@ impl Adjoint {
         sum_up(&self.sums[done..], values);
     }
 
-    /// The backward pass, from the last node to the first. Operands precede the nodes that use them, so the slope c' of a node is
-    /// complete before it is passed on to its operands.
+    /// The backward pass, from the last node to the first. Operands precede the nodes that use them. So the slope c' = dL/dc of a
+    /// node c is complete before it is added to the slopes of its operands.
     #[inline(always)]
     fn backward(&self, values: &[Lanes], slopes: &mut [Lanes]) {
         let mut left = self.sums.len();
@@ -193,7 +193,7 @@ impl Adjoint {
             pass_on(&self.sums[other.after..left], values, slopes);
             left = other.after;
             let own = std::mem::take(&mut slopes[other.to]);
-            // Skip a node with zero slope: this saves time, and avoids 0 / 0 at the root of zero.
+            // A node with zero slope is skipped: this saves time, and avoids 0 / 0 at the root of zero.
             if own == [0.0; ADJOINT_LANES] {
                 continue;
             }
@@ -252,7 +252,8 @@ impl Work for SampleGroup<'_> {
     }
 }
 
-// These functions use loops and not `from_fn`: the compiler would not use the wider instructions in a closure of the library.
+// The next functions use loops and not `from_fn`, because the compiler would not use the wider instructions in a closure of the
+// library.
 
 #[inline(always)]
 fn each(of: impl Fn(usize) -> f64) -> Lanes {
@@ -301,7 +302,7 @@ mod tests {
     use super::*;
     use crate::{Graph, Input, Output, SymbolKind, Tape};
 
-    /// A function with all operations: sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero.
+    /// A function with the outputs sin(x) (x - y) / cos(y), sqrt(x^2 + y^2), -y and zero. It has all operations.
     fn function() -> Function {
         let mut g = Graph::new();
         let (x, y) = (g.symbol("x", SymbolKind::Input), g.symbol("y", SymbolKind::Input));
@@ -334,7 +335,7 @@ mod tests {
                 let h = 1e-5;
                 let moved = |h: f64| if k == 0 { [x[0] + h, x[1]] } else { [x[0], x[1] + h] };
                 let slope = (value(moved(h), w) - value(moved(-h), w)) / (2.0 * h);
-                // The errors of central differences are h^2 and eps/h; values are of order ten.
+                // Allowed error of central differences: h^2 and eps/h. The values are of order ten.
                 assert!((gradient[2 * i + k] - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{i} {k}");
             }
         }

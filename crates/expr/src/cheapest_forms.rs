@@ -1,8 +1,8 @@
-//! The choice among equal forms of each entry, so that all entries together take the fewest operations.
+//! Chooses one of several equal forms of each entry, so that all entries together need the fewest operations.
 //!
 //! A node is computed once, even if several entries use it, so the cost of a form depends on the forms of the other entries. The
-//! search begins with given forms. Sets of entries change their forms together, and change back if this does not reduce the
-//! number of operations, until no change helps. The readers of each node are counted, so the work for a change is proportional to
+//! search starts with given forms. Sets of entries change their forms together, and change back if this does not reduce the
+//! number of operations, until no change helps. The uses of each node are counted, so the work for a change is proportional to
 //! the number of changed nodes. The result depends only on the order of the changes.
 
 use crate::function::operands;
@@ -11,7 +11,7 @@ use crate::graph::{Expr, Graph, Node};
 /// Largest number of passes; each pass tries all sets of changes.
 const MAX_PASSES: usize = 4;
 
-/// (entry, index of its new form).
+/// A change of form: (entry, index of its new form).
 pub type FormChange = (usize, usize);
 
 /// The chosen form of each entry, as its index in `forms`. `fixed`: expressions that are computed in any case; `start`: the
@@ -47,7 +47,7 @@ pub fn fewest_operations(
     chosen
 }
 
-/// The number of readers of each node, and the number of operations of all nodes with readers.
+/// For each node, the number of its uses; and the number of operations of all used nodes.
 struct Readers<'a> {
     graph: &'a Graph,
     count: Vec<u32>,
@@ -96,8 +96,8 @@ mod tests {
     use super::*;
     use crate::SymbolKind;
 
-    /// The entries are a c + b c and a d + b d, or (a + b) c and (a + b) d: one new form alone saves one operation, both together
-    /// save three.
+    /// The entries are a c + b c and a d + b d, or (a + b) c and (a + b) d. Changing one entry saves one operation; changing both
+    /// saves three.
     #[test]
     fn what_ways_share_counts_once() {
         let mut g = Graph::new();
@@ -111,17 +111,17 @@ mod tests {
             .collect();
         let singly = [vec![(0, 1)], vec![(1, 1)]];
         assert_eq!(fewest_operations(&g, &[], &ways, vec![0, 0], &singly), [1, 1]);
-        // The products are computed in any case: their sums take the fewest operations.
+        // If the products are computed anyway (`fixed`), the forms with sums of them need the fewest operations.
         let made: Vec<Expr> = ways.iter().flat_map(|ways| operands(g.node(ways[0]))).collect();
         assert_eq!(fewest_operations(&g, &made, &ways, vec![0, 0], &singly), [0, 0]);
     }
 
-    /// A common subexpression saves operations only if both entries use it: it is found by changing both together.
+    /// A common subexpression saves operations only if both entries use it. The search finds it if both forms change together.
     #[test]
     fn a_part_that_two_pay_for_needs_a_move_of_both() {
         let mut g = Graph::new();
         let [a, b, c, d] = ["a", "b", "c", "d"].map(|name| g.symbol(name, SymbolKind::Input));
-        // Each entry takes three operations, or one in addition to a common subexpression of two.
+        // Each entry needs three operations, or one operation and a common subexpression of two.
         let part = {
             let ab = g.mul(a, b);
             g.add(ab, c)

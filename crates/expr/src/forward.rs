@@ -1,4 +1,4 @@
-//! The forward mode of differentiation: expressions for the derivatives of entries when symbols change.
+//! The forward mode of differentiation: computes expressions for the derivatives of entries with respect to a change of symbols.
 //!
 //! Let x' be the rate of change of a symbol x. The rates of the other nodes are (a + b)' = a' + b', (a b)' = a' b + a b', (a /
 //! b)' = (a' - (a / b) b') / b, sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a [Griewank, Walther 2008].
@@ -6,8 +6,8 @@
 use crate::graph::{Expr, Graph, Node};
 
 impl Graph {
-    /// The derivatives of `entries` when symbols change, one per entry. `seeds`: symbols with their rates of change; all other
-    /// symbols are constant.
+    /// The rates of change of `entries`, one expression per entry. `seeds`: symbols with their rates of change; all other symbols
+    /// are constant.
     pub fn derivatives(&mut self, entries: &[Expr], seeds: &[(Expr, Expr)]) -> Vec<Expr> {
         let last = entries.iter().map(|e| e.node()).max().unwrap_or(0);
         // Mark the nodes that the entries need.
@@ -18,14 +18,14 @@ impl Graph {
                 crate::function::operands(self.nodes()[n]).for_each(|e| needed[e.node()] = true);
             }
         }
-        // The rates of the symbols: from `seeds`, zero for the others.
+        // The rates of the symbols are given in `seeds`, and are zero for other symbols.
         let mut slopes = vec![Expr::ZERO; last + 1];
         for (symbol, change) in seeds {
             if let Some(slope) = slopes.get_mut(symbol.node()) {
                 *slope = Graph::negate_if(*change, symbol.is_negative());
             }
         }
-        // The rate of each other node, operands first.
+        // The rate of each other node is computed after the rates of its operands.
         for n in (0..=last).filter(|&n| needed[n]) {
             let slope = |e: Expr| Graph::negate_if(slopes[e.node()], e.is_negative());
             slopes[n] = match self.nodes()[n] {
@@ -92,7 +92,7 @@ mod tests {
         adjoint.pull_back(&inputs, &[1.0], &mut adjoint.workspace(), &mut reverse);
         tape.evaluate(&inputs, &mut tape.workspace(), &mut forward);
         for (a, b) in forward.iter().zip(reverse) {
-            // The rounding errors of a dozen operations on numbers of order one.
+            // Allowed error: rounding of a dozen operations on numbers of order one.
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
     }

@@ -1,4 +1,4 @@
-//! A function: named inputs -> named outputs, with a graph of only the nodes that the outputs need.
+//! A function from named inputs to named outputs. Its graph has only the nodes that the outputs need.
 
 use std::collections::BTreeMap;
 
@@ -27,9 +27,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries in the order of their computation: block by block, each block row by row. Adjacent columns that have their
-    /// last non-zero entry in the same row form a block. In a regressor, a block is the columns of one link. All its entries use
-    /// the motion of this link, and each row uses the twist of one coordinate, so few values must be kept in registers.
+    /// The entries in the order of their computation: block by block, each block row by row. A block is adjacent columns with
+    /// their last non-zero entry in the same row; in a regressor, the columns of one link. All entries of a block use the motion
+    /// of this link, and each row uses the twist of one coordinate, so few values must be kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();
@@ -53,15 +53,15 @@ pub struct Function {
     graph: Graph,
 }
 
-/// Number of operations of one evaluation. Each product or square is one multiplication, each binary + or - is one addition;
-/// signs are free.
+/// Number of operations of one evaluation. A product or a square is one multiplication, a binary + or - is one addition. Signs
+/// are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// Multiplications and divisions; a square root is not counted.
     pub mul: usize,
     /// Additions and subtractions.
     pub add: usize,
-    /// Angles of which sine, cosine or both are taken.
+    /// Number of angles of which the sine, the cosine or both are computed.
     pub sin_cos: usize,
 }
 
@@ -91,7 +91,7 @@ pub trait Algebra {
     fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
 }
 
-/// The positions of the entries that determine an output matrix.
+/// The positions of the entries that determine an output matrix. Other entries are zero, or follow by symmetry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparsityPattern {
     /// (row, column) of each of these entries.
@@ -112,7 +112,7 @@ impl Function {
         &self.graph
     }
 
-    /// This function with each named constant replaced by its value; operations on numbers alone are carried out.
+    /// This function with each named constant replaced by its value. Operations on numbers alone are carried out.
     pub fn bound(&self) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match self.graph.symbols()[s.0 as usize].1 {
             SymbolKind::Constant(x) => Some(x),
@@ -137,7 +137,7 @@ impl Function {
         function.rebuilt(&graph, &|_| None)
     }
 
-    /// (expression, name, value) of each named constant that is still a symbol, in the order of creation.
+    /// The named constants that are still symbols, in the order of creation: (expression, name, value).
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();
         let mut found: Vec<(Symbol, (Expr, String, f64))> = nodes
@@ -195,8 +195,8 @@ impl Function {
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The positions of the entries that determine an output, row by row. Entries that are identically zero are left out, and
-    /// also the lower triangle of a symmetric matrix.
+    /// The positions of the entries that determine an output, row by row. Entries that are identically zero are left out, and so
+    /// is the lower triangle of a symmetric matrix.
     pub fn sparsity_pattern(&self, output: usize) -> SparsityPattern {
         let o = &self.outputs[output];
         let at = |row: usize, column: usize| o.entries[row * o.columns + column];
@@ -207,7 +207,7 @@ impl Function {
         SparsityPattern { places, is_symmetric }
     }
 
-    /// This function under a new name, with the same operations. Its first output has only the entries at `places`, in one
+    /// A copy under a new name with the same operations. Its first output has only the entries at `places` (row, column), in one
     /// column.
     pub fn at_places(&self, name: &str, places: &[(usize, usize)]) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
@@ -224,8 +224,8 @@ impl Function {
         Function { name, inputs, outputs, graph: Graph::new() }
     }
 
-    /// `self` with a new graph that has the nodes of `old` that it needs. A symbol is replaced by a number if `value` gives one.
-    /// Symbols and inputs keep their places even if they are not used.
+    /// `self` with a new graph that has only the needed nodes of `old`. `value`: number by which a symbol is replaced; `None`
+    /// keeps the symbol. Unused symbols and inputs keep their places.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
         if old.keeps_names() {
@@ -339,7 +339,7 @@ impl Function {
         count
     }
 
-    /// The entries of each output, computed in another algebra.
+    /// The entries of each output, computed in the algebra `algebra` (for example, a finite field).
     pub fn evaluate_in<A: Algebra>(&self, algebra: &mut A) -> Vec<Vec<A::Value>> {
         let zero = algebra.constant(0.0);
         let mut values: Vec<A::Value> = Vec::with_capacity(self.graph.nodes().len());
@@ -353,7 +353,7 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
-                // sqrt(-a) is not -sqrt(a), so the sign of the argument stays in the argument.
+                // sqrt(-a) is not -sqrt(a), so a minus sign stays inside the root.
                 Node::Sqrt(a) if a.is_negative() => {
                     let argument = algebra.neg(&values[a.node()]);
                     algebra.sqrt(&argument)
@@ -390,7 +390,7 @@ mod tests {
         let mut g = Graph::new();
         let inputs = ["a", "b", "c"].map(|name| g.symbol(name, SymbolKind::Input));
         let [a, b, c] = inputs;
-        // Columns 0 and 1 end in row 1, column 2 in row 0.
+        // Columns 0 and 1 have their last non-zero entry in row 1, column 2 in row 0.
         let entries = vec![g.mul(a, a), g.mul(a, b), g.mul(a, c), g.mul(b, b), g.mul(b, c), Expr::ZERO];
         let output = Output { name: "y".into(), rows: 2, columns: 3, entries };
         let f = Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output]);

@@ -1,4 +1,4 @@
-//! The fusion of products into sums. It determines the operations that the tape and generated code perform.
+//! Fuses products into sums. This determines the operations that the tape and generated code perform.
 //!
 //! A product that is used only by one sum is fused into this sum: a b + c is then one operation, with one rounding. If both
 //! operands of a sum are such products, the product that depends on the longer chain of operations is fused. A product that is
@@ -11,19 +11,18 @@
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node};
 
-/// The operation that computes a node. Its operands, with their signs, refer to the values held at their nodes; see
-/// [`Fusion::held`].
+/// The operation that computes a node. Its operands are the values stored at their nodes, with signs; see [`Fusion::held`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operation {
     /// No operation: a number, an input, a sine or a cosine, or a product that is fused into sums.
     None,
-    /// a + b; only b may be negative.
+    /// a + b; only b may have a minus.
     Add(Expr, Expr),
-    /// a b + c; only a and c may be negative.
+    /// a b + c; only a and c may have a minus.
     MulAdd(Expr, Expr, Expr),
-    /// a b, both without sign.
+    /// a b. Both operands are without sign.
     Mul(Expr, Expr),
-    /// a / b, both without sign.
+    /// a / b. Both operands are without sign.
     Div(Expr, Expr),
     /// Square root.
     Sqrt(Expr),
@@ -33,18 +32,18 @@ pub enum Operation {
 #[derive(Clone, Debug)]
 pub struct Fusion {
     operations: Vec<Operation>,
-    /// Whether each node holds the negative of its value.
+    /// Whether each node stores the negative of its value.
     negated: Vec<bool>,
     /// Number of products that are computed only as part of sums.
     products: usize,
 }
 
 impl Fusion {
-    /// The operations of `function`.
+    /// Determines the operation of each node of `function`, which must have no named constants.
     pub fn of(function: &Function) -> Fusion {
         let nodes = function.graph().nodes();
         let uses = Uses::of(function);
-        // This is determined first, because a product precedes the sum into which it is fused.
+        // The fused products are determined first, because a product precedes the sum into which it is fused.
         let (taken_up, is_part) = products_taken_up(nodes, &uses);
         let mut fusion = Fusion {
             operations: vec![Operation::None; nodes.len()],
@@ -60,9 +59,9 @@ impl Fusion {
         fusion
     }
 
-    /// The operation that computes `node`, and whether it gives the negative of the node. The operations of the operands are
-    /// known. `product`: the product that is fused into the node; `wanted`: whether the negative is preferred if it costs no
-    /// operation.
+    /// The operation that computes `node`, and whether its result is the negative of the node. The operations of the operands
+    /// must be known. `product`: the product that is fused into the node; `wanted`: whether the negative is preferred if it costs
+    /// no operation.
     fn operation(&self, nodes: &[Node], node: Node, product: Option<Expr>, wanted: bool) -> (Operation, bool) {
         let held = |e: Expr| self.held(e);
         match (node, product) {
@@ -95,7 +94,7 @@ impl Fusion {
         self.operations[node]
     }
 
-    /// `e` in terms of the value held at its node: the sign is changed if the node holds its negative.
+    /// `e` expressed by the value stored at its node: the sign is changed if the node stores its negative.
     pub fn held(&self, e: Expr) -> Expr {
         signed(e, e.is_negative() ^ self.negated[e.node()])
     }
@@ -127,7 +126,7 @@ fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<boo
     let mut depth = vec![0_usize; nodes.len()];
     let mut taken_up = vec![None; nodes.len()];
     let mut is_part = vec![false; nodes.len()];
-    // Product -> the sums that read it, each with the sign of the product in it.
+    // For each product: the sums that use it, each with the sign of the product in it.
     let mut readers: Vec<Vec<(usize, Expr)>> = vec![Vec::new(); nodes.len()];
     for (n, &node) in nodes.iter().enumerate() {
         depth[n] = operands(node).map(|e| depth[e.node()] + 1).max().unwrap_or(0);
@@ -142,7 +141,7 @@ fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<boo
         }
     }
     for (product, sums) in readers.iter().enumerate() {
-        // A sum of the product with itself is excluded: it would still need the product as its addend.
+        // The sum of a product with itself is excluded, because the product would still be needed as the addend.
         let is_free =
             |&(n, _): &(usize, Expr)| taken_up[n].is_none() && operands(nodes[n]).any(|e| e.node() != product);
         if sums.len() > 1 && sums.len() == uses.count[product] && sums.iter().all(is_free) {
@@ -159,7 +158,7 @@ fn signed(e: Expr, negative: bool) -> Expr {
     if negative { -e.abs() } else { e.abs() }
 }
 
-/// For each node: how often it is read, and how often outputs store it with a plus and with a minus.
+/// For each node: the number of its uses, and the numbers of outputs that store it with a plus and with a minus.
 struct Uses {
     count: Vec<usize>,
     positive: Vec<usize>,
@@ -196,7 +195,7 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// All operations except `None`, and the first output entry in terms of the value held at its node.
+    /// All operations except `None`, and the first output entry expressed by the value stored at its node.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);
@@ -231,7 +230,7 @@ mod tests {
         let f = function(|g, [a, b, c, d]| {
             let ab = g.mul(a, b);
             let cd = g.mul(c, d);
-            // The product is stored itself, and is the addend of a product that is read once.
+            // The product is stored as an output, and is the addend of another product that is used once.
             vec![ab, g.add(c, ab), g.sub(d, ab), g.add(cd, ab)]
         });
         let (all, _) = operations(&f);

@@ -1,9 +1,8 @@
-//! The graph of expressions. Each subexpression is stored once; the sign is a part of its handle.
+//! The graph of expressions. Each subexpression is stored once; its sign is part of the handle.
 //!
-//! Normal form. A node is never negative: the sign is in the handle. The first operand of a sum is
-//! positive; operands of sums and products are in the order of their creation, constants first.
-//! Zeros, ones, x - x, and operations of constants are folded when the nodes are created, so that an exact
-//! zero never becomes 6e-17.
+//! The expressions have a normal form. A node is never negative: the sign is in the handle. The first operand of a sum is
+//! positive; operands of sums and products are in the order of their creation, constants first. Zeros, ones, x - x, and
+//! operations of constants are simplified when the nodes are created, so that an exact zero never becomes 6e-17.
 
 use rustc_hash::FxHashMap;
 
@@ -12,9 +11,9 @@ use rustc_hash::FxHashMap;
 pub struct Expr(u32);
 
 impl Expr {
-    /// Node 0 of every graph is the constant zero.
+    /// The constant zero, node 0 of every graph.
     pub const ZERO: Expr = Expr(0);
-    /// Node 1 of every graph is the constant one.
+    /// The constant one, node 1 of every graph.
     pub const ONE: Expr = Expr(2);
 
     pub(crate) fn new(node: usize, negative: bool) -> Expr {
@@ -25,7 +24,7 @@ impl Expr {
         self.0
     }
 
-    /// Position of the node in [`Graph::nodes`].
+    /// Index of the node in [`Graph::nodes`].
     pub fn node(self) -> usize {
         (self.0 >> 1) as usize
     }
@@ -35,7 +34,7 @@ impl Expr {
         self.0 & 1 == 1
     }
 
-    /// Whether the expression is the constant 0, which has one node and no minus.
+    /// Whether the expression is the constant 0. Zero has one node and no minus.
     pub fn is_zero(self) -> bool {
         self == Expr::ZERO
     }
@@ -73,7 +72,7 @@ pub enum SymbolKind {
 /// An operation on expressions, or a leaf of the graph. The sign of a value is on its handle, not here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Node {
-    /// Zero or positive.
+    /// A constant, zero or positive.
     Constant(f64),
     /// An input or a named constant.
     Symbol(Symbol),
@@ -81,13 +80,13 @@ pub enum Node {
     Sin(Expr),
     /// Cosine of an expression without sign.
     Cos(Expr),
-    /// a + b; only b may be negative.
+    /// a + b; only b may have a minus.
     Add(Expr, Expr),
-    /// a b, both without sign.
+    /// a b. Both operands are without sign.
     Mul(Expr, Expr),
-    /// a / b, both without sign.
+    /// a / b. Both operands are without sign.
     Div(Expr, Expr),
-    /// Square root.
+    /// Square root of an expression.
     Sqrt(Expr),
 }
 
@@ -99,11 +98,12 @@ pub struct Graph {
     varies: Vec<bool>,
     symbols: Vec<(String, SymbolKind)>,
     known: FxHashMap<Key, u32>,
-    /// Node -> its name in formulas, and whether the name stands for the negative of the node. `None` if names are not kept.
+    /// Names of nodes for formulas, by node number: the name, and whether it stands for the negative of the node. `None` if names
+    /// are not kept.
     names: Option<FxHashMap<u32, (String, bool)>>,
 }
 
-/// A node with its f64 as bits, so that it can be hashed.
+/// A node with its numbers as bits, as the key of a hash map.
 type Key = (u8, u64, u32);
 
 fn key(node: Node) -> Key {
@@ -139,7 +139,7 @@ impl Graph {
         g
     }
 
-    /// This graph, which from now on keeps the names of its nodes.
+    /// A copy of this graph that keeps the names of its nodes from now on.
     pub fn with_names(self) -> Graph {
         Graph { names: Some(self.names.unwrap_or_default()), ..self }
     }
@@ -149,7 +149,7 @@ impl Graph {
         self.names.is_some()
     }
 
-    /// Gives `e` a name, if names are kept and its node has no name yet. Numbers and symbols get no name.
+    /// Gives the node of `e` a name, if names are kept and the node has no name yet. Constants and symbols get no name.
     pub fn name(&mut self, e: Expr, name: impl FnOnce() -> String) {
         if matches!(self.node(e), Node::Constant(_) | Node::Symbol(_)) {
             return;
@@ -204,14 +204,14 @@ impl Graph {
         Expr::new(n as usize, false)
     }
 
-    /// A new symbol. Names are only for display: two symbols may have one name.
+    /// Makes a new symbol. Names are only for display: two symbols may have the same name.
     pub fn symbol(&mut self, name: &str, kind: SymbolKind) -> Expr {
         self.symbols.push((name.to_string(), kind));
         self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
     }
 
-    /// Changes the named constant `name` into an input; without such a constant, creates an input. Existing nodes keep the order
-    /// of operands for constants until the graph is rebuilt.
+    /// Changes the named constant `name` into an input; if there is no such constant, creates an input. The operands of existing
+    /// nodes keep their order (constants first) until the graph is rebuilt.
     pub(crate) fn constant_as_input(&mut self, name: &str) -> Expr {
         let is = |(known, kind): &(String, SymbolKind)| known == name && *kind != SymbolKind::Input;
         match self.symbols.iter().position(is) {
@@ -236,7 +236,7 @@ impl Graph {
         self.intern(Node::Constant(x.abs())).with_sign(x < 0.0)
     }
 
-    /// The f64 of a constant; `None` for other expressions.
+    /// The value of a constant; `None` for other expressions.
     pub fn as_constant(&self, e: Expr) -> Option<f64> {
         match self.node(e) {
             Node::Constant(x) => Some(if e.is_negative() { -x } else { x }),
@@ -244,8 +244,8 @@ impl Graph {
         }
     }
 
-    /// a + b. Two numbers are added at once, and a + a is stored as 2 a. b + a has the same node; -a - b has the same node with
-    /// the opposite sign.
+    /// a + b. Two numbers are added immediately, and a + a is stored as 2 a. b + a has the same node, and -a - b has the same
+    /// node with the opposite sign.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
             return b;
@@ -273,7 +273,7 @@ impl Graph {
         self.add(a, -b)
     }
 
-    /// a b. Two numbers are multiplied at once; the sign goes to the handle.
+    /// a b. Two numbers are multiplied immediately. The sign of the product is in the handle.
     pub fn mul(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() || b.is_zero() {
             return Expr::ZERO;
@@ -303,7 +303,8 @@ impl Graph {
         self.intern(Node::Mul(a, b)).with_sign(negative)
     }
 
-    /// Orders two operands: numbers, then expressions that depend on no input, then others; each group in the order of creation.
+    /// Orders two operands: numbers first, then expressions that depend on no input, then others. Within each group the order is
+    /// the order of creation.
     fn constant_first(&self, a: Expr, b: Expr) -> (Expr, Expr) {
         let rank = |e: Expr| match self.node(e) {
             Node::Constant(_) => 0,

@@ -1,4 +1,4 @@
-//! Functions that share a file, with the comments for the reader of that file.
+//! The functions of one generated file, with the comments for the reader of that file.
 
 use crate::function::{Function, SparsityPattern};
 
@@ -79,8 +79,8 @@ impl Module {
         self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
     }
 
-    /// Adds a function; `doc` holds its comment lines. If some entries of its matrix are zero or follow by symmetry, a second
-    /// function writes only the others.
+    /// Adds a function; `doc`: its comment lines. If some entries of its matrix are zero or follow by symmetry, a second function
+    /// is generated that writes only the other entries.
     pub fn function(&mut self, doc: &str, function: Function) {
         let entries = match &function.outputs[..] {
             [o] if o.columns > 1 => {
@@ -92,8 +92,8 @@ impl Module {
         self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 
-    /// Adds the base regressor and a second function that writes its non-zero entries; the constant `NON_ZEROS` lists their
-    /// positions.
+    /// Adds the base regressor, and a second function that writes only its non-zero entries. The constant `NON_ZEROS` lists the
+    /// positions of these entries.
     pub fn regressor(&mut self, doc: &str, function: Function) {
         let of = SparsityPattern { places: function.non_zeros(0), is_symmetric: false };
         let entries = Some(Entries { list: "NON_ZEROS".into(), of });
@@ -101,7 +101,7 @@ impl Module {
     }
 }
 
-/// `name` as an identifier: in lower case, with underscores for other characters, and with a letter first.
+/// `name` converted to an identifier: in lower case, with underscores for other characters, and starting with a letter.
 fn identifier(name: &str) -> String {
     let mut identifier: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

@@ -1,9 +1,11 @@
-//! Sine and cosine as the generated files compute them, so that the tape gives the same bits.
+//! Sine and cosine, computed as in the generated files, so that the tape gives the same bits.
 //!
-//! The angle is reduced to [-pi/4, pi/4] with pi/2 in three parts [Cody, Waite 1980]; then the minimax polynomials of fdlibm
-//! follow. The error is below 2e-16 for |x| < 2^27; for larger |x| the result is NaN. `codegen` copies the statements from here.
+//! The angle is reduced to [-pi/4, pi/4] with pi/2 in three parts [Cody, Waite 1980]; then the minimax polynomials of fdlibm are
+//! evaluated. The error is below 2e-16 for |x| < 2^27; for larger |x| the result is NaN. `codegen` copies the statements from
+//! here.
 
-/// The text of this file. Generated files contain the statements of `sin_cos`, from `angle` and `fused` to sine and cosine.
+/// The text of this file. Generated files contain the statements of `sin_cos`, which compute sine and cosine from `angle` and
+/// `fused`.
 pub const SINE_SOURCE: &str = include_str!("sine.rs");
 
 /// Sine and cosine of an angle in rad. `fused(a, b, c)` computes a b + c, rounded once or twice.
@@ -44,7 +46,7 @@ mod tests {
         for k in -4000..=4000 {
             let x = f64::from(k) * 0.0317;
             for (s, c) in [sin_cos(x, f64::mul_add), sin_cos(x, |a, b, c| a * b + c)] {
-                // 2e-16 as documented above, and half an ulp for the error of the library.
+                // Allowed error: 2e-16 of this function, and half an ulp of the library function.
                 assert!((s - x.sin()).abs() < 2.6e-16 && (c - x.cos()).abs() < 2.6e-16, "{x}");
             }
         }

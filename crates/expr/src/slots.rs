@@ -1,11 +1,11 @@
-//! Assigns slots of memory to the values of a tape. A slot is used again after the last use of its value.
+//! Assigns memory slots to the values of a tape. A slot is used again after the last use of its value.
 
 use crate::function::{Function, operands};
 use crate::fusion::Fusion;
 use crate::graph::{Expr, Node};
 
-/// For each sine node the cosine node of the same angle, and for each cosine node the sine node; `None` if there is none. The two
-/// are computed by one operation, in the place of the first.
+/// For each sine node, the cosine node of the same angle, and for each cosine node, the sine node; `None` if there is none. One
+/// operation computes both, at the position of the earlier node.
 pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut partner = vec![None; nodes.len()];
     let mut angles = std::collections::BTreeMap::new();
@@ -20,13 +20,13 @@ pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     partner
 }
 
-/// For each node the last node that reads it; `usize::MAX` for inputs and outputs, which are kept to the end.
+/// For each node, the index of the last node that uses it; `usize::MAX` for inputs and outputs, which are kept to the end.
 pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     let nodes = function.graph().nodes();
     let partner = partners(nodes);
     let mut last_use = vec![0; nodes.len()];
     for (i, &node) in nodes.iter().enumerate() {
-        // Of a sine and a cosine of the same angle, only the first reads the angle.
+        // If both the sine and the cosine of an angle are used, only the earlier node reads the angle.
         let is_first = partner[i].is_none_or(|other| other > i);
         let angle = operands(node).filter(|_| is_first && matches!(node, Node::Sin(_) | Node::Cos(_)));
         for e in fusion.operands_of(i).chain(angle) {
@@ -53,7 +53,7 @@ impl Slots {
         Slots { free: Vec::new(), n_slots: 0, slot: vec![None; nodes] }
     }
 
-    /// Number of different slots that were ever in use.
+    /// Number of different slots that were used so far.
     pub(crate) fn count(&self) -> usize {
         self.n_slots
     }
@@ -68,26 +68,26 @@ impl Slots {
         self.free.extend(self.slot[node]);
     }
 
-    /// The slot of the node of `e`, which must have one.
+    /// The slot of the node of `e`. The node must have a slot.
     pub(crate) fn at(&self, e: Expr) -> u32 {
         self.slot[e.node()].expect("operands come first")
     }
 
-    /// Takes a slot for a node.
+    /// Assigns a free slot to a node.
     pub(crate) fn take(&mut self, node: usize) -> u32 {
         let slot = self.next();
         self.slot[node] = Some(slot);
         slot
     }
 
-    /// Takes a slot for a result that is never read; the next operation may take the same slot.
+    /// Returns a slot for a result that is never read. The next operation may use it again.
     pub(crate) fn take_for_now(&mut self) -> u32 {
         let slot = self.next();
         self.free.push(slot);
         slot
     }
 
-    /// Takes a slot that is never released and belongs to no node.
+    /// Returns a slot that is never released and belongs to no node.
     pub(crate) fn take_for_ever(&mut self) -> u32 {
         self.next()
     }

@@ -18,22 +18,22 @@ use crate::tape_operation::{Code, NonSumOperation, Scheduled, Sum, Units, run_ot
 #[derive(Clone, Debug)]
 pub struct Tape {
     sums: Vec<Sum>,
-    /// Operations other than sums: division, root, sine with cosine. They are in the order of evaluation.
+    /// The operations other than sums and products: division, root, sine with cosine. They are in the order of evaluation.
     others: Vec<NonSumOperation>,
     /// Slot and value of each constant; the values are written before the first evaluation.
     constants: Vec<(u32, f64)>,
     /// Slot of each input entry, in the order of the function's inputs; `None` if it has no slot.
     inputs: Vec<Option<u32>>,
-    /// (slot, whether the output is the negative of its value) of each output entry.
+    /// For each output entry: its slot, and whether the output is the negative of the value in the slot.
     outputs: Vec<(u32, bool)>,
     n_slots: usize,
 }
 
-/// The memory of an evaluation. Each thread needs its own.
+/// The memory of an evaluation. Each thread needs a separate one.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// The slots of one sample, with each value stored twice. The sign of a pair changes inside a vector register; a single
-    /// number would have to leave the register for it.
+    /// The slots of one sample. Each value is stored twice, because the sign of a pair can be changed in a vector register, and
+    /// the sign of a single number cannot.
     one: Vec<[f64; 2]>,
     many: Vec<[f64; Tape::LANES]>,
 }
@@ -54,7 +54,7 @@ impl Tape {
         let (mut sums, mut others) = (Vec::new(), Vec::new());
         let units = Units { one: slots.take_for_ever(), minus_zero: slots.take_for_ever() };
         let mut constants = vec![(units.one, 1.0), (units.minus_zero, -0.0)];
-        // Constants keep their slots: they are written once, before the first run.
+        // Constants keep their slots, because they are written only once, before the first evaluation.
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
                 last_use[i] = usize::MAX;
@@ -67,7 +67,7 @@ impl Tape {
                     debug_assert_eq!(bound.graph().symbols()[s.0 as usize].1, SymbolKind::Input);
                     slots.take(i);
                 }
-                // Sine and cosine of one angle are one operation, at the earlier of the two nodes.
+                // Sine and cosine of one angle are one operation, at the position of the earlier node.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
                     let of = slots.at(a);
                     if last_use[a.node()] == i {
@@ -84,7 +84,7 @@ impl Tape {
                 _ => {}
             }
             let Some(scheduled) = units.scheduled(fusion.operation_of(i), &slots) else { continue };
-            // If an operand is used here for the last time, its slot is free for the result.
+            // If an operand is used here for the last time, its slot becomes free for the result.
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
             dead.dedup();
@@ -116,7 +116,7 @@ impl Tape {
     /// If there are more values than inputs.
     pub fn with_last_inputs(mut self, values: &[f64]) -> Tape {
         let last = self.inputs.split_off(self.inputs.len() - values.len());
-        // The slot of an input is never reused.
+        // The slot of an input is never used for another value, so the fixed value remains in it.
         self.constants.extend(last.into_iter().zip(values).filter_map(|(slot, x)| Some((slot?, *x))));
         self
     }
@@ -131,7 +131,7 @@ impl Tape {
         self.outputs.len()
     }
 
-    /// The memory that evaluations of this tape need; it can be used for any number of evaluations.
+    /// Makes the memory that evaluations of this tape need. It can be used for any number of evaluations.
     pub fn workspace(&self) -> Workspace {
         let mut work = Workspace { one: vec![[0.0; 2]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {
@@ -140,7 +140,7 @@ impl Tape {
         work
     }
 
-    /// Evaluates one sample. `inputs` and `outputs` hold the entries of all inputs or outputs one after the other.
+    /// Evaluates one sample. `inputs`, `outputs`: the entries of all inputs or outputs, one after the other.
     pub fn evaluate(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         debug_assert_eq!((inputs.len(), outputs.len()), (self.n_inputs(), self.n_outputs()));
         self.run(&mut work.one, |k, _| inputs[k]);
@@ -150,7 +150,7 @@ impl Tape {
         }
     }
 
-    /// Evaluates `outputs.len() / n_outputs()` samples; `inputs` and `outputs` hold sample after sample.
+    /// Evaluates `outputs.len() / n_outputs()` samples. `inputs` and `outputs` are stored sample by sample.
     pub fn evaluate_many(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         if outputs.len() == self.n_outputs() {
             return self.evaluate(inputs, work, outputs);
@@ -166,8 +166,8 @@ impl Tape {
         });
     }
 
-    /// Evaluates `count` samples, [`Tape::LANES`] at a time: `take(block, outputs)` gets the outputs of the samples from `block *
-    /// LANES` on. Lanes without a sample repeat the last sample.
+    /// Evaluates `count` samples, [`Tape::LANES`] at a time, and calls `take(block, outputs)` with the outputs of the samples
+    /// from `block * LANES` on. If samples are missing in the last block, the last sample is repeated.
     pub fn evaluate_lanes(
         &self,
         inputs: &[f64],
@@ -195,7 +195,7 @@ impl Tape {
             // SAFETY: `run_fused` requires a processor with AVX2 and FMA, which was just checked.
             return unsafe { self.run_fused(slots, input) };
         }
-        // Every AArch64 processor has a fused multiply-add; on other processors it may be a slow call.
+        // Every AArch64 processor has a fused multiply-add. On other processors it may be a slow library call.
         let fused = |a: f64, b: f64, c: f64| if cfg!(target_arch = "aarch64") { a.mul_add(b, c) } else { a * b + c };
         self.run_with(slots, input, fused);
     }
@@ -253,7 +253,7 @@ mod tests {
     use super::*;
     use crate::{Graph, Input, Output, SymbolKind};
 
-    /// A function with the outputs sin(x) (x + y), -(x - y) D + x y and zero, with D = 3.
+    /// A function with the outputs sin(x) (x + y), -(x - y) D + x y and zero. D = 3 is a named constant.
     fn function() -> Function {
         let mut g = Graph::new();
         let (x, y) = (g.symbol("x", SymbolKind::Input), g.symbol("y", SymbolKind::Input));
@@ -274,7 +274,7 @@ mod tests {
         let (mut expected, mut found) = (vec![f64::NAN; 3 * x.len()], vec![f64::NAN; 3 * x.len()]);
         tape.evaluate_many(&both, &mut tape.workspace(), &mut expected);
         let mut work = fixed.workspace();
-        // Two runs: the fixed values remain after a run.
+        // The fixed values must remain after the first run.
         for _ in 0..2 {
             fixed.evaluate_many(&x, &mut work, &mut found);
             assert_eq!(found, expected);
@@ -283,7 +283,8 @@ mod tests {
         }
     }
 
-    /// The function is x y - z, and z is x y rounded. A fused operation gives the rounding error, an unfused one gives zero.
+    /// The function is x y - z, with z = x y rounded. A fused operation gives the rounding error of z, and an unfused operation
+    /// gives zero.
     #[test]
     fn fusing_rounds_once() {
         let mut g = Graph::new();
@@ -333,7 +334,7 @@ mod tests {
             }
             let tape = tape(3, both);
             tape.evaluate(&[0.3, 0.7], &mut tape.workspace(), &mut found);
-            // The error of a few roundings of numbers below 2.
+            // Allowed error: a few roundings of numbers below 2.
             assert!((found[0] - expected).abs() < 1e-14, "{found:?} {expected}");
         }
     }

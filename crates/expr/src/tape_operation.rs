@@ -1,8 +1,8 @@
 //! The operations of a tape, and how the interpreter performs them.
 //!
-//! Sums and products are one kind of operation, (+-a) b +- c, because a 1 + c rounds like a + c, and a b + -0 like a b. A long
-//! sequence of them needs no branch on the kind of operation. An interpreter that branches at each operation loses time whenever
-//! the processor predicts the branch wrongly.
+//! Sums and products are one kind of operation, (+-a) b +- c, because a 1 + c rounds like a + c, and a b + -0 like a b. So the
+//! interpreter needs no branch on the kind of operation in a long sequence of them. A branch at each operation would cost time
+//! whenever the processor predicts it wrongly.
 
 use crate::fusion::Operation;
 use crate::graph::Expr;
@@ -31,7 +31,7 @@ impl Sign {
         Sign(u64::from(e.is_negative()) << 63)
     }
 
-    /// x with this sign. There are two loops, because the compiler turns a single loop into operations on single numbers.
+    /// x with this sign. Two loops are used, because the compiler would turn a single loop into operations on single numbers.
     #[inline(always)]
     fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
         let (mut bits, mut signed) = ([0; B], [0.0; B]);
@@ -45,7 +45,7 @@ impl Sign {
     }
 }
 
-/// An operation other than a sum. It is performed after the first `after` sums.
+/// An operation other than a sum or product. It is performed after the first `after` sums.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NonSumOperation {
     pub after: usize,
@@ -59,26 +59,26 @@ pub(crate) struct NonSumOperation {
 pub(crate) enum Code {
     Div,
     Sqrt,
-    /// sqrt(-a).
+    /// Square root of the negative of slot `a`.
     SqrtOfNegative,
-    /// Sine of slot `a` to slot `to`, cosine to slot `b`.
+    /// Writes the sine of slot `a` to slot `to`, and its cosine to slot `b`.
     SinCos,
 }
 
-/// The slots of the constants 1 and -0, which turn sums and products into one form: a + c is a 1 + c, and a b is a b + -0.
+/// The slots of the constants 1 and -0. With them sums and products have one form: a + c is a 1 + c, and a b is a b + -0.
 pub(crate) struct Units {
     pub one: u32,
     pub minus_zero: u32,
 }
 
-/// An operation whose result has no slot yet.
+/// An operation whose result has no slot assigned yet.
 pub(crate) enum Scheduled {
     Sum(Sum),
     Other(NonSumOperation),
 }
 
 impl Units {
-    /// `operation` with the slots of its operands; `None` for [`Operation::None`].
+    /// Converts `operation` to slots of its operands; `None` for [`Operation::None`].
     pub(crate) fn scheduled(&self, operation: Operation, slots: &Slots) -> Option<Scheduled> {
         let held = |e: Expr| slots.at(e);
         let sum = |a: u32, b: u32, c: u32, [a_sign, c_sign]: [Sign; 2]| {
@@ -99,7 +99,8 @@ impl Units {
     }
 }
 
-// These functions use loops and not `from_fn`: the compiler would not use the wider instructions in a closure of the library.
+// The next functions use loops and not `from_fn`, because the compiler would not use the wider instructions in a closure of the
+// library.
 
 #[inline(always)]
 pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {

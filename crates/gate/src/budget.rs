@@ -1,11 +1,11 @@
 //! The memory that a reader may allocate for a file.
 //!
-//! budget = 64 x bytes of the file + 64 MiB. A reader subtracts from the budget before it allocates. A length that a file states
-//! can therefore not exhaust the memory. The constant term is for small valid files.
+//! budget = 64 x bytes of the file + 64 MiB. A reader subtracts from the budget before it allocates. So a wrong length in a file
+//! cannot exhaust the memory. The constant term is for small valid files.
 
 /// Bytes of memory allowed per byte of a file.
 const MEMORY_BYTES_PER_FILE_BYTE: usize = 64;
-/// Bytes of memory that are allowed for every file in addition, whatever its length.
+/// Bytes of memory that are allowed for a file of any length in addition.
 const ALLOWANCE_BYTES: usize = 64 << 20;
 
 /// The memory that a reader may allocate: the whole budget and what remains of it, bytes.
@@ -28,7 +28,7 @@ impl Budget {
         (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));
     }
 
-    /// The whole budget with all increases, spent or not, bytes.
+    /// The whole budget with all increases, whether used or not, bytes.
     pub fn whole(&self) -> usize {
         self.all
     }

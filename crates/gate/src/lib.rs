@@ -1,4 +1,4 @@
-//! Handling of untrusted input: [`source`] reads bytes up to a maximum; [`budget`] limits the memory, and [`unfolding`] the
+//! Handles untrusted input: [`source`] reads bytes up to a maximum; [`budget`] limits the memory, and [`unfolding`] the
 //! decompressed bytes; [`shown`] escapes names for the output; [`opened`] lists the files that were read; [`suggestion`] finds
 //! the valid word nearest to a mistyped one.
 

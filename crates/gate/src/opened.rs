@@ -1,8 +1,8 @@
-//! The files that were opened, so that no output overwrites one of them.
+//! Records the files that were opened, so that no output overwrites one of them.
 //!
-//! [`Source::open`](crate::source::Source::open) notes every file and its input. The input of a file is the description or the
-//! log that is being read when the file is opened ([`with`]). A program with one task asks for all files; a long-lived process
-//! asks for the files of its inputs. A [`glance`](crate::source::glance) does not note a file.
+//! [`Source::open`](crate::source::Source::open) records every file with its input. The input of a file is the description or the
+//! log that is being read when the file is opened ([`with`]). A program with one task needs the list of all files; a long-lived
+//! process needs the list for some inputs. A [`glance`](crate::source::glance) does not record a file.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,11 +13,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
 
 thread_local! {
-    /// The inputs that this thread is reading: the outermost first, for an input that is read within another.
+    /// The inputs that this thread is reading. If an input is read within another, the outermost is first.
     static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Runs `work` and returns its result. Files that this thread opens in it belong to `input`, the path of a description or a log.
+/// Runs `work` and returns its result. Files that this thread opens meanwhile belong to `input`, the path of a description or a
+/// log.
 pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     READ_NOW.with_borrow_mut(|now| now.push(full(input)));
     let outcome = work();
@@ -25,12 +26,12 @@ pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     outcome
 }
 
-/// Notes a file that is opened, or that a description names. It belongs to all inputs that this thread is reading.
+/// Records a file that is opened, or that a description names. It belongs to all inputs that this thread is reading.
 pub fn note(path: &Path) {
     READ_NOW.with_borrow(|now| opened().entry(full(path)).or_default().extend(now.iter().cloned()));
 }
 
-/// The full paths of all noted files.
+/// The full paths of all recorded files.
 pub fn all() -> Vec<PathBuf> {
     opened().keys().cloned().collect()
 }
@@ -46,7 +47,7 @@ fn full(path: &Path) -> PathBuf {
 }
 
 fn opened() -> MutexGuard<'static, BTreeMap<PathBuf, BTreeSet<PathBuf>>> {
-    // A lock after a panic is used all the same, because a panic cannot leave an incomplete entry.
+    // The lock is used even after a panic of another thread, because a panic cannot leave an incomplete entry.
     OPENED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

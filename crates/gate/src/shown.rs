@@ -1,4 +1,4 @@
-//! Escapes of untrusted names and texts in outputs.
+//! Escapes untrusted names and texts for outputs.
 //!
 //! A character that is invisible, or that changes the display of its neighbours, is printed as an escape: `\u{1b}` for the start
 //! of a terminal command, `\u{202e}` for a change of writing direction, `\n` for a newline. Other characters are unchanged.
@@ -49,8 +49,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         if is_replaced(c) {
-            // All hidden characters are in the basic multilingual plane, so that one escape is enough. Writing to a string
-            // cannot fail.
+            // All hidden characters are below U+10000, so one JSON escape is enough. Writing to a string cannot fail.
             let _ = write!(out, "\\u{:04x}", u32::from(c));
         } else {
             out.push(c);

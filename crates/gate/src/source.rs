@@ -1,10 +1,10 @@
-//! Reading the bytes of a file or of a pipe, up to a maximum.
+//! Reads the bytes of a file or of a pipe, up to a maximum.
 //!
 //! A regular file is read to the length that it had when it was opened: bytes that a recorder appends later are not read. If the
 //! file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file counts as
 //! overwritten if it has become shorter, or has the same length and another modification time, or has become longer and differs
-//! in its first or last `COMPARED_BYTES`, which are read again. A file with an index at its end is read in blocks and compared
-//! in the same manner after the last block. A pipe has no length. It is read to its end, up to the maximum of its reader.
+//! in its first or last `COMPARED_BYTES`, which are read again. A file with an index at its end is read in blocks and compared in
+//! the same manner after the last block. A pipe has no length. It is read to its end, up to the maximum of its reader.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -14,7 +14,7 @@ use std::time::SystemTime;
 
 use crate::opened;
 
-/// Number of bytes at each end of a file that are read again and compared, if the file has become longer.
+/// If a file has become longer during the read, this number of bytes at each end is read again and compared.
 const COMPARED_BYTES: usize = 1 << 12;
 
 /// An opened file or pipe.
@@ -37,7 +37,7 @@ struct RegularFile {
 }
 
 impl Source {
-    /// Opens a file, a pipe or a device, and notes that it is an input ([`opened`]).
+    /// Opens a file, a pipe or a device, and records it as an input ([`opened`]).
     pub fn open(path: &Path) -> io::Result<Source> {
         opened::note(path);
         Source::unnoted(path)
@@ -72,8 +72,8 @@ impl Source {
         }
     }
 
-    /// The file for reads at any offset. A pipe is returned unchanged in `Err`, because its bytes can only be read once and in
-    /// order.
+    /// Converts the source into a file for reads at any offset. A pipe is returned unchanged in the inner `Err`, because its
+    /// bytes can only be read once and in order.
     pub fn pieces(self) -> io::Result<Result<RandomAccessFile, Source>> {
         match self.from {
             From::File(file) => RandomAccessFile::of(file).map(Ok),
@@ -128,28 +128,28 @@ impl RandomAccessFile {
         self.locked().again(place, usize::try_from(left).unwrap_or(usize::MAX).min(count))
     }
 
-    /// Fails if the blocks that were read may belong to two versions of the file.
+    /// Fails if the file was overwritten during the reads, so that the blocks may belong to two versions of it.
     pub fn unchanged(&self) -> io::Result<()> {
         self.locked().unchanged()
     }
 
     fn locked(&self) -> MutexGuard<'_, RegularFile> {
-        // A lock after a panic is used all the same: the state is valid, because every read seeks first.
+        // The lock is used even after a panic of another thread: the state is valid, because every read seeks first.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Reads all bytes of the file or pipe at `path`. Fails like [`Source::whole`] if there are more than `cap`.
+/// Reads all bytes of the file or pipe at `path`. Fails if there are more than `cap` bytes, like [`Source::whole`].
 pub fn read(path: &Path, cap: u64) -> io::Result<Vec<u8>> {
     Source::open(path)?.whole(cap)
 }
 
-/// Reads the first `most` bytes of a system file that states no length, such as a file in /proc.
+/// Reads the first `most` bytes of a system file without a stated length, such as a file in /proc.
 pub fn system_file_head(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// Reads the first `most` bytes of a regular file without noting it as an input. `None` if it is not a regular file: opening a
+/// Reads the first `most` bytes of a regular file without recording it as an input. `None` if it is no regular file: opening a
 /// pipe here would take its bytes from the later reader.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Opening a pipe without a writer would block for ever.
@@ -206,7 +206,7 @@ impl RegularFile {
         Ok(count)
     }
 
-    /// Fails if the bytes that were read may belong to two versions of the file.
+    /// Fails if the file was overwritten during the read, so that the bytes may belong to two versions of it.
     fn unchanged(&mut self) -> io::Result<()> {
         let found = self.file.metadata()?;
         let is_same = self.taken == self.length
@@ -230,7 +230,7 @@ impl RegularFile {
         self.file.seek(SeekFrom::Start(place))?;
         let mut bytes = Vec::with_capacity(count);
         (&self.file).take(count as u64).read_to_end(&mut bytes)?;
-        // After the comparison a sequential read continues at the end of the file.
+        // After the comparison, a sequential read must continue at the end of the file.
         self.file.seek(SeekFrom::Start(self.length))?;
         Ok(bytes)
     }

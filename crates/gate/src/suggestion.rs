@@ -1,8 +1,9 @@
-//! Suggestions: the valid word that is nearest to a mistyped word.
+//! Suggests the valid word that is nearest to a mistyped word.
 
-/// A longer word gets no suggestion: it is hardly a typing error, and the time for a distance grows with the length.
+/// Number of characters of the longest word for which a suggestion is searched. A longer word is hardly a typing error, and the
+/// time for a distance grows with the length.
 const LONGEST_WORD_CHARS: usize = 64;
-/// Candidates that are longer are not compared.
+/// Length of the longest candidate that is compared, bytes.
 const LONGEST_CANDIDATE_BYTES: usize = 256;
 
 /// The least number of insertions, deletions, substitutions and swaps of neighbours that turn `a` into `b`. Case is ignored.

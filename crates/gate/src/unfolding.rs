@@ -1,4 +1,4 @@
-//! Decompression of streams. The decompressed bytes are limited by the [`Budget`] of the compressed bytes read so far.
+//! Decompresses streams. The number of decompressed bytes is limited by the [`Budget`] of the compressed bytes read so far.
 //!
 //! The budget grows while the stream is read, because the length of a pipe is not known in advance.
 
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::budget::Budget;
 
-/// The number of compressed bytes that were read; its clones share the count.
+/// A counter of the compressed bytes that were read. All clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct PackedBytes(Arc<AtomicUsize>);
 
@@ -19,7 +19,7 @@ impl PackedBytes {
     }
 }
 
-/// A reader that counts the bytes that it reads.
+/// A reader that counts the bytes that are read from `source`.
 pub struct Counted<R> {
     source: R,
     count: PackedBytes,
@@ -33,7 +33,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// A decompressed stream: reading fails if the decompressed bytes exceed the budget of the compressed bytes.
+/// A decompressed stream. Reading fails if the decompressed bytes exceed the memory budget of the compressed bytes read so far.
 pub struct Unfolding<D> {
     decoder: D,
     packed: PackedBytes,
@@ -42,14 +42,15 @@ pub struct Unfolding<D> {
 }
 
 impl<D> Unfolding<D> {
-    /// Makes the decompressed stream of `source`, a compressed stream. `decoder` makes the decoder; fails if it fails.
+    /// Makes the decompressed stream of the compressed stream `source`. `decoder`: makes the decoder. Fails if `decoder` fails.
     pub fn new<R: Read, E>(source: R, decoder: impl FnOnce(Counted<R>) -> Result<D, E>) -> Result<Unfolding<D>, E> {
         let packed = PackedBytes::default();
         let decoder = decoder(Counted { source, count: packed.clone() })?;
         Ok(Unfolding { decoder, packed, unfolded: 0, copies: 1 })
     }
 
-    /// From now on each decompressed byte counts as `copies` bytes of memory, because the reader keeps so many copies of it.
+    /// A copy in which each decompressed byte counts as `copies` bytes of memory, because its reader stores that number of
+    /// copies.
     pub fn held(self, copies: usize) -> Unfolding<D> {
         Unfolding { copies, ..self }
     }

@@ -1,9 +1,9 @@
-//! Identification: from logs to parameters with their evidence.
+//! Identifies inertial and friction parameters from logs, with their standard deviations and claims.
 //!
 //! The folders follow the order of data processing, and each imports only from the previous ones: [`signals`] (from a log to
 //! states), [`rows`] (from states to triangles), [`estimators`] (from triangles to a solution), [`estimate`] (from a solution to
 //! an estimate with its evidence), [`plot_data`] (data of plots of logs and estimates), [`spectrum`] (identification from the
-//! experiments of a plan).
+//! experiments of a plan). A triangle is the R of a QR decomposition.
 //!
 //! It depends on the linear model, the numerics, experiments, robots and logs.
 //!

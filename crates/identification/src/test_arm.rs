@@ -14,13 +14,14 @@ mod pendulum;
 #[path = "test_states.rs"]
 mod test_states;
 
-/// The pendulum, and its model without friction.
+/// The pendulum of `experiments` (one joint, three base parameters) and its linear model without friction.
 pub(crate) fn pendulum() -> (&'static Pendulum, Model<'static>) {
     static ARM: LazyLock<Pendulum> = LazyLock::new(Pendulum::new);
     (&ARM, Model::new(&*ARM, &[], &[]))
 }
 
-/// A regressor of prismatic or revolute joints. A function computes its rows from ddq.
+/// A regressor for tests. Fields: joint names, base parameters, whether each joint is prismatic, and the function that writes Y
+/// from ddq (n x p, row by row).
 pub(crate) struct Made(Vec<String>, Vec<BaseParameter>, Vec<bool>, fn(&[f64], &mut [f64]));
 
 impl Made {
@@ -50,7 +51,7 @@ impl Regressor for Made {
     }
 }
 
-/// Makes a log of joints q1, q2, .. with a uniform clock.
+/// Makes a log of joints q1, q2, .. with a uniform clock. `q`, `effort`: one series per joint.
 pub(crate) fn log(t: Vec<f64>, q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
     let period = t.get(1).map_or(1.0, |second| second - t[0]);
     Log {

@@ -3,10 +3,9 @@
 //! ```text
 //! rist: motion 1 8a41f00c5be7d913
 //! ```
-//! The checksum is computed from the lines below and detects changes of the file. If it does not match, the statements of the
-//! file are reported as statements of the file. The checksum is not a signature: anybody can compute a new one. A file of an
-//! earlier version of rist has no such line. It is read, and its statements are also reported as statements of the file, because
-//! changes cannot be detected.
+//! The checksum is computed from the lines below and detects changes of the file. If it does not match, the user is warned that
+//! the file was changed after rist wrote it. The checksum is not a signature: anybody can compute a new one. A file of an earlier
+//! version of rist has no such line. It is read with a warning, because changes cannot be detected.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -68,7 +67,7 @@ fn head(text: &str) -> Option<(&str, &str)> {
 /// The result of checking the checksum of an artefact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Checksum {
-    /// The checksum matches, or the artefact was never in a file.
+    /// The checksum matches, or the artefact was not read from a file.
     #[default]
     Whole,
     /// The checksum in the first line differs from the checksum of the lines below.
@@ -78,7 +77,7 @@ pub enum Checksum {
 }
 
 impl Checksum {
-    /// Checks the checksum in the text of an artefact.
+    /// Compares the checksum in the first line of an artefact with the checksum of its other lines.
     pub fn of(text: &str) -> Checksum {
         if head(text).is_none() {
             return Checksum::Absent;
@@ -105,10 +104,12 @@ impl Checksum {
     }
 }
 
-/// This word is written instead of a checksum if the artefact was read from a file without a matching one. It never matches.
+/// Word that is written instead of a checksum if the artefact was read from a file with a wrong or missing checksum. It never
+/// matches.
 const NO_CHECKSUM: &str = "changed";
 
-/// The text of an artefact with its first line. `seal`: result of the check of the file from which the artefact was read.
+/// The text of an artefact with its first line. `seal`: checksum result of the file from which the artefact was read; `Whole` if
+/// it was not read from a file.
 pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;
@@ -124,7 +125,7 @@ fn digest(text: &str) -> u64 {
 
 /// Reads an artefact of the given kind from its text.
 ///
-/// Fails if the text states another kind or a later version. Fails at an unexpected entry, and states its line.
+/// Fails if the first line states another kind or a later version. Fails at an unexpected entry; the message gives its line.
 pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, String> {
     let word = kind.word();
     let mut body = text.to_string();
@@ -143,7 +144,7 @@ pub fn read<T: DeserializeOwned>(kind: ArtefactKind, text: &str) -> Result<T, St
                 ));
             }
         }
-        // The first line becomes a comment, so that errors state the right line numbers.
+        // The first line becomes a comment and is not removed, so that errors state the right line numbers.
         body.insert_str(0, "# ");
     }
     yaml::read(&body).map_err(|e| format!("this is no {word}: {e}"))

@@ -13,16 +13,17 @@ pub struct Compiled {
     parameters: Vec<BaseParameter>,
 }
 
-/// Whether a regressor with this fingerprint is compiled into the program.
+/// Whether the regressor with this fingerprint was compiled into the program.
 pub fn is_compiled(fingerprint: u64) -> bool {
     generated::find(fingerprint).is_some()
 }
 
-/// The compiled regressor with this fingerprint. `None` if there is none.
+/// The compiled regressor with this fingerprint. `None` if there is none, or if it has another number of coordinates or
+/// parameters.
 ///
 /// `fingerprint`: fingerprint of the base regressor of the robot with its constants. A robot of the same name with another
-/// geometry has another fingerprint. Coordinates and parameters come from the description of the caller, because the function
-/// depends only on the geometry. Also `None` if the function has another number of coordinates or of parameters.
+/// geometry has another fingerprint. The compiled function depends only on the geometry, so the names of coordinates and
+/// parameters come from the caller.
 pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
     let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();

@@ -18,14 +18,15 @@ use crate::coupling_parameter::CouplingParameter;
 pub struct Coupling {
     /// The kind of the coupling: a motor or an element.
     pub of: Coupled,
-    /// The coordinates that move it, each with its coefficient c. For a motor: the other coordinates, then its own.
+    /// The coordinates that move it, each with its coefficient c in w = sum_k c_k q_k. For a motor: the other coordinates, then
+    /// its own.
     pub joints: Vec<(usize, f64)>,
 }
 
 /// The kind of a coupling.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Coupled {
-    /// The motor of this coordinate, if other joints turn it too.
+    /// The motor of this coordinate (index from 0), which other joints turn too.
     Motor(usize),
     /// An element that the user defines: its name and the parameters of its columns.
     Element(String, Vec<CouplingParameter>),
@@ -39,7 +40,7 @@ pub struct Instant<'a> {
     pub dq: &'a [f64],
     /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: &'a [f64],
-    /// sign(dw/dt), or the filtered sign, between -1 and 1.
+    /// Direction of the coupled motor or element: sign(dw/dt), or the filtered sign, between -1 and 1. w: its position.
     pub direction: f64,
 }
 
@@ -50,7 +51,8 @@ impl Coupling {
         Coupling { of: Coupled::Motor(motor), joints }
     }
 
-    /// dw/dt from the speeds of the joints. With positions it gives w, and with accelerations d2w/dt2.
+    /// Speed dw/dt = sum_k c_k dq_k of the motor or element. With positions instead of speeds it gives w, and with accelerations
+    /// d2w/dt2.
     #[inline]
     pub fn speed(&self, dq: impl Fn(usize) -> f64) -> f64 {
         self.joints.iter().map(|&(k, c)| c * dq(k)).sum::<f64>()
@@ -61,7 +63,7 @@ impl Coupling {
         self.joints.iter().map(|(k, _)| *k)
     }
 
-    /// The parameters of the coupling, in the order of its columns.
+    /// The parameters of the motor or element, in the order of its columns.
     pub fn parameters(&self) -> &[CouplingParameter] {
         match &self.of {
             Coupled::Motor(_) => &CouplingParameter::MOTOR,
@@ -69,15 +71,15 @@ impl Coupling {
         }
     }
 
-    /// Calls `take(row, column, entry)` for each entry of the columns of this coupling. Row and column are counted from 0 within
-    /// the coupling.
+    /// Calls `take(row, column, entry)` for each entry of the columns of this coupling. `row`: index in `joints`; `column`: index
+    /// in `parameters`.
     #[inline]
     pub fn columns(&self, at: &Instant, mut take: impl FnMut(usize, usize, f64)) {
         let of = |x: &[f64]| self.speed(|k| x[k]);
         let (position, speed, acceleration) = (of(at.q), of(at.dq), of(at.ddq));
         let is_motor = matches!(self.of, Coupled::Motor(_));
         for (row, &(k, c)) in self.joints.iter().enumerate() {
-            // The columns of the joint already contain the contribution of its own motion.
+            // For a motor, the part of the joint's own motion is subtracted, because the columns of the joint contain it.
             let own = if is_motor { c } else { 0.0 };
             for (column, parameter) in self.parameters().iter().enumerate() {
                 use CouplingParameter::*;
@@ -104,7 +106,7 @@ mod tests {
     const DQ: [f64; 3] = [0.7, -1.1, 0.4];
     const DDQ: [f64; 3] = [2.0, 3.0, -1.5];
 
-    /// The power of each column for a parameter of 1: the sum over all joints.
+    /// The power of each column, summed over all joints, for a parameter value of 1.
     fn power(coupling: &Coupling) -> Vec<f64> {
         let direction = coupling.speed(|k| DQ[k]).signum();
         let mut power = vec![0.0; coupling.parameters().len()];
@@ -114,8 +116,8 @@ mod tests {
         power
     }
 
-    /// The power of a motor that three joints turn is its torque times its own speed. The rotor inertia and viscous friction in
-    /// the columns of the joints are subtracted.
+    /// The power of a motor that three joints turn is its torque times its speed. The rotor inertia and viscous friction that the
+    /// columns of the joints contain are subtracted.
     #[test]
     fn the_power_is_that_of_the_motor() {
         let motor = Coupling::motor(2, &[(0, 0.5), (1, -0.3)]);

@@ -73,7 +73,7 @@ impl CouplingParameter {
         }
     }
 
-    /// The unit if the motor or element turns a revolute joint.
+    /// The SI unit if the motor or element acts on revolute joints.
     pub(crate) fn unit(self) -> Unit {
         match self {
             Self::Rotor | Self::Inertia => Unit::INERTIA,

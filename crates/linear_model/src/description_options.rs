@@ -1,10 +1,10 @@
-//! The options with which a description was read. The file and these options together reproduce the model.
+//! The options with which the description of a robot was read. The file and these options together give the same model again.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The options for reading the description of a robot. By default there are none.
+/// The options for reading the description of a robot. By default no option is set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DescriptionOptions {
@@ -20,10 +20,10 @@ pub struct DescriptionOptions {
     /// Whether the mimic joints of a URDF are independent coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,
-    /// Whether rounded angles stay as the file gives them. By default, 1.5707 counts as pi/2.
+    /// Whether rounded angles keep the value in the file. By default, 1.5707 counts as pi/2.
     #[serde(skip_serializing_if = "is_false")]
     pub angles_as_given: bool,
-    /// The joints that have a rotor inertia parameter. `None`: as the file states.
+    /// The joints that have a rotor inertia parameter. `None`: the joints that the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_inertia: Option<RotorInertias>,
     /// Orientation of the base: roll, pitch and yaw of its frame, rad, in the frame in which the file defines gravity.

@@ -15,7 +15,7 @@ use crate::yaml;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownLoad {
-    /// Name of the link in the model, or of a frame that is fixed to a link in the file of the model: `tool0`.
+    /// Name of a link of the model, or of a frame that is fixed to a link: `tool0`.
     pub link: String,
     /// Mass of the load, kg.
     pub mass: f64,
@@ -44,7 +44,7 @@ pub struct Inertia {
     pub zz: f64,
 }
 
-/// Rounding of the smallest eigenvalue of a pseudo-inertia, relative to the largest one.
+/// Allowed negative eigenvalue of a pseudo-inertia, relative to its largest entries: the rounding of a zero eigenvalue.
 const EIGENVALUE_ROUNDING: f64 = 1e-12;
 
 impl KnownLoad {
@@ -55,12 +55,12 @@ impl KnownLoad {
         load.fault().map_or(Ok(load), |fault| Err(error(fault)))
     }
 
-    /// The error text if no body can have this mass and inertia. `None` if they are possible.
+    /// The reason why no body can have this mass and inertia, as text. `None` if they are possible.
     pub fn fault(&self) -> Option<String> {
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
         let finite = self.part().parameters().iter().all(|x| x.is_finite());
         let i = self.inertia;
-        // A point mass has no moments, so zero is allowed, up to the rounding of the largest eigenvalue.
+        // A point mass has zero moments. So a zero eigenvalue is allowed, and a negative one within rounding.
         let least = -EIGENVALUE_ROUNDING * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
         let is_none = !finite || self.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least;
         is_none.then(|| {
@@ -70,8 +70,8 @@ impl KnownLoad {
         })
     }
 
-    /// The contribution B_L phi_L of the load to the base parameters of the map. Fails if the robot has no such link, or if no
-    /// joint moves the link.
+    /// The contribution B_L phi_L of the load to the base parameters (phi_L: ten parameters of the load, B_L: columns of the link
+    /// in X = B phi). Fails if the robot has no such link, or if no joint moves the link.
     pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, String> {
         let (link, frame) = self.carrier(robot)?;
         let Some(&(_, first)) = map.bodies.iter().find(|(name, _)| *name == link.name) else {

@@ -28,7 +28,7 @@ pub struct Model<'a> {
     pub regressor: &'a dyn Regressor,
     /// The friction terms of the joints.
     pub friction: &'a [FrictionTerm],
-    /// Motors that also turn with a joint other than their own, and elements between joints.
+    /// Motors that also turn with other joints than their own, and elements between joints.
     pub couplings: Vec<Coupling>,
     /// Known scale s of the torque of each coordinate. Empty if all are 1.
     pub scales: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct Model<'a> {
     pub springs: Vec<f64>,
     /// The parameter of each column of W.
     pub parameters: Vec<Parameter>,
-    /// The positions at which the entries of a sample are stored in a block of rows.
+    /// The position of each entry of a sample in a block of rows.
     pub layout: RowLayout,
 }
 
@@ -116,7 +116,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Writes the n rows of sample r into `w`, from its base regressor `y`.
+    /// Writes the n rows of W for sample r into `w` (n x p). `y`: base regressor at this sample; `filtered`: filtered columns by
+    /// friction term.
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
@@ -139,7 +140,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The state of all joints at sample r, with the direction of coupling i.
+    /// The state of all joints at sample r, and the direction of the motor or element of coupling i.
     #[inline]
     fn at<'s>(&self, states: &'s States, r: usize, i: usize) -> Instant<'s> {
         let n = self.n();
@@ -148,15 +149,15 @@ impl<'a> Model<'a> {
         Instant { q: &states.q[at.clone()], dq: &states.dq[at.clone()], ddq: &states.ddq[at], direction }
     }
 
-    /// Calls `take(r, block)` for each block of rows of `range`; r is its first sample. Only entries that are not always zero
-    /// are stored, as in `layout`.
+    /// Calls `take(r, block)` for each block of up to [`BLOCK_ROWS`] samples of `range`; r is the first sample of the block. Only
+    /// entries that are not always zero are stored, at the positions of `layout`.
     ///
-    /// The torques of the sample are among the entries. Rows of joints at standstill are filled like other rows.
+    /// The measured torques are among the entries. Rows of joints at standstill are filled like other rows.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
         self.each_block(states, range, &mut take);
     }
 
-    /// Does the work of [`Model::blocks`]. It has no generic parameter, so that it is compiled once.
+    /// Implements [`Model::blocks`] without a generic parameter, so that the code is compiled once.
     fn each_block(&self, states: &States, range: Range<usize>, take: &mut dyn FnMut(usize, &mut RowBlock)) {
         let n = self.n();
         let filtered = states.filtered(self.friction);
@@ -165,7 +166,7 @@ impl<'a> Model<'a> {
         for first in range.clone().step_by(BLOCK_ROWS) {
             block.rows = BLOCK_ROWS.min(range.end - first);
             inputs.clear();
-            // SIMD lanes beyond the end of the range repeat the last sample.
+            // If the number of samples is no multiple of eight, the last SIMD lanes repeat the last sample.
             for r in (first..first + block.groups() * 8).map(|r| r.min(range.end - 1)) {
                 for x in [&states.q, &states.dq, &states.ddq] {
                     inputs.extend_from_slice(&x[r * n..(r + 1) * n]);
@@ -185,7 +186,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Writes friction, couplings and torques of up to eight samples into `group`, one sample per SIMD lane.
+    /// Writes the friction columns, coupling columns and torques of up to eight samples into `group`, one sample per SIMD lane.
     fn fill_group(&self, states: &States, filtered: &[Option<&[f64]>], samples: Range<usize>, group: &mut [Eight]) {
         let n = self.n();
         let of_group = samples.start * n..samples.end * n;
@@ -200,7 +201,7 @@ impl<'a> Model<'a> {
                 let entries = &mut group[place..place + width];
                 place += width;
                 match (term, filtered, &mut *entries) {
-                    // The standard terms are copied directly, which is faster.
+                    // The columns of the standard terms are copied directly, because this is faster.
                     (FrictionTerm::Viscous, None, [entry]) => of_joint(&states.dq, entry),
                     (FrictionTerm::Coulomb, None, [entry]) => of_joint(&states.direction, entry),
                     (FrictionTerm::Offset, None, [entry]) => entry.0[..samples.len()].fill(1.0),
@@ -281,7 +282,7 @@ impl<'a> Model<'a> {
         self.each_residual_group(states, range, x, &mut take);
     }
 
-    /// Does the work of [`Model::residual_groups`]. It has no generic parameter, so that it is compiled once.
+    /// Implements [`Model::residual_groups`] without a generic parameter, so that the code is compiled once.
     fn each_residual_group(
         &self,
         states: &States,

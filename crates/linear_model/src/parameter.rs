@@ -7,9 +7,9 @@
 //! |---|---|---|
 //! | inertia, rotor inertia | XX .. ZZ, IA | kg m^2 (IA: kg) |
 //! | first moment, mass | MX MY MZ, M | kg m, kg |
-//! | friction that grows with the speed; with the root of the speed | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
+//! | friction proportional to the speed; to the root of the speed | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
-//! | friction that grows with the load | FL, FLP, FLN | 1 |
+//! | Coulomb friction proportional to the load | FL, FLP, FLN | 1 |
 //! | motor that turns with several joints, element between joints | IAM, FVM, FSM; IAE, FVE, FSE, KE, SE, CE, OFFE | see [`coupling_parameter`] |
 //! | drive gain | KT | N m/A (N/A) |
 //!
@@ -32,7 +32,7 @@ pub enum ParameterId {
     Base(BaseName),
     /// A friction parameter of one coordinate.
     Friction(FrictionParameter, Label),
-    /// A motor that turns with a joint other than its own, or an element between joints.
+    /// A parameter of a motor that also turns with other joints than its own, or of an element between joints.
     Coupling(CouplingParameter, Label),
     /// The gain of one drive: torque per unit of current.
     DriveGain(Label),
@@ -117,12 +117,12 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// The parameter of a column of the base regressor: its name, and the joint that moves its link.
+/// The parameter of a column of the base regressor: its name, and the joint of its link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
     /// The name of the parameter.
     pub name: BaseName,
-    /// The coordinates that move the joint of its link: the coordinate of the joint, or several that determine a passive joint.
+    /// The coordinate of the joint of its link. If this joint is passive: the coordinates that determine its position.
     pub coordinates: Vec<usize>,
     /// Whether the joint of its link is prismatic.
     pub is_prismatic: bool,
@@ -140,11 +140,11 @@ impl BaseParameter {
 /// The name of a base parameter: `ZZR1`, `XXR_elbow`, `D2MXR4`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseName {
-    /// The length by which a first moment is multiplied in a model without gravity; empty otherwise.
+    /// The length factor of a first moment in a model without gravity, such as `D2` in `D2MXR4`; empty otherwise.
     pub lever: String,
-    /// The standard parameter whose column remains.
+    /// The standard parameter whose column of the regressor is kept after regrouping.
     pub inertial: Inertial,
-    /// Whether other parameters are regrouped into it: then the name has an R after the letters.
+    /// Whether other standard parameters are regrouped into it. Then the name has an R after the letters.
     pub absorbs: bool,
     /// The label of the link.
     pub label: Label,
@@ -168,7 +168,7 @@ impl FromStr for BaseName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<BaseName, String> {
-        // Letters, R, label: from the start of the name, or after the lever of a first moment.
+        // A name is letters, then an optional R, then a label. A lever may precede the letters of a first moment.
         let at = |start: usize, inertial: Inertial| {
             let rest = name[start..].strip_prefix(inertial.letters())?;
             let found = |absorbs: bool, label: &str| {
@@ -208,7 +208,7 @@ pub enum FrictionParameter {
     ViscousBackward,
     /// FSN: Coulomb friction for dq < 0; the value is negative.
     CoulombBackward,
-    /// FT: excess of stiction over Coulomb friction.
+    /// FT: excess of friction near rest (stiction) over Coulomb friction.
     Stribeck,
     /// FTP: excess of stiction for dq > 0.
     StribeckForward,
@@ -220,9 +220,9 @@ pub enum FrictionParameter {
     LoadForward,
     /// FLN: growth of Coulomb friction per unit of load torque for dq < 0.
     LoadBackward,
-    /// IA: rotor inertia, for models whose regressor does not contain it.
+    /// IA: rotor inertia, for regressors that do not contain it.
     Rotor,
-    /// FVA: half of the difference of the viscous friction between both directions.
+    /// FVA: half of the difference between viscous friction forward and backward.
     ViscousAsymmetry,
     /// FR: friction proportional to the root of the speed.
     Root,
@@ -262,18 +262,19 @@ impl FrictionParameter {
         Self::ALL[self as usize].2
     }
 
-    /// Whether it is a friction parameter other than viscous friction, Coulomb friction, offset and rotor inertia.
+    /// Whether it is a friction parameter beyond the standard ones (viscous friction, Coulomb friction, offset) and rotor
+    /// inertia.
     pub fn is_other_friction(self) -> bool {
         let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
         !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
-    /// Whether it is viscous friction. A negative value would drive the joint instead of braking it.
+    /// Whether it is a viscous friction coefficient. If it were negative, friction would drive the joint instead of braking it.
     pub fn is_viscous(self) -> bool {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
 
-    /// Whether its torque must brake the joint: a negative value would drive it.
+    /// Whether the value must be positive. If it were negative, friction would drive the joint instead of braking it.
     pub fn brakes(self) -> bool {
         self.is_viscous() || matches!(self, Self::Coulomb | Self::CoulombForward)
     }
@@ -295,8 +296,8 @@ impl FrictionParameter {
 pub struct Parameter {
     /// The identity of the parameter.
     pub id: ParameterId,
-    /// The coordinates to which it belongs: the coordinate of a friction parameter, or the coordinates that move the joint of
-    /// the link of a base parameter.
+    /// The coordinates to which it belongs: the coordinate of a friction parameter, or the coordinates that move the joint of a
+    /// base parameter's link.
     pub coordinates: Vec<usize>,
     /// Whether the joint of the parameter is prismatic.
     pub is_prismatic: bool,

@@ -25,7 +25,7 @@ pub trait Regressor: Sync {
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
     fn parameters(&self) -> &[BaseParameter];
 
-    /// Whether coordinate k is a length, not an angle. Units and thresholds of motion depend on it.
+    /// Whether coordinate k is a length and not an angle. Units and thresholds of motion depend on it.
     fn is_prismatic(&self, _k: usize) -> bool {
         false
     }
@@ -33,8 +33,8 @@ pub trait Regressor: Sync {
     /// Writes Y at one state. `y` has coordinates().len() * parameters().len() entries.
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
 
-    /// Writes Y at many states, one after the other. `states` has q, dq and ddq of each state. A regressor that can compute
-    /// several states at once overrides this function.
+    /// Writes Y at many states, one after the other. `states`: q, dq and ddq of each state. A regressor that can compute several
+    /// states at once overrides this function.
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates().len();
         let size = n * self.parameters().len();
@@ -71,7 +71,7 @@ pub trait Regressor: Sync {
     }
 }
 
-/// Sets `states.load` to the torques Y X, N m (N). `base`: the base parameters X.
+/// Computes the torques Y X at all states, N m (N), and stores them in `states.load`. `base`: the base parameters X.
 pub fn predict_load(regressor: &dyn Regressor, states: &mut States, base: &[f64]) {
     let (n, p) = (states.n, base.len());
     let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);

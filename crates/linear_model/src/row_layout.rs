@@ -1,5 +1,5 @@
-//! The positions of the entries of the rows of a sample in a block: the entries of the regressor that are not always zero, then
-//! the friction of each joint, then the couplings, then the torque of each joint. Zero entries are not stored.
+//! Defines where the entries of the rows of one sample are stored in a block: the entries of the regressor that are not always
+//! zero, then the friction of each joint, then the couplings, then the torque of each joint. Zero entries are not stored.
 
 use crate::coupling::Coupling;
 use crate::friction::terms::{FrictionTerm, columns_before, columns_of};
@@ -8,11 +8,11 @@ use crate::regressor::Regressor;
 /// The positions of all entries of one sample in a block.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
-    /// Number of entries of the regressor, which come first.
+    /// Number of stored entries of the regressor. They come first.
     pub base: usize,
-    /// The columns of the row of each joint, with their positions.
+    /// For each joint, the columns of its row and their positions.
     pub joints: Vec<JointEntries>,
-    /// For each coupling, the position of its first entry in each of its rows.
+    /// For each coupling, the position of its first entry in the row of each of its joints.
     pub couplings: Vec<Vec<usize>>,
     /// Number of all entries of a sample.
     pub entries: usize,
@@ -48,7 +48,7 @@ impl RowLayout {
             joint.places.extend(first..first + columns.len());
             first + columns.len()
         };
-        // Order: regressor, friction by joint, couplings, torques.
+        // The entries are in this order: regressor, friction by joint, couplings, torques.
         for (place, &(joint, column)) in non_zeros.iter().enumerate() {
             take(&mut joints[joint], column..column + 1, place);
         }
@@ -58,7 +58,7 @@ impl RowLayout {
             let first = p + columns_before(friction, j);
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
-        // A coupling acts on each of its joints with the same columns.
+        // A coupling has the same columns in the row of each of its joints.
         let mut of_couplings = Vec::new();
         let mut first = p + columns_before(friction, n);
         for coupling in couplings {

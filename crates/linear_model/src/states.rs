@@ -2,21 +2,21 @@
 
 use crate::friction::terms::FrictionTerm;
 
-/// The columns of a friction term, after they were filtered like the torques.
+/// The columns of one friction term for one record, low-pass filtered like the torques.
 #[derive(Clone, Debug)]
 pub struct FilteredFriction {
     /// The friction term.
     pub term: FrictionTerm,
-    /// The entries by sample, then joint, then parameter of the term.
+    /// The entries, ordered by sample, then joint, then parameter of the term.
     pub columns: Vec<f64>,
 }
 
-/// Samples as inputs of the model. An array of n columns has n numbers per sample: row r is sample r.
+/// The samples of one record, as inputs of the model. An array with n numbers per sample is stored sample by sample.
 #[derive(Clone, Debug, Default)]
 pub struct States {
     /// Number of coordinates.
     pub n: usize,
-    /// Index of the log to which the record belongs, from 0.
+    /// Index of the log to which the record belongs, counted from 0.
     pub log: usize,
     /// Times, s, one per sample.
     pub t: Vec<f64>,
@@ -28,15 +28,16 @@ pub struct States {
     pub ddq: Vec<f64>,
     /// Measured torques, N m (N).
     pub tau: Vec<f64>,
-    /// sign(dq), or the filtered sign, between -1 and 1.
+    /// Direction of each joint: sign(dq), or the filtered sign, between -1 and 1.
     pub direction: Vec<f64>,
     /// Direction of each coupling, sample by sample: the sign of its speed, or the filtered sign.
     pub motor_direction: Vec<f64>,
-    /// The friction columns that were computed first and then filtered. The columns of other terms are computed at each sample.
+    /// The friction columns that were computed first and then filtered. Columns of other friction terms are computed when rows
+    /// are filled.
     pub friction: Vec<FilteredFriction>,
-    /// Torque of the bodies predicted by an earlier fit, N m (N), n per sample. Empty without load-dependent friction.
+    /// Torque without friction, predicted by an earlier fit, N m (N), n per sample. Empty without load-dependent friction.
     pub load: Vec<f64>,
-    /// Whether the row of joint j at sample r is used.
+    /// Whether the row of each joint is used, n per sample. A joint at standstill has unused rows.
     pub used: Vec<bool>,
     /// Cut-off frequency of positions and velocities, Hz; 0: no filter.
     pub cutoff: f64,
@@ -61,14 +62,15 @@ impl States {
         terms.iter().map(of).collect()
     }
 
-    /// The predicted load of joint j at sample r for a term of a single joint, N m (N); zero if none was predicted. `None` for
-    /// other terms.
+    /// The load of joint j at sample r for a friction term of a single joint, N m (N): torque without friction, predicted by an
+    /// earlier fit; zero if there is no prediction. `None` for other terms.
     #[inline]
     pub(crate) fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 
-    /// Joins records of one robot with equal preparation. Fields with a single value come from the first record.
+    /// Joins the samples of records of one robot with equal preparation. Fields with a single value, such as the period, come
+    /// from the first record.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {

@@ -1,4 +1,4 @@
-//! The units of parameters.
+//! The SI units of parameters.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(&'static str);
 
-/// Units of joint parameters (IA, friction, gain): for a revolute joint, and for a prismatic joint.
+/// Pairs of units of joint parameters (IA, friction, drive gain): for a revolute joint, and for a prismatic joint.
 const UNITS_BY_JOINT_KIND: [(Unit, Unit); 6] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
@@ -39,7 +39,8 @@ impl Unit {
     /// The unit of a pure number.
     pub const ONE: Unit = Unit("1");
 
-    /// The unit of a joint parameter: this unit for a revolute joint, its counterpart for a prismatic joint.
+    /// The unit of a joint parameter. `self`: its unit for a revolute joint; for a prismatic joint the corresponding unit is
+    /// returned.
     pub fn along(self, is_prismatic: bool) -> Unit {
         let sliding = UNITS_BY_JOINT_KIND.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)

@@ -1,4 +1,4 @@
-//! Reads YAML: artefacts, and files that users write.
+//! Reads YAML files: artefacts of rist, and files that users write.
 
 use gate::suggestion::did_you_mean;
 use robot::format::read_as;
@@ -6,13 +6,14 @@ use serde::de::DeserializeOwned;
 
 /// Reads a value from YAML text.
 ///
-/// Fails at an unexpected entry, with its line and column, and a suggestion if it is a misspelt word. Fails if anchors expand to
-/// more than the size of the text.
+/// Fails at an unexpected entry; the message gives its line and column, and suggests a word if it is misspelt. Fails if YAML
+/// anchors expand to more than the size of the text.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     read_as(text).map_err(|e| meant(&e))
 }
 
-/// Adds the most similar expected word to the message on an unknown word. The message itself lists the expected words.
+/// Adds "did you mean" with the most similar expected word to an error message about an unknown word. The message already lists
+/// the expected words.
 fn meant(message: &str) -> String {
     let parts = message.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)));
     let Some((before, (word, after))) = parts.filter(|(before, _)| before.contains("unknown")) else {

@@ -6,21 +6,21 @@ use std::thread::JoinHandle;
 use crate::Error;
 use crate::table::{RowReader, Table};
 
-/// Rows that are read at once: few enough that their numbers stay in the cache until they are in a block.
+/// Largest number of rows in a table. It is small, so that the numbers stay in the cache until they are added to a block.
 pub(crate) const ROWS_PER_READ: usize = 1 << 14;
 
-/// Greatest number of tables that wait in the queue.
+/// Largest number of tables that wait in the queue between the reading thread and the caller.
 const MAX_WAITING_TABLES: usize = 2;
 
-/// The next rows of a file, read ahead.
+/// Reads the next rows of a file on a separate thread.
 pub(crate) struct RowsAhead {
     tables: Receiver<Result<Table, Error>>,
     reader: Option<JoinHandle<()>>,
 }
 
 impl RowsAhead {
-    /// Reads tables of at most [`ROWS_PER_READ`] rows. A new table begins after every `block` rows, so that no table crosses the
-    /// end of a block.
+    /// Starts the thread. It reads tables of at most [`ROWS_PER_READ`] rows. After every `block` rows it starts a new table, so
+    /// no table crosses the end of a block.
     pub(crate) fn new(mut file: Box<dyn RowReader>, block: usize) -> RowsAhead {
         let (sender, tables) = sync_channel(MAX_WAITING_TABLES);
         let read = move || {
@@ -29,7 +29,7 @@ impl RowsAhead {
                 let table = file.rows(ROWS_PER_READ.min(left));
                 let rows = table.as_ref().map_or(0, Table::rows);
                 left = if rows < left { left - rows } else { block };
-                // After a failure the receiver is dropped and sending fails.
+                // If the receiver was dropped after a failure, sending fails and the thread ends.
                 if sender.send(table).is_err() || rows == 0 {
                     break;
                 }
@@ -38,7 +38,7 @@ impl RowsAhead {
         RowsAhead { tables, reader: Some(std::thread::spawn(read)) }
     }
 
-    /// The next rows. An empty table marks the end; do not call again after it.
+    /// The next rows of the file. An empty table means the end of the file; do not call the function again after it.
     ///
     /// Fails like [`RowReader::rows`].
     pub(crate) fn next(&mut self) -> Result<Table, Error> {

@@ -1,4 +1,4 @@
-//! The meaning of the efforts of a log: torques, or signals that a gain of each drive converts to torques.
+//! The quantity of the efforts in a log: torques, or signals that a gain of each drive converts to torques.
 
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ impl Effort {
         }
     }
 
-    /// The options that select the columns of `read`. Coordinates without a torque have none there.
+    /// The column names that select the effort columns of `read`. Coordinates without a torque have no name.
     pub(crate) fn names(self, read: ReadColumns) -> ColumnNames {
         let effort = |of: Effort| Some(NamePattern::Each(read.effort.clone())).filter(|_| of == self);
         ColumnNames {
@@ -56,7 +56,7 @@ impl Effort {
         }
     }
 
-    /// The unit of the gain that converts the efforts to torques, for joints that turn.
+    /// The unit of the gain that converts the efforts to torques, for revolute joints.
     pub fn gain_unit(self) -> &'static str {
         match self {
             Effort::Torque => "1",

@@ -1,8 +1,8 @@
-//! A fault of a log, a column or an option, with its place.
+//! The error for a log, a column or an option that cannot be used.
 
 use std::fmt;
 
-/// Unusable input: the place, the finding, the expectation, and the remedy.
+/// An error with its place. The message tells what was found, what was expected, and what the user can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     file: String,
@@ -11,27 +11,27 @@ pub struct Error {
 }
 
 impl Error {
-    /// An error without a file.
+    /// An error that does not belong to a file.
     pub fn new(message: impl Into<String>) -> Error {
         Error { file: String::new(), line: 0, message: message.into() }
     }
 
-    /// An error in a file; `line` counts from 1; 0: no particular line.
+    /// An error in a file. `line` is counted from 1; 0 if it concerns the whole file.
     pub fn at(file: &str, line: usize, message: impl Into<String>) -> Error {
         Error { file: file.into(), line, message: message.into() }
     }
 
-    /// The file of the error; empty where there is none.
+    /// Name of the file; empty if the error does not belong to a file.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// The line of the error, from 1; 0 where there is none.
+    /// Line in the file, counted from 1; 0 if the error has no line.
     pub fn line(&self) -> usize {
         self.line
     }
 
-    /// The finding, the expectation, and the remedy.
+    /// The message: what was found, what was expected, and what the user can do.
     pub fn message(&self) -> &str {
         &self.message
     }

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use crate::Error;
 
-/// Length and modification time; they change when a file is written or replaced.
+/// Length and modification time of a file. They change if the file is written or replaced.
 #[derive(Clone, PartialEq)]
 pub(crate) struct FileState(u64, Option<SystemTime>);
 
@@ -23,12 +23,12 @@ impl FileState {
     }
 }
 
-/// The error of a changed file.
+/// The error that a file changed while it was read.
 pub(crate) fn changed(path: &Path) -> Error {
     Error::at(&path.display().to_string(), 0, "the file changes while it is read, or was replaced since; begin again")
 }
 
-/// Refuses a file that is no longer in the state `before`.
+/// Fails if a file changed after its state `before` was recorded. Without a recorded state, it never fails.
 pub(crate) fn refuse_changed(path: &Path, before: Option<&FileState>) -> Result<(), Error> {
     if before.is_some() && FileState::of_file(path).as_ref() != before { Err(changed(path)) } else { Ok(()) }
 }
@@ -51,7 +51,7 @@ mod tests {
         }
         std::fs::remove_file(&path).unwrap();
         assert!(refuse_changed(&path, before.as_ref()).is_err());
-        // A path that is not a file has no state.
+        // A path that is not a regular file has no state.
         let none = FileState::of_file(&path);
         assert!(none.is_none() && refuse_changed(&path, none.as_ref()).is_ok());
     }

@@ -1,51 +1,53 @@
-//! Integers, stored in the number of bits of their differences.
+//! Stores integers compactly: only the bits of their differences.
 //!
-//! A measured signal changes little from sample to sample, so its first or second differences are small. Of each frame of numbers
-//! x_0 .. x_(n-1) the differences of one order k are stored:
+//! A measured signal changes little between samples, so its first or second differences are small. The numbers are divided into
+//! frames x_0 .. x_(n-1). For each frame, the differences of one order k are stored:
 //!
 //! d_i = x_i,   x_i - x_(i-1),   or   x_i - 2 x_(i-1) + x_(i-2);   stored: d_i - min d in `width` bits, from i = k on
 //!
-//! with the order of 0, 1, 2 that needs the fewest bits. The first k numbers are stored separately. Frames are independent, so
-//! each can be read alone [Zukowski, Heman, Nes, Boncz 2006].
+//! The order k is 0, 1 or 2, whichever needs the fewest bits. The first k numbers are stored separately. Frames are independent,
+//! so each can be read alone [Zukowski, Heman, Nes, Boncz 2006].
 
 use std::ops::Range;
 
-/// Numbers of a frame.
+/// Number of integers in a frame.
 const NUMBERS_PER_FRAME: usize = 512;
 
-/// Number of orders of differences: higher orders are dominated by noise.
+/// Number of orders of differences that are tried. Higher orders would mainly contain noise.
 const DIFFERENCE_ORDERS: usize = 3;
 
-/// Integers, packed.
+/// A compressed list of integers.
 #[derive(Default)]
 pub(crate) struct Integers {
     frames: Vec<IntegerFrame>,
-    /// The bits of the frames. Each frame is followed by spare bytes, so that eight bytes can be read at the start of any number.
+    /// The bits of the frames. Spare bytes follow each frame, so that eight bytes can be read at the start of any number.
     bytes: Vec<u8>,
 }
 
-/// A frame of numbers.
+/// The description of a frame in the bytes.
 struct IntegerFrame {
-    /// Index of its first byte.
+    /// Index of the first byte of the frame.
     byte: usize,
     order: u8,
     width: u8,
-    /// The smallest difference.
+    /// The smallest difference, which is subtracted from all differences.
     least: i64,
-    /// The numbers before the differences.
+    /// The first numbers, which have no difference.
     first: [i32; DIFFERENCE_ORDERS - 1],
 }
 
-/// Bytes that are read at once. A second difference of 32 bits takes 34 bits, and begins at most 7 bits into the first byte.
+/// Number of bytes that are read at once. A second difference of 32-bit numbers needs 34 bits, and begins at most 7 bits after
+/// the start of a byte.
 const BYTES_AT_ONCE: usize = size_of::<u64>();
 
-/// Bits of the widest difference.
+/// Largest number of bits of a difference.
 const MAX_DIFFERENCE_BITS: usize = 34;
-/// The bytes of a frame of the widest differences, with the spare bytes after it.
+/// Largest number of bytes of a frame, with the spare bytes after it.
 const MAX_FRAME_BYTES: usize = NUMBERS_PER_FRAME * MAX_DIFFERENCE_BITS / 8 + 2 * BYTES_AT_ONCE;
 
 impl Integers {
-    /// Packs numbers that `fill` makes frame by frame, given the index of the first; `None` as soon as it fails.
+    /// Compresses `len` integers. `fill`: writes the integers of a frame, given the index of the first one. `None` if `fill`
+    /// fails.
     #[inline(always)]
     pub(crate) fn of(len: usize, mut fill: impl FnMut(usize, &mut [i32]) -> bool) -> Option<Integers> {
         let (mut packed, mut numbers) = (Integers::default(), [0; NUMBERS_PER_FRAME]);
@@ -61,10 +63,10 @@ impl Integers {
         Some(packed)
     }
 
-    /// Appends a frame.
+    /// Appends a frame with the integers x.
     #[inline(always)]
     fn push(&mut self, x: &[i32]) {
-        // Small numbers have differences of 32 bits, which the processor computes in SIMD lanes.
+        // The differences of small numbers fit in 32 bits, so the processor computes them in SIMD lanes.
         let is_small = x.iter().all(|x| (-SMALL_NUMBER..SMALL_NUMBER).contains(x));
         let bounds: [(i64, u32); DIFFERENCE_ORDERS] = if is_small { bounds_of_small(x) } else { bounds(x) };
         let order = (0..DIFFERENCE_ORDERS).min_by_key(|&order| bounds[order].1).unwrap_or(0);
@@ -78,7 +80,7 @@ impl Integers {
             1 => put(x.windows(2).map(|x| wide(x[1]) - wide(x[0])), least, width, &mut bytes),
             _ => put(x.windows(3).map(|x| wide(x[2]) - 2 * wide(x[1]) + wide(x[0])), least, width, &mut bytes),
         };
-        // The last byte may be partially filled.
+        // One more byte is kept, because the last byte may contain only some bits.
         self.bytes.extend_from_slice(&bytes[..len + 1 + BYTES_AT_ONCE]);
     }
 
@@ -87,7 +89,7 @@ impl Integers {
         self.bytes.len() + size_of_val(self.frames.as_slice())
     }
 
-    /// Passes on numbers, frame by frame.
+    /// Decompresses the integers of a range, and passes them to `take` frame by frame.
     #[inline(always)]
     pub(crate) fn each(&self, range: Range<usize>, mut take: impl FnMut(&[i32])) {
         let mut numbers = [0; NUMBERS_PER_FRAME];
@@ -102,9 +104,9 @@ impl Integers {
         }
     }
 
-    /// The first numbers of a frame.
+    /// Decompresses the first numbers of a frame, as many as `numbers` has.
     ///
-    /// Sums with wrap-around in 32 bits give the numbers, which have 32 bits, even where differences have more.
+    /// The sums are computed modulo 2^32. This gives the correct 32-bit numbers, even if differences have more than 32 bits.
     #[inline(always)]
     fn unpack(&self, frame: usize, numbers: &mut [i32]) {
         let &IntegerFrame { byte, order, width, least, first } = &self.frames[frame];
@@ -131,8 +133,8 @@ impl Integers {
     }
 }
 
-/// The lower 32 bits of the differences in `bytes`. Eight differences take `width` bytes, so each group of eight begins at the
-/// same bit.
+/// The lower 32 bits of the differences in `bytes`. Eight differences need `width` bytes, so each group of eight begins at a
+/// whole byte.
 #[inline(always)]
 fn differences_of(bytes: &[u8], width: usize, least: i64, differences: &mut [i32]) {
     let mask = (1_u64 << width) - 1;
@@ -146,10 +148,10 @@ fn differences_of(bytes: &[u8], width: usize, least: i64, differences: &mut [i32
     }
 }
 
-/// Writes differences into bytes, and returns the number of full bytes.
+/// Writes the bits of differences to bytes, and returns the number of full bytes.
 #[inline(always)]
 fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &mut [u8; MAX_FRAME_BYTES]) -> usize {
-    // The bits after the full bytes, and their number.
+    // The bits that do not fill a byte yet, and their number.
     let (mut byte, mut pending, mut count) = (0, 0, 0);
     for difference in differences {
         pending |= (difference - least).cast_unsigned() << count;
@@ -164,10 +166,10 @@ fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &m
     byte
 }
 
-/// Numbers below this have second differences below 2^31.
+/// For numbers of smaller magnitude, the second differences are below 2^31.
 const SMALL_NUMBER: i32 = 1 << 29;
 
-/// For each order the smallest difference, and the number of bits of the range of differences.
+/// For each order: the smallest difference, and the number of bits for the range of the differences.
 #[inline(always)]
 fn bounds(x: &[i32]) -> [(i64, u32); DIFFERENCE_ORDERS] {
     let wide = |x: i32| i64::from(x);
@@ -183,7 +185,7 @@ fn spread(differences: impl Iterator<Item = i64>) -> (i64, u32) {
     bits(differences.fold((i64::MAX, i64::MIN), |(low, high), d| (low.min(d), high.max(d))))
 }
 
-/// These bounds for numbers below [`SMALL_NUMBER`].
+/// The result of [`bounds`] for numbers below [`SMALL_NUMBER`], computed in 32 bits.
 #[inline(always)]
 fn bounds_of_small(x: &[i32]) -> [(i64, u32); DIFFERENCE_ORDERS] {
     let (one, two) = (x.get(1..).unwrap_or_default(), x.get(2..).unwrap_or_default());
@@ -200,7 +202,7 @@ fn spread_of_small(differences: impl Iterator<Item = i32>) -> (i64, u32) {
     bits((i64::from(low), i64::from(high)))
 }
 
-/// Zero bits where there are no differences.
+/// The lowest value, and the number of bits for the range. Zero bits if there are no differences.
 #[inline(always)]
 fn bits((low, high): (i64, i64)) -> (i64, u32) {
     if low > high { (0, 0) } else { (low, u64::BITS - (high - low).cast_unsigned().leading_zeros()) }
@@ -232,7 +234,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> (32 - bits)).cast_signed()
         };
-        // Overhead of a frame: 32 bytes, eight more, and one that is not full.
+        // Allowance for the overhead of a frame: 32 bytes for its description, eight spare bytes, and one partly filled byte.
         check(&(0..10_000).collect::<Vec<i32>>(), 1.0);
         let sine = |i: i32| (1e5 * (1e-3 * f64::from(i)).sin()) as i32;
         check(&(0..10_000).map(sine).collect::<Vec<i32>>(), 3.0);

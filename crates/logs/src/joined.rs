@@ -1,4 +1,4 @@
-//! A log in several files: `position.csv+effort.csv`.
+//! Reads a log that is divided into several files: `position.csv+effort.csv`.
 //!
 //! Files of as many rows, without clocks or with the same clock, are joined row by row. Files with clocks of their own are joined
 //! by time: the columns of the later files are interpolated linearly at the times of the first, within the time that all have.
@@ -15,24 +15,24 @@ use crate::columns::words::{Quantity, readings};
 use crate::formats::delimited::NO_HEADER;
 use crate::table::{Lines, Table, check_header};
 
-/// Separates the files of a log.
+/// The character between the file names.
 const SEPARATOR: char = '+';
-/// Most files of a log: one per joint and quantity.
+/// Largest number of files: one per joint and quantity.
 const MAX_FILES: usize = 128;
 /// Most joints of a file of one number a line.
 const MAX_JOINTS_A_FILE: usize = 64;
 /// Clocks that differ by less, in steps of the first, are one clock.
 const SAME_CLOCK_STEPS: f64 = 1e-3;
 
-/// The files that a path names; `None` where it names one. A file whose own name has the separator is one file.
+/// The files that a path names; `None` if it names a single file, also one whose own name contains the separator.
 pub(crate) fn files(path: &Path) -> Option<Vec<&Path>> {
     let text = path.to_str().filter(|text| text.contains(SEPARATOR))?;
     (!path.exists()).then(|| text.split(SEPARATOR).map(Path::new).collect())
 }
 
-/// The table of all files.
+/// The joined table of all files.
 ///
-/// Fails where one cannot be read, or where rows cannot be assigned to each other.
+/// Fails if a file cannot be read, or if the rows of the files do not correspond.
 pub(crate) fn read(path: &Path, files: &[&Path]) -> Result<Table, Error> {
     let file = path.display().to_string();
     if files.len() > MAX_FILES {
@@ -131,13 +131,13 @@ fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table,
             all.texts.push(text);
         }
     }
-    // Files of one name in two folders.
+    // Files in different folders may have the same name, so equal column names get numbers.
     check_header(file, 0, &mut all.header)?;
     all.lines = if range.len() == lines.len() { lines } else { Lines::default() };
     Ok(all)
 }
 
-/// The column of the clock by its name, and its unit in s.
+/// The index of the clock column, and the unit of its numbers in s. `None` if no header names a clock.
 fn clock(table: &Table) -> Option<(usize, f64)> {
     let all = readings(table, &[]).unwrap_or_default();
     all.iter().find(|reading| reading.quantity == Quantity::Time).map(|reading| (reading.column, reading.unit.1))
@@ -150,14 +150,15 @@ fn step(t: &[f64]) -> f64 {
     }
 }
 
-/// Whether the clocks are one: the same instants, up to rounding.
+/// Whether all clocks have the same times, up to rounding.
 fn are_one_clock(tables: &[Table], clocks: &[Option<usize>]) -> bool {
     let all: Vec<&Vec<f64>> = tables.iter().zip(clocks).filter_map(|(table, c)| c.map(|c| &table.columns[c])).collect();
     let tolerance = SAME_CLOCK_STEPS * step(all[0]);
     all.iter().all(|t| t.iter().zip(all[0]).all(|(a, b)| (a - b).abs() <= tolerance))
 }
 
-/// Interpolates the columns of the later tables at the times of the first; returns the rows of the first within all of them.
+/// Interpolates the columns of the later tables at the times of the first table. Returns the rows of the first table that all
+/// tables cover.
 fn by_time(
     file: &str,
     tables: &mut [Table],
@@ -200,7 +201,7 @@ fn by_time(
         }
         let places: Vec<(usize, usize, f64)> = t.iter().map(|t| place(*t)).collect();
         for column in table.columns.iter_mut().filter(|column| column.len() == own.len()) {
-            // A missing number makes its neighbourhood missing.
+            // If a number is missing, the interpolated values next to it are missing too.
             *column = places.iter().map(|(a, b, share)| column[*a] + share * (column[*b] - column[*a])).collect();
         }
     }
@@ -240,7 +241,7 @@ mod tests {
         assert_eq!(all.header, ["q1", "t", "tau1"]);
     }
 
-    /// Torques on another clock are interpolated within the time of both; a straight line comes back exactly.
+    /// Torques with another clock are interpolated in the common time interval. A straight line is reproduced exactly.
     #[test]
     fn clocks_of_their_own_are_joined_by_time() {
         let line = |from: f64, step: f64, rows: usize| -> String {
@@ -250,7 +251,7 @@ mod tests {
             join(&[&format!("t,q1\n{}", line(0.0, 0.5, 9)), &format!("t,tau1\n{}", line(0.75, 0.3, 10))]).unwrap();
         assert_eq!(all.columns[0], [1.0, 1.5, 2.0, 2.5, 3.0]);
         for (t, tau) in all.columns[0].iter().zip(&all.columns[2]) {
-            // Rounding of the steps of 0.3.
+            // Allowance for the rounding of the time steps of 0.3.
             assert!((tau - (2.0 * t + 1.0)).abs() < 1e-12, "{t} {tau}");
         }
         assert!(all.notes[0].contains("begins 0.7500 s later"), "{:?}", all.notes);

@@ -1,7 +1,7 @@
-//! Converts log files of users to a log: measured joint signals over time, cleaned, with a report of the cleaning.
+//! Reads log files and converts them to logs: measured joint signals over time, cleaned, with a report on the cleaning.
 //!
-//! file -> [`Table`] (named columns of numbers) -> [`Columns`] (assignment of columns to signals) -> [`Log`], in memory, or
-//! [`LogStream`], block by block. This crate has no robot model: coordinates are names.
+//! The steps: file -> [`Table`] (named columns of numbers) -> [`Columns`] (mapping from columns to signals) -> [`Log`] in memory,
+//! or [`LogStream`] block by block. This crate has no robot model: coordinates are only names.
 
 #![warn(missing_docs)]
 
@@ -50,7 +50,7 @@ pub use postures::Postures;
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};
 
-/// The types for a reader in another package, and its registration.
+/// The types with which another package can add a file format.
 pub mod reading {
     pub use gate::budget::Budget;
 

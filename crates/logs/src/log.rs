@@ -1,6 +1,6 @@
-//! A log of a robot: measured joint signals over time, cleaned, with a report of the cleaning.
+//! A log of a robot: measured joint signals over time, cleaned, with a report on the cleaning.
 //!
-//! Unusable rows (a number missing or infinite, a clock that does not advance) are left out and counted; no values are invented.
+//! Unusable rows (a missing or infinite number, a clock that does not advance) are omitted and counted. No values are invented.
 //! Filtering and differentiation are in `signal`.
 
 use std::ops::Range;
@@ -24,35 +24,35 @@ use crate::parallel_series::in_parallel_series;
 use crate::table::Table;
 use crate::timeline::Timeline;
 
-/// Measured signals of one run, SI, one series per coordinate in the order of the robot.
+/// The measured signals of one run in SI units. Each signal has one series per coordinate, in the order of the robot.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// Names, in the order of the series.
+    /// Names of the coordinates, in the order of the series.
     pub coordinates: Vec<String>,
-    /// Times, s, strictly increasing; row r of every series is at `t[r]`.
+    /// Times, s, strictly increasing. Row r of every series was measured at `t[r]`.
     pub t: Vec<f64>,
     /// Positions, rad (m).
     pub q: Vec<Vec<f64>>,
-    /// Velocities, rad/s (m/s), where measured.
+    /// Velocities, rad/s (m/s); `None` if they were not measured.
     pub dq: Option<Vec<Vec<f64>>>,
-    /// Accelerations, rad/s^2 (m/s^2), where measured.
+    /// Accelerations, rad/s^2 (m/s^2); `None` if they were not measured.
     pub ddq: Option<Vec<Vec<f64>>>,
-    /// Efforts: N m (N), A or rad (m), by `effort_is`.
+    /// Torques, N m (N), currents, A, or position errors, rad (m), depending on `effort_is`.
     pub effort: Vec<Vec<f64>>,
-    /// The quantity of the efforts.
+    /// The quantity in `effort`.
     pub effort_is: Effort,
-    /// The row of each sample in the file, from 1.
+    /// For each sample, the number of its row in the file, counted from 1.
     pub rows: Vec<usize>,
-    /// The interval to which the samples in use are restricted, in addition to the interval of the options.
+    /// The interval to which the used samples are restricted, in addition to the interval in the options. `None`: all samples.
     pub window: Option<Window>,
-    /// The findings of the cleaning.
+    /// The report on the cleaning.
     pub report: LogReport,
 }
 
 impl Log {
-    /// Reads a file and finds the columns of the coordinates in it.
+    /// Reads a file, and finds the columns for these coordinates.
     pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Log, Columns), Error> {
         let table = Table::read(path)?;
         let columns = Columns::find(&table, coordinates, names)?;
@@ -61,7 +61,7 @@ impl Log {
 
     /// Extracts the signals from a table.
     ///
-    /// Fails when a used column has text, when fewer than `MIN_ROWS` rows are usable, or when the clock is not a clock.
+    /// Fails if a used column contains text, if fewer than `MIN_ROWS` rows are usable, or if the time column is not a clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
         let mut log = Log::usable(table, columns, 0..table.rows(), &mut Timeline::default())?;
         log.describe();
@@ -74,9 +74,9 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable rows within `range` of a table, with a clock that continues the earlier rows; not yet described.
+    /// The usable rows in a range of a table, without a report. `clock`: state of the clock after the earlier rows.
     ///
-    /// Fails when a used column has text.
+    /// Fails if a used column contains text.
     pub(crate) fn usable(
         table: &Table,
         columns: &Columns,
@@ -106,7 +106,7 @@ impl Log {
         }
     }
 
-    /// Appends the usable rows of the next ones; fails like `usable`.
+    /// Appends the usable rows in a range of a table. Fails if a used column contains text.
     pub(crate) fn append_usable(
         &mut self,
         table: &Table,
@@ -115,7 +115,7 @@ impl Log {
         clock: &mut Timeline,
     ) -> Result<(), Error> {
         check_texts(table, columns)?;
-        // Only a table without lines is read in several ranges, and none of its rows is ragged.
+        // A table with ragged rows is always read in one range, so its ragged rows are counted once.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
         let Usable { rows, times, left_out } = usable_rows(table, columns, range.clone(), clock);
         let before = self.t.len();
@@ -138,7 +138,7 @@ impl Log {
         Ok(())
     }
 
-    /// Reserves memory for this total number of samples.
+    /// Reserves memory for `samples` samples in total.
     pub(crate) fn reserve(&mut self, samples: usize) {
         let more = samples.saturating_sub(self.len());
         self.series_mut().for_each(|x| x.reserve_exact(more));
@@ -167,7 +167,7 @@ impl Log {
         std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort)
     }
 
-    /// A range of the samples, with the names and the report of the whole log.
+    /// The samples in a range, with the names and the report of the whole log.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         let cut = |x: &Vec<f64>| x[range.clone()].to_vec();
         let all = |x: &Vec<Vec<f64>>| x.iter().map(cut).collect::<Vec<_>>();
@@ -186,7 +186,7 @@ impl Log {
         }
     }
 
-    /// The segments between gaps of the clock; segments that are too short to be filtered are left out.
+    /// The segments of the log between gaps of the clock. Segments that are too short for filtering are omitted.
     pub fn segments(&self) -> Vec<Log> {
         let period = self.report.clock.period;
         let gap = GAP_PERIODS * period;
@@ -206,7 +206,7 @@ impl Log {
         segments
     }
 
-    /// Appends samples of a later block of the same file.
+    /// Appends the samples in a range of a later block of the same file.
     pub(crate) fn append(&mut self, next: &Log, range: Range<usize>) {
         for (x, y) in self.series_mut().zip(std::iter::once(&next.t).chain(next.signals())) {
             x.extend_from_slice(&y[range.clone()]);
@@ -230,7 +230,7 @@ impl Log {
         };
     }
 
-    /// The time between new values, with `period` s between rows.
+    /// The time between new values of the signals. `period`: time between rows, s.
     fn refresh(&self, period: f64) -> Refresh {
         let motion: Vec<&[f64]> =
             self.q.iter().chain(self.dq.iter().chain(&self.ddq).flatten()).map(Vec::as_slice).collect();
@@ -238,7 +238,8 @@ impl Log {
         Refresh::of(&motion, &effort, period)
     }
 
-    /// Findings in each coordinate, in parallel, and the number of jumps by a turn, which are removed.
+    /// Finds suspicious signals of each coordinate, in parallel, and removes jumps by a turn. Also returns the number of these
+    /// jumps.
     fn suspects(&mut self) -> (Vec<Suspect>, usize) {
         let (foreign_rows, foreign_are_zero) = foreign_rows(self.dq.as_deref(), &self.effort);
         let velocities: Vec<Option<&[f64]>> = match &self.dq {
@@ -249,7 +250,7 @@ impl Log {
         type Coordinate<'a> = (((&'a String, &'a mut Vec<f64>), Option<&'a [f64]>), &'a Vec<f64>);
         let found = in_parallel_series(self.t.len(), series, |(((name, q), velocity), effort): Coordinate| {
             let (suspect, wrapped) = Suspect::of(name, &self.t, q, velocity, effort);
-            // The zeros of another source are no limit of a torque.
+            // If a second source writes zero torques, these zeros are not a limit of the torque.
             let saturated = suspect.saturated.filter(|_| foreign_rows == 0);
             (Suspect { foreign_rows, foreign_are_zero, saturated, ..suspect }, wrapped)
         });
@@ -270,14 +271,14 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     Ok(())
 }
 
-/// Used rows, with their times.
+/// The usable rows, with their times.
 struct Usable {
     rows: Vec<usize>,
     times: Vec<f64>,
     left_out: LeftOutRows,
 }
 
-/// The rows with finite numbers and a clock that advances; the others are counted.
+/// The rows in a range that have finite numbers and a clock that advances. All other rows are counted.
 fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mut Timeline) -> Usable {
     let mut left_out = LeftOutRows::default();
     let mut finite = vec![true; range.len()];
@@ -298,13 +299,13 @@ fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mu
     Usable { rows, times, left_out }
 }
 
-/// An interval of a log, ends included.
+/// An interval of a log, including its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Window {
-    /// Time interval, s, in the log's time.
+    /// Time interval, s: start and end.
     Seconds(f64, f64),
-    /// Rows of the file, from 1.
+    /// First and last row of the file, counted from 1.
     Rows(usize, usize),
 }
 
@@ -351,14 +352,14 @@ mod tests {
         assert!((r.rest.before - 2.0).abs() < 0.1 && (r.rest.after - 3.0).abs() < 0.1, "{r:?}");
         let said = "at rest 4.97 s: 1.99 s at the start, 0.00 s between, 2.98 s at the end";
         assert!(r.to_string().contains(said), "{r}");
-        // The durations add up, whatever the remainder of a span.
+        // The durations add up for different lengths of the last, incomplete interval.
         for end in [6.97, 6.99, 7.02] {
             let text = rows(703, |i| {
                 let t = i as f64 * 0.01;
                 format!("{t},{},1.0\n", if (2.0..end).contains(&t) { (t - 2.0).sin() } else { 0.0 })
             });
             let r = read(&text).unwrap().report;
-            // Rounding of the sums of spans.
+            // Allowance for the rounding of sums of durations.
             assert!(r.rest.before + r.rest.after <= r.rest.total + 1e-9, "{r:?}");
         }
         let still = rows(200, |i| format!("{},0,{}\n", i as f64 * 0.01, i % 7));

@@ -1,8 +1,8 @@
-//! Samples of a log in memory, compressed without loss.
+//! Stores the samples of a log in memory, compressed without loss.
 //!
-//! Numbers of controllers have few decimals: x = m 10^-k with the integer m in 32 bits. A series of such numbers is stored by its
-//! integers (`integers`), and m / 10^k is bit for bit the number read. A series of single-precision values is stored in single
-//! precision. Other series are stored unchanged.
+//! The numbers of controllers have few decimals: x = m 10^-k with a 32-bit integer m. For such a series the integers m are stored
+//! (`integers`); m / 10^k gives each number bit for bit. A series of single-precision values is stored in single precision. Other
+//! series are stored unchanged.
 
 use std::ops::Range;
 
@@ -12,45 +12,45 @@ use crate::integers::Integers;
 use crate::log::Log;
 use crate::parallel_series::in_parallel_series;
 
-/// A block of a log with packed series.
+/// A block of a log with compressed series.
 pub(crate) struct PackedLog {
-    /// All fields except the series and the rows.
+    /// All fields of the log except the series and the rows.
     head: Log,
     len: usize,
     /// Time of the first sample, s.
     start: f64,
-    /// The series in the order of [`Log::series`].
+    /// The compressed series, in the order of [`Log::series`].
     series: Vec<PackedSeries>,
     rows: RowIndices,
 }
 
-/// The numbers of one series.
+/// The numbers of one series in one of three forms.
 enum PackedSeries {
     Plain(Vec<f64>),
-    /// Single precision.
+    /// Numbers of single precision.
     Single(Vec<f32>),
-    /// m, and 10^k.
+    /// The integers m, and the divisor 10^k.
     Decimal(Integers, f64),
 }
 
-/// Rows of the samples in the file; usually consecutive.
+/// The rows of the samples in the file. They are usually consecutive.
 enum RowIndices {
     From(usize),
     Listed(Vec<usize>),
 }
 
-/// The code of -0, which an integer cannot represent.
+/// The code for -0, which no integer can represent.
 const MINUS_ZERO: i32 = i32::MIN;
 
-/// The sum of this and a number below 2^31 has the nearest integer in its lower half.
+/// If this is added to a number below 2^31, the lower half of the sum is the nearest integer.
 const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 
-/// Powers of ten that are tried.
+/// The powers of ten that are tried as divisors.
 const TRIED_POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
 #[inline(always)]
 fn integer(x: f64, power: f64) -> i32 {
-    // Without a branch, so that it is vectorised.
+    // Written without a branch, so that the compiler vectorises it.
     if x.to_bits() == (-0.0_f64).to_bits() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
 }
 
@@ -60,7 +60,7 @@ fn number(integer: i32, power: f64) -> f64 {
     if integer == MINUS_ZERO { -0.0 } else { quotient }
 }
 
-/// The integers of numbers; `None` where a number is no decimal of this power.
+/// The integers m for numbers x = m / power; `None` if a number does not have this form.
 #[inline(always)]
 fn integers(x: &[f64], power: f64) -> Option<Integers> {
     Integers::of(x.len(), |first, integers| {
@@ -71,10 +71,10 @@ fn integers(x: &[f64], power: f64) -> Option<Integers> {
     })
 }
 
-/// Appends the numbers of integers.
+/// Converts integers to numbers, and appends them to `all`.
 #[inline(always)]
 fn append_numbers(integers: &[i32], power: f64, all: &mut Vec<f64>) {
-    // A multiple of the SIMD lanes of a processor.
+    // A multiple of the number of SIMD lanes of a processor.
     const NUMBERS_AT_ONCE: usize = 32;
     let mut chunks = integers.chunks_exact(NUMBERS_AT_ONCE);
     for integers in &mut chunks {
@@ -138,7 +138,7 @@ impl Work for Unpacking<'_> {
 }
 
 impl PackedLog {
-    /// Packs a log.
+    /// Compresses a log.
     pub(crate) fn new(mut log: Log) -> PackedLog {
         let (len, start) = (log.len(), log.t.first().copied().unwrap_or(0.0));
         let series = log.series_mut().map(std::mem::take).collect();
@@ -160,7 +160,7 @@ impl PackedLog {
         self.len
     }
 
-    /// Memory of the samples, bytes.
+    /// Memory in use for the samples, bytes.
     pub(crate) fn bytes(&self) -> usize {
         let rows = match &self.rows {
             RowIndices::From(_) => 0,
@@ -174,7 +174,7 @@ impl PackedLog {
         rows + series.sum::<usize>()
     }
 
-    /// Time of the first sample, s; 0 without samples.
+    /// Time of the first sample, s; 0 if there are no samples.
     pub(crate) fn start(&self) -> f64 {
         self.start
     }
@@ -184,7 +184,7 @@ impl PackedLog {
         self.head.clone()
     }
 
-    /// Time and positions of all samples, without the other series.
+    /// A log with time and positions of all samples, without the other series.
     pub(crate) fn positions(&self) -> Log {
         let mut log = self.head.clone();
         (log.dq, log.ddq, log.effort) = (None, None, Vec::new());
@@ -193,7 +193,7 @@ impl PackedLog {
         log
     }
 
-    /// Appends samples to a log of the same series, or of the first of them.
+    /// Appends the samples in a range to a log. The log has the same series, or only the first of them.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &PackedSeries)> = log.series_mut().zip(&self.series).collect();
         in_parallel_series(range.len(), pairs, |(all, series)| {

@@ -1,11 +1,11 @@
-//! Work on series in parallel threads.
+//! Processes the series of a log in parallel threads.
 
 use processor::{in_parallel, threads};
 
-/// With fewer samples a second thread saves no time.
+/// With fewer samples per series, a second thread saves no time.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 1 << 15;
 
-/// The results of `work` on the series, in their order. `samples`: the number of samples of each series.
+/// Applies `work` to each series; the results have the order of the series. `samples`: number of samples of each series.
 pub(crate) fn in_parallel_series<I: Send, R: Send>(
     samples: usize,
     series: Vec<I>,

@@ -1,4 +1,4 @@
-//! Rows for a block of a long log: from packed blocks in memory, or read from a text.
+//! The rows for a block of a long log: from compressed blocks in memory, or read from a file.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use crate::packed::PackedLog;
 use crate::table::Table;
 use crate::timeline::Timeline;
 
-/// Rows for a block.
+/// The rows for a block.
 pub(crate) enum BlockPart<'a> {
     Held(&'a [PackedLog]),
     Read(Box<Log>),
@@ -34,7 +34,7 @@ impl BlockPart<'_> {
         }
     }
 
-    /// Time and positions of all samples; also the other series, except for one packed block.
+    /// A log with time and positions of all samples. It also has the other series unless the rows are one compressed block.
     pub(crate) fn positions(&self) -> Log {
         match self {
             BlockPart::Held([part]) => part.positions(),
@@ -42,7 +42,7 @@ impl BlockPart<'_> {
         }
     }
 
-    /// A range of the samples.
+    /// A log of the samples in a range.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         match self {
             BlockPart::Held(parts) => {
@@ -55,7 +55,7 @@ impl BlockPart<'_> {
         }
     }
 
-    /// Appends a range of the samples.
+    /// Appends the samples in a range to a log.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         match self {
             BlockPart::Held(parts) => {
@@ -71,8 +71,8 @@ impl BlockPart<'_> {
     }
 }
 
-/// Reads the next block of a text, with `next` as its first rows. Returns its usable rows, the range of its rows in the file, and
-/// the first rows after it.
+/// Reads the next block of a file. `next`: its first rows, which were read before. Returns the usable rows, the range of the rows
+/// in the file, and the first rows of the following block.
 pub(crate) fn read_block(
     ahead: &mut RowsAhead,
     mut next: Table,
@@ -97,10 +97,10 @@ pub(crate) fn read_block(
     }
 }
 
-/// The report of the blocks of a file, added in sequence.
+/// The common report on the blocks of a file, which are added in order.
 pub(crate) struct Account {
     pub report: Option<LogReport>,
-    /// Time of the last sample, s.
+    /// Time of the last sample so far, s.
     pub end: f64,
 }
 
@@ -111,7 +111,7 @@ impl Default for Account {
 }
 
 impl Account {
-    /// Describes the next block and packs it.
+    /// Adds the report on the next block, and compresses the block.
     pub(crate) fn add(&mut self, mut part: Log) -> PackedLog {
         part.describe();
         let step = part.t.first().map_or(0.0, |t| t - self.end);

@@ -1,7 +1,8 @@
-//! Postures of a robot at rest, with the holding torques: rows of a table, or the plateaus of a log.
+//! Postures of a robot at rest, with the holding torques: from the rows of a table, or from the plateaus of a log.
 //!
-//! A table without a clock, or with a step of half a second or more, has a posture in each row. In another log a posture is a
-//! plateau: a span of [`MIN_PLATEAU_S`] or more in which no joint moves out of a band; the values are the means of its middle.
+//! If a table has no clock, or a step of half a second or more, each row is a posture. In another log, a posture is a plateau: an
+//! interval of at least [`MIN_PLATEAU_S`] in which no joint leaves a small range. Its values are means over the middle of the
+//! plateau.
 
 use std::path::Path;
 
@@ -14,53 +15,53 @@ use crate::columns::source::NO_COLUMN;
 use crate::effort::Effort;
 use crate::table::Table;
 
-/// Least duration of a plateau, s.
+/// Shortest duration of a plateau, s.
 const MIN_PLATEAU_S: f64 = 0.5;
-/// Greatest distance of a joint from its first position in a plateau, rad (m).
+/// Largest distance of a joint from its first position within a plateau, rad (m).
 const PLATEAU_BAND: f64 = 1e-3;
-/// The interval of a plateau that is averaged, as shares of its duration: the robot settles before it, and a slow departure may
-/// start after it.
+/// The interval of a plateau that is averaged, as fractions of its duration. Before this interval the robot may still settle, and
+/// after it a slow motion may start.
 const SETTLED_SHARES: std::ops::Range<f64> = 0.4..0.8;
-/// Greatest number of rows of a table of postures.
+/// Largest number of rows in a table of postures.
 const MAX_POSTURES: usize = 20_000;
 
-/// Postures in sequence.
+/// Several postures with their holding torques.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Postures {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// Names, in the order of the numbers of a posture.
+    /// Names of the coordinates, in the order of the numbers of a posture.
     pub coordinates: Vec<String>,
-    /// Positions, rad (m), one list per posture.
+    /// For each posture, the positions of all joints, rad (m).
     pub q: Vec<Vec<f64>>,
-    /// Efforts, N m (N), A or rad (m), one list per posture.
+    /// For each posture, the efforts of all joints: N m (N), A, or rad (m), depending on `effort_is`.
     pub effort: Vec<Vec<f64>>,
-    /// What `effort` holds: torques, currents or position errors.
+    /// The quantity in `effort`: torques, currents or position errors.
     pub effort_is: Effort,
     /// Number of rows of the file.
     pub rows: usize,
-    /// The columns that they were read from.
+    /// The names of the columns that were read.
     pub names: ColumnNames,
-    /// Whether each posture is a plateau of several rows.
+    /// Whether each posture is the mean of several rows of a log.
     pub are_plateaus: bool,
 }
 
 impl Postures {
-    /// Reads the postures of some coordinates.
+    /// Reads the postures of these coordinates from a file.
     ///
-    /// Fails where the file cannot be read, where a column is missing, where no joint rests, and where a table has more rows than
-    /// a table of postures can have.
+    /// Fails if the file cannot be read, if a column is missing, if the joints never rest, or if a table has more rows than
+    /// [`MAX_POSTURES`].
     pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
         Postures::of_table(&Table::read(path)?, coordinates, names)
     }
 
-    /// Extracts the postures of some coordinates from a table.
+    /// Extracts the postures of these coordinates from a table.
     pub fn of_table(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
         let columns = Columns::of_postures(table, coordinates, names)?;
         let series = |sources: &[crate::ColumnSource]| -> Vec<Vec<f64>> {
             sources.iter().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect()).collect()
         };
-        // Rows with missing numbers are no postures.
+        // A row with a missing number is not a posture.
         let (q, mut effort) = (series(&columns.position), series(&columns.effort));
         let finite = |r: &usize| q.iter().chain(&effort).all(|x| x[*r].is_finite());
         let rows: Vec<usize> = (0..table.rows()).filter(finite).collect();
@@ -73,7 +74,7 @@ impl Postures {
                 span.check(&table.file)?;
             }
         }
-        // The options that select these columns again.
+        // Stores the names that select the same columns again.
         let mut found = Postures {
             name: table.file.clone(),
             coordinates: coordinates.to_vec(),
@@ -85,7 +86,7 @@ impl Postures {
             are_plateaus: false,
         };
         let t: Option<Vec<f64>> = columns.clock().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect());
-        // A fast clock means a log of plateaus, otherwise every row is a posture.
+        // If the clock has short steps, the table is a log with plateaus. Otherwise every row is a posture.
         match t.filter(|t| step(t) < SLOWEST_CLOCK_STEP_S) {
             None if rows.len() > MAX_POSTURES => {
                 let message = format!(
@@ -114,7 +115,7 @@ impl Postures {
         Ok((found, columns))
     }
 
-    /// Adds the means of some rows.
+    /// Adds a posture: the means of these rows.
     fn push(&mut self, q: &[Vec<f64>], effort: &[Vec<f64>], rows: &[usize]) {
         let mean = |x: &Vec<f64>| rows.iter().map(|&r| x[r]).sum::<f64>() / rows.len() as f64;
         self.q.push(q.iter().map(mean).collect());
@@ -122,14 +123,14 @@ impl Postures {
     }
 }
 
-/// The median step of a clock, s.
+/// The median step of a clock, s; infinite if the clock never advances.
 fn step(t: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect();
     let middle = steps.len() / 2;
     if steps.is_empty() { f64::INFINITY } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// The rows of each plateau, without the rows in which the robot settles.
+/// The rows of each plateau, without the rows in which the robot still settles.
 fn plateaus(t: &[f64], q: &[Vec<f64>], rows: &[usize]) -> Vec<Vec<usize>> {
     let mut found = Vec::new();
     let mut first = 0;
@@ -178,7 +179,7 @@ mod tests {
     fn plateaus_of_a_log_are_postures() {
         let mut text = "t,q_a,tau_a\n".to_string();
         for k in 0..600 {
-            // Two seconds at 0, one in motion, three at 1; the torque settles after each stop.
+            // The joint is 2 s at 0, moves for 1 s, and is 3 s at 1. The torque settles after each stop.
             let t = 0.01 * f64::from(k);
             let q = (t - 2.0).clamp(0.0, 1.0);
             let since = if t < 2.0 { t } else { t - 3.0 };

@@ -1,10 +1,10 @@
 //! Determines the format of a file and opens its reader.
 //!
-//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; a data set of
-//! LeRobot; the messages of a ROS recording; and formats of other packages (`formats::registered`). The content determines the
-//! format, not the name. `-` is standard input, `a.csv+b.csv` one log in two files (`joined`). A text, a Parquet file on disk, and some formats of other packages are read some
-//! rows at a time; other files are read into memory as a whole, up to [`MAX_FILE_BYTES`]. A text ends at
-//! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so an infinite pipe or device is refused there.
+//! The formats are: delimited text (`formats::delimited`), plain or gzip; .npz arrays; Parquet; data sets of LeRobot; ROS
+//! recordings; and formats of other packages (`formats::registered`). The content determines the format, not the name. `-` is
+//! standard input; `a.csv+b.csv` is one log in two files (`joined`). Text, Parquet on disk and some other formats are read some
+//! rows at a time; all other files are read as a whole, up to [`MAX_FILE_BYTES`]. Reading a text stops at
+//! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so an endless pipe or device is refused.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -23,19 +23,19 @@ use crate::formats::text_shapes::{self, HEAD_BYTES};
 use crate::joined;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
-/// An opened file.
+/// A file that was opened.
 pub(crate) enum Opened<'a> {
-    /// Rows that are read on demand.
+    /// The rows can be read some at a time.
     Rows {
         reader: Box<dyn RowReader + 'a>,
-        /// Whether the file can be opened again: a pipe cannot.
+        /// Whether the file can be opened again; a pipe cannot.
         again: bool,
     },
-    /// A format that was read as a whole.
+    /// The file was read as a whole.
     Whole(Table),
 }
 
-/// Opens a file, the directory of a rosbag2, or standard input (`-`).
+/// Opens a file, the folder of a rosbag2, or standard input (`-`).
 pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
     if path.as_os_str() == "-" {
         return of_source("standard input", Source::standard_input());
@@ -68,7 +68,7 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
         }
         _ => Error::at(file, 0, format!("cannot be read: {e}")),
     };
-    // A pipe has no length and cannot be opened again.
+    // A pipe has no length, and cannot be opened a second time.
     let again = source.length().is_some();
     let head = source.head(MAGIC_BYTES).map_err(failed)?;
     let content = FileFormat::of(&head);
@@ -98,7 +98,7 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     Table::from_bytes(file, &bytes).map(Opened::Whole)
 }
 
-/// The reader of a file on disk with an index of its rows.
+/// Opens a file on disk that has an index of its rows.
 fn indexed(file: &str, content: FileFormat, pieces: RandomAccessFile) -> Result<Box<dyn RowReader>, Error> {
     match (content, content.reader()) {
         (_, Some(LogReader::Indexed { of_file, .. })) => of_file(file, pieces),
@@ -108,7 +108,7 @@ fn indexed(file: &str, content: FileFormat, pieces: RandomAccessFile) -> Result<
     }
 }
 
-/// Copies of bytes that are decompressed as a whole: an array that grows by doubling, and the table read from it.
+/// Number of copies of bytes that are decompressed as a whole: an array that grows by doubling, and the table.
 const COPIES_OF_DECOMPRESSED_BYTES: usize = 4;
 
 /// Opens the content of a gzip or zstd stream: a table of text is read on demand.
@@ -141,7 +141,7 @@ fn of_compressed<'a>(
 }
 
 impl Table {
-    /// Reads a file, the directory of a rosbag2, or standard input (`-`); `log.mcap#/topic` names one of several topics.
+    /// Reads a file, the folder of a rosbag2, or standard input (`-`). `log.mcap#/topic` selects one of several topics.
     pub fn read(path: &Path) -> Result<Table, Error> {
         match open(path)? {
             Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
@@ -149,7 +149,7 @@ impl Table {
         }
     }
 
-    /// Reads the first rows of a file, at most `most`; accepts the paths of [`Table::read`].
+    /// Reads at most `most` rows at the start of a file. The path may have any form that [`Table::read`] accepts.
     pub fn glance(path: &Path, most: usize) -> Result<Table, Error> {
         match open(path)? {
             Opened::Rows { mut reader, .. } => reader.rows(most),
@@ -157,12 +157,12 @@ impl Table {
         }
     }
 
-    /// Reads the content of a file; its first bytes determine the format.
+    /// Reads a file from memory. The first bytes determine its format.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         Table::within(file, bytes, &mut Budget::of(bytes.len()))
     }
 
-    /// Reads the content of a file within a budget.
+    /// Reads a file from memory. Decompressed bytes are taken from `budget`.
     fn within(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
         let content = FileFormat::of(bytes);
         if let Some(why) = content.refusal() {

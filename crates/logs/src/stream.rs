@@ -1,8 +1,8 @@
-//! A long log, read block by block: from memory or, if it is too long, from its file at every pass.
+//! A long log that is read block by block: from memory, or from its file in every pass if it is too long for the memory.
 //!
-//! A block has its own rows, with rows of its neighbours before and after them: enough for the transients of the filter to decay.
-//! So the states of a block's own rows equal the states of the whole log. Blocks, report and states are the same whether the log
-//! is in memory or in its file.
+//! A block has its own rows, and rows of its neighbours before and after them, in which the transients of the filter decay. So
+//! the filtered states of its own rows equal the states of the whole log. Blocks, report and states are the same in both cases,
+//! from memory or from the file.
 
 use std::path::{Path, PathBuf};
 
@@ -23,33 +23,33 @@ use crate::read::{self, Opened};
 use crate::table::Table;
 use crate::timeline::Timeline;
 
-/// Rows of a block.
+/// Number of rows of a block.
 const ROWS_PER_BLOCK: usize = 1 << 17;
 
-/// Greatest memory for the samples of a log, bytes: ten million rows of seven joints with the decimals of controllers.
+/// Largest memory for the samples of a log, bytes. It is enough for ten million rows of seven joints from a controller.
 const MAX_HELD_BYTES: usize = 3 << 27;
 
-/// Greatest number of cells of a block; it limits the rows where a file has very many columns.
+/// Largest number of cells of a block. It limits the number of rows if a file has very many columns.
 const MAX_CELLS_PER_BLOCK: usize = 1 << 24;
 
-/// A log of one block, or of several.
+/// A log of one block or of several blocks.
 pub enum LogSource {
-    /// One block, in memory.
+    /// A log of one block, in memory.
     Held(Log),
-    /// Block by block.
+    /// A log of several blocks.
     Streamed(LogStream),
 }
 
 impl LogSource {
-    /// Opens a file and finds the columns of the coordinates in it. A log of more than 131072 rows is read block by block. If its
-    /// packed samples take more than `MAX_HELD_BYTES`, it is read from the file at every pass.
+    /// Opens a file, and finds the columns for these coordinates. A log of more than 131072 rows is read block by block. If its
+    /// compressed samples need more than `MAX_HELD_BYTES`, it is read from the file in every pass.
     ///
     /// Fails like `Log::read`.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         LogSource::open_within(path, coordinates, names, usize::MAX, ROWS_PER_BLOCK)
     }
 
-    /// Opens a file like `open`, with the greatest number of rows in memory, `held`, and the rows of a block, `block`.
+    /// The same as [`LogSource::open`]. `held`: largest number of rows in memory. `block`: number of rows of a block.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
@@ -69,14 +69,14 @@ impl LogSource {
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
         reader.keep(&columns.places());
-        // Later rows are read on another thread while blocks are packed.
+        // A second thread reads the next rows while blocks are compressed.
         let mut ahead = RowsAhead::new(reader, block);
         let mut next = ahead.next()?;
         if next.rows() == 0 {
             refuse_changed(path, before.as_ref())?;
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
-        // Every block is described and packed at once, which bounds the memory.
+        // Each block is added to the report and compressed immediately, so the memory is bounded.
         let (mut account, mut clock) = (Account::default(), Timeline::default());
         let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), &mut clock)?)];
         drop(first);
@@ -86,7 +86,7 @@ impl LogSource {
             let part = account.add(part);
             bytes += part.bytes();
             is_held &= rows.end <= held && bytes <= MAX_HELD_BYTES;
-            // A log that does not fit needs a file for its further passes.
+            // A log that is too long for the memory is read again in each pass, so it must be a file.
             if !is_held && !again {
                 let message = format!(
                     "more than {} rows come from a pipe or device, and memory for them ends; so long a log is read again at \
@@ -102,7 +102,7 @@ impl LogSource {
             next = following;
         }
         refuse_changed(path, before.as_ref())?;
-        // A file must be unchanged at every later pass.
+        // The file must not change before the last pass.
         let parts = match (is_held, before) {
             (true, _) => RowSource::Held(parts),
             (false, Some(state)) => RowSource::File(path.into(), state),
@@ -112,7 +112,7 @@ impl LogSource {
         Ok((LogSource::Streamed(stream), columns))
     }
 
-    /// From a table in memory, and the columns of the coordinates in it; the log has the name in `file`.
+    /// Makes a log from a table in memory. The log gets the name in `file`.
     ///
     /// Fails like `Log::read`.
     pub fn from_table(
@@ -123,7 +123,7 @@ impl LogSource {
         LogSource::of_table(&PathBuf::from(&table.file), table, coordinates, names, ROWS_PER_BLOCK)
     }
 
-    /// From a table that was read as a whole.
+    /// Makes a log from a table that was read as a whole.
     fn of_table(
         path: &Path,
         table: Table,
@@ -146,7 +146,7 @@ impl LogSource {
         Ok((LogSource::Streamed(stream), columns))
     }
 
-    /// The report of the cleaning.
+    /// The report on the cleaning.
     pub fn report(&self) -> &LogReport {
         match self {
             LogSource::Held(log) => &log.report,
@@ -154,7 +154,7 @@ impl LogSource {
         }
     }
 
-    /// Memory of the packed samples of a log of several blocks, bytes.
+    /// Memory of the compressed samples, bytes; 0 for a log of one block or in a file.
     pub fn held_bytes(&self) -> usize {
         match self {
             LogSource::Streamed(LogStream { parts: RowSource::Held(parts), .. }) => {
@@ -164,7 +164,7 @@ impl LogSource {
         }
     }
 
-    /// The quantity of the efforts.
+    /// The quantity in the effort columns.
     pub fn effort_is(&self) -> Effort {
         match self {
             LogSource::Held(log) => log.effort_is,
@@ -172,12 +172,12 @@ impl LogSource {
         }
     }
 
-    /// The options that select the columns that it was read from.
+    /// The names that select the columns of this log.
     pub fn names(&self) -> ColumnNames {
         self.effort_is().names(self.report().columns.clone())
     }
 
-    /// Whether there are columns of velocities, and of accelerations.
+    /// Whether the log has velocities, and whether it has accelerations.
     pub fn has_rates(&self) -> [bool; 2] {
         match self {
             LogSource::Held(log) => [log.dq.is_some(), log.ddq.is_some()],
@@ -203,16 +203,16 @@ pub struct LogStream {
     block: usize,
 }
 
-/// The place of the rows.
+/// Where the rows are stored.
 enum RowSource {
-    /// In memory, one entry per block of the file.
+    /// In memory: one compressed log per block of the file.
     Held(Vec<PackedLog>),
     /// In the file, which must not change.
     File(PathBuf, FileState),
 }
 
 impl LogStream {
-    /// Refuses a log like `Log::from_table`.
+    /// Fails for the same reasons as `Log::from_table`.
     fn new(
         path: PathBuf,
         columns: Columns,
@@ -225,14 +225,14 @@ impl LogStream {
         Ok(LogStream { path, columns: Box::new(columns), report, parts, block })
     }
 
-    /// Passes on the log in blocks without rows of their neighbours.
+    /// Passes the log to `take` in blocks that have no rows of their neighbours.
     ///
-    /// Fails when the file cannot be read again, or has changed.
+    /// Fails if the file cannot be read again, or if it has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
         self.each_of(|part| part.range(0..part.len()), take)
     }
 
-    /// Passes on the log for users of time and positions only; the other series may be missing.
+    /// Passes time and positions of the log to `take` in blocks. The other series may be missing.
     pub fn each_of_positions(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
         self.each_of(|part| part.positions(), take)
     }
@@ -247,7 +247,7 @@ impl LogStream {
         })
     }
 
-    /// A range of the samples, with the report of the whole log.
+    /// Adds the report of the whole log to a block.
     fn with_account(&self, mut log: Log) -> Log {
         let duration = log.t.last().zip(log.t.first()).map_or(0.0, |(end, start)| end - start);
         log.report = self.report.clone();
@@ -255,14 +255,14 @@ impl LogStream {
         log
     }
 
-    /// The report of the cleaning.
+    /// The report on the cleaning.
     pub fn report(&self) -> &LogReport {
         &self.report
     }
 
-    /// Passes on the usable rows, `blocks` blocks of the file at a time, until `take` returns `false`.
+    /// Passes the usable rows to `take`, `blocks` blocks of the file at a time, until `take` returns `false`.
     ///
-    /// Fails when the file cannot be read again, or has changed.
+    /// Fails if the file cannot be read again, or if it has changed.
     fn parts<'a>(
         &'a self,
         blocks: usize,
@@ -277,7 +277,7 @@ impl LogStream {
                 }
                 Ok(())
             }
-            // The clock and the count of rows restart with the file.
+            // In each pass, the clock and the number of rows start again.
             RowSource::File(path, state) => {
                 let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed(path)) };
                 let (mut clock, mut count) = (Timeline::default(), 0);
@@ -292,7 +292,7 @@ impl LogStream {
                         return Ok(());
                     }
                 }
-                // A different number of rows means that the file has changed.
+                // If the number of rows differs, the file has changed.
                 if count != self.report.rows || FileState::of(path)? != *state {
                     return Err(changed(path));
                 }
@@ -301,10 +301,10 @@ impl LogStream {
         }
     }
 
-    /// Passes on the log in blocks with an overlap of `overlap` s into their neighbours, from the block `first` on, until `take`
-    /// returns `false`. The window of a block covers its own rows.
+    /// Passes the log to `take` in blocks that overlap their neighbours by `overlap` s, from block `first` on, until `take`
+    /// returns `false`. `Log::window` of a block is the range of its own rows.
     ///
-    /// Fails when the file cannot be read again, or has changed.
+    /// Fails if the file cannot be read again, or if it has changed.
     pub fn blocks(
         &self,
         overlap: f64,
@@ -329,7 +329,8 @@ impl LogStream {
             if let Some(next) = next {
                 next.append_to(&mut block, 0..after);
             }
-            // Each block was unwrapped separately, so blocks may differ by turns where they meet.
+            // The angles of each block were unwrapped separately, so they may differ by full turns between blocks. They are
+            // unwrapped again.
             let samples = block.len();
             let angles =
                 block.q.iter_mut().zip(&self.report.suspect).filter(|(_, s)| Suspect::may_be_wrapped(s)).collect();
@@ -380,7 +381,7 @@ mod tests {
         let found = sources.map(|source| {
             let LogSource::Streamed(stream) = source.unwrap().0 else { panic!("it is of one block") };
             let mut blocks = Vec::new();
-            // A window of 200 rows needs two blocks on each side.
+            // An overlap of 200 rows needs two blocks on each side.
             for overlap in [0.5, 2.0] {
                 let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
                 let take = &mut |block: Log| {
@@ -388,7 +389,7 @@ mod tests {
                     Ok(true)
                 };
                 stream.blocks(overlap, 0, take).unwrap();
-                // A reader that has some blocks continues after them.
+                // If a reader has already read some blocks, it continues with the next one.
                 let all = blocks.clone();
                 let (mut index, of_this) = (0, all.len() - if overlap == 0.5 { 9 } else { 5 });
                 let take = &mut |block: Log| {

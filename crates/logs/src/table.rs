@@ -1,6 +1,6 @@
-//! Named columns of numbers, without an assignment to signals.
+//! A table of named columns of numbers, before its columns are assigned to signals.
 //!
-//! `columns` and `log` decide the meaning of a cell and the usable rows.
+//! `columns` and `log` determine the meaning of the columns and which rows are usable.
 
 use std::collections::BTreeMap;
 
@@ -8,24 +8,24 @@ use gate::shown::{self, is_hidden};
 
 use crate::Error;
 
-/// Named columns of one length. A cell that is empty, missing or not a number is NaN.
+/// Named columns of the same length. A cell that is empty, missing or not a number is NaN.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// Name of the file, as given by the user.
     pub file: String,
     /// Names of the columns.
     pub header: Vec<String>,
-    /// `columns[c][r]`: column c, row r. Unwanted columns of a text are empty.
+    /// `columns[c][r]`: column c, row r. A column that was not read is empty.
     pub columns: Vec<Vec<f64>>,
-    /// The line of each row in the file; empty for files without lines.
+    /// The line number of each row in the file; empty if the file has no lines.
     pub lines: Lines,
-    /// For each column the first cell with text: its line and the text.
+    /// For each column, the first cell with text: its line and the text. `None` if the column has no text.
     pub texts: Vec<Option<(usize, String)>>,
-    /// Rows with fewer or more cells than the header.
+    /// Number of rows with too few or too many cells.
     pub ragged: usize,
-    /// Number of rows of the file before the first of these.
+    /// Number of rows of the file before the first row of this table.
     pub skipped: usize,
-    /// Notes on choices of the reader: what was read and what was not.
+    /// Notes on how the file was read.
     pub notes: Vec<String>,
 }
 
@@ -35,16 +35,16 @@ impl Table {
         self.columns.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    /// The line of a row, 0 where the file has none.
+    /// The line number of a row; 0 if the file has no lines.
     pub fn line(&self, row: usize) -> usize {
         self.lines.get(row).unwrap_or(0)
     }
 }
 
-/// The lines of rows, from 1. Only rows that are not directly below the row before take memory.
+/// The line numbers of rows, counted from 1. Memory is only needed for rows that do not follow the previous row directly.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
-    /// (row, line): from this row on each row is one line below the row before.
+    /// Pairs (row, line): from this row on, each row is one line after the previous row.
     runs: Vec<(usize, usize)>,
     rows: usize,
 }
@@ -60,7 +60,7 @@ impl Lines {
         self.rows == 0
     }
 
-    /// The line of a row; `None` after the last.
+    /// The line number of a row; `None` if there is no such row.
     pub fn get(&self, row: usize) -> Option<usize> {
         let run = self.runs.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
         let (first, line) = self.runs[run];
@@ -75,7 +75,7 @@ impl Lines {
         self.rows += 1;
     }
 
-    /// Appends the lines of the next rows, which are counted from `above`.
+    /// Appends the line numbers of the next rows. `above`: number that is added to them.
     pub(crate) fn append(&mut self, next: &Lines, above: usize) {
         for (i, (row, line)) in next.runs.iter().enumerate() {
             self.push(line + above);
@@ -84,30 +84,30 @@ impl Lines {
     }
 }
 
-/// Greatest number of columns of a robot's log.
+/// Largest number of columns of a log.
 pub const MAX_COLUMNS: usize = 10_000;
 
-/// Greatest number of values of a table, 2 GiB: three hours of 22 columns at 1 kHz. Larger tables must be cut by the user.
+/// Largest number of values of a table: 2 GiB, or three hours of 22 columns at 1 kHz. A larger table must be divided by the user.
 pub const MAX_CELLS: usize = 1 << 28;
 
-/// Greatest size of a file that is read as a whole or comes through a pipe, except plain text.
+/// Largest size of a file that is read as a whole or through a pipe, bytes. Plain text has no such limit.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// A reader of the rows of a file.
+/// Reads the rows of a file in several tables.
 pub trait RowReader: Send {
-    /// Number of columns of the tables, from the head of the file.
+    /// Number of columns of the tables.
     fn width(&self) -> usize;
 
-    /// Skips all other columns from now on: they are empty in the next tables.
+    /// From now on, only these columns are read; all other columns are empty in the next tables.
     fn keep(&mut self, columns: &[usize]);
 
-    /// The next rows, at most `most`; none at the end.
+    /// The next rows, at most `most`. An empty table means the end of the file.
     ///
-    /// Fails when a row cannot be read, and when there are more numbers than [`MAX_CELLS`].
+    /// Fails if a row cannot be read, or if there are more than [`MAX_CELLS`] numbers.
     fn rows(&mut self, most: usize) -> Result<Table, Error>;
 }
 
-/// Numbers names that stand several times, all of them, so that none is taken by chance: `q_d #1`, `q_d #2`.
+/// Adds a number to each name that occurs several times: `q_d #1`, `q_d #2`. So none of them is chosen by chance.
 fn number_repeated_names(header: &mut [String]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     header.iter().for_each(|name| *counts.entry(name.clone()).or_default() += 1);
@@ -120,8 +120,8 @@ fn number_repeated_names(header: &mut [String]) {
     }
 }
 
-/// Escapes hidden characters in names, numbers repeated names, and refuses headers without column names or with too many; `line`:
-/// the line of the header.
+/// Checks a header: makes hidden characters printable, and numbers repeated names. Fails if there are no names or too many.
+/// `line`: line of the header.
 pub fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
     for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {
         *name = shown::line(name).into_owned();

@@ -1,35 +1,35 @@
-//! The clock of a log, continued from one block of a file to the next.
+//! The time of a log, which continues from one block of a file to the next.
 //!
-//! A file may have several episodes, each with its own clock. An episode begins where the column of the episode number changes,
-//! or where the clock jumps back and continues from there. The time of the log continues: after each episode there is a pause
-//! that counts as a gap, so each episode is filtered separately.
+//! A file may contain several episodes, each with its own clock. An episode begins if the episode number changes, or if the clock
+//! jumps back and continues from there. The time of the log always increases: a pause follows each episode. The pause counts as a
+//! gap, so each episode is filtered separately.
 
 use crate::cleaning::account::LeftOutRows;
 use crate::cleaning::clock::{GAP_PERIODS, MIN_ROWS};
 use crate::columns::mapping::Columns;
 use crate::table::Table;
 
-/// Least pause between two episodes, s.
+/// Shortest pause between two episodes, s.
 const MIN_PAUSE_S: f64 = 1.0;
 
-/// The state of the clock after the rows so far.
+/// The state of the clock after the rows that were read.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
-    /// Time of the last sample in the time of the log, s.
+    /// Time of the last sample, in the time of the log, s.
     after: f64,
-    /// Time of the log minus the clock of the file, s.
+    /// Difference between the time of the log and the clock of the file, s.
     offset: f64,
-    /// The first whole second of a clock of two columns, which is subtracted, s.
+    /// For a clock in two columns: the first whole second, which is subtracted, s.
     origin: Option<f64>,
-    /// Clock of the row before, s.
+    /// Clock of the file in the previous row, s.
     before: f64,
-    /// Time of the first sample of the episode, s.
+    /// Time of the first sample of the episode, in the time of the log, s.
     start: f64,
-    /// Number of samples of the episode.
+    /// Number of samples of the episode so far.
     samples: usize,
-    /// Clock of the row before, s, if that was behind.
+    /// Clock of the previous row, s, if it was before the last sample; otherwise `None`.
     behind: Option<f64>,
-    /// The number of the episode.
+    /// The current episode number; `None` if there is none.
     episode: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// The time of a row with finite numbers, s; `None` where it is left out and counted.
+    /// The time of a row in the time of the log, s. `None` if the row is not usable; it is then counted in `left`.
     pub(crate) fn time(&mut self, table: &Table, columns: &Columns, row: usize, left: &mut LeftOutRows) -> Option<f64> {
         let clock = self.clock(table, columns, row);
         if !clock.is_finite() {
@@ -77,7 +77,8 @@ impl Timeline {
             left.clock_repeated += 1;
             return None;
         }
-        // One row that is behind is an error of its stamp. A second one that continues from there is the next episode.
+        // If a single row is before the last sample, its time is wrong. If a second row continues from there, a new episode
+        // begins.
         if self.behind.is_some_and(|behind| clock > behind) && self.is_far_behind(now) {
             left.episodes_by_clock += 1;
             return Some(self.begin(clock));
@@ -89,19 +90,19 @@ impl Timeline {
         None
     }
 
-    /// The clock of the file, s.
+    /// The clock of the file at a row, s.
     fn clock(&mut self, table: &Table, columns: &Columns, row: usize) -> f64 {
         if let Some(rate) = columns.rate {
             return (table.skipped + row) as f64 / rate;
         }
         let clock = columns.time.si(table.columns[columns.time.column][row]);
         let Some(fraction) = &columns.time_fraction else { return clock };
-        // Nanoseconds since 1970 have more digits than an f64.
+        // The first whole second is subtracted, because nanoseconds since 1970 have more digits than an f64.
         let origin = if clock.is_finite() { *self.origin.get_or_insert(clock) } else { clock };
         (clock - origin) + fraction.si(table.columns[fraction.column][row])
     }
 
-    /// The mean step of the episode, s.
+    /// The mean time step of the episode, s.
     fn step(&self) -> f64 {
         (self.after - self.start) / self.samples.saturating_sub(1).max(1) as f64
     }
@@ -110,7 +111,7 @@ impl Timeline {
         self.samples >= MIN_ROWS && self.after - now > GAP_PERIODS * self.step()
     }
 
-    /// Begins an episode with a row; returns its time, s.
+    /// Begins a new episode with this row. Returns its time in the time of the log, s.
     fn begin(&mut self, clock: f64) -> f64 {
         let earliest = self.after + MIN_PAUSE_S.max(2.0 * GAP_PERIODS * self.step());
         self.offset = self.offset.max(earliest - clock);
@@ -126,7 +127,7 @@ mod tests {
     use crate::{Error, Log, LogSource, Table};
     use std::fmt::Write as _;
 
-    /// Without a clock row r is at r / rate, from block to block too; rows that are left out count.
+    /// Without a clock, row r is at the time r / rate, also in later blocks. Rows that are not usable are counted too.
     #[test]
     fn a_rate_is_a_clock() {
         let rows = |with_clock: bool| -> String {
@@ -163,7 +164,7 @@ mod tests {
         }
     }
 
-    /// Three runs of a hundred rows at 100 Hz, each with its own clock from `starts`.
+    /// Three runs of 100 rows at 100 Hz. The clock of each run starts at its entry of `starts`.
     fn runs(starts: [f64; 3], header: &str) -> String {
         let mut text = format!("{header}\n");
         for (run, start) in starts.into_iter().enumerate() {
@@ -178,7 +179,7 @@ mod tests {
     #[test]
     fn a_clock_that_begins_anew_makes_episodes() {
         let log = read(&runs([0.0, 0.0, 0.2], "t,q1,tau1,run"), &ColumnNames::default()).unwrap();
-        // The first row of each later episode is lost: a single row that is behind is no episode.
+        // The first row of each later episode is lost, because a single row with an earlier time does not start an episode.
         assert_eq!((log.len(), log.report.left_out.episodes_by_clock, log.report.clock.gaps), (298, 2, 2));
         assert_eq!(log.segments().iter().map(Log::len).collect::<Vec<_>>(), [100, 99, 99]);
         assert!(log.report.to_string().contains("3 episodes: the clock begins anew"), "{}", log.report);

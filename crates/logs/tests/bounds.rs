@@ -1,4 +1,4 @@
-//! What a stranger's file can ask for is bounded: a limit that is stated stops it, with a message that says what to do.
+//! Memory and time are bounded for any file: a file that exceeds a limit is refused with a message that contains a remedy.
 
 use std::path::{Path, PathBuf};
 
@@ -39,8 +39,8 @@ fn rows_without_an_end() {
     }
 }
 
-/// Values whose bytes stand apart: whole, they are read; cut short, they are refused before the library panics on them,
-/// which would say "damaged".
+/// Values in the encoding BYTE_STREAM_SPLIT: a whole page is read. A truncated page is refused here, before the library panics on
+/// it; the message would then only be "damaged".
 #[cfg(feature = "parquet")]
 #[test]
 fn split_values_cut_short() {
@@ -50,7 +50,7 @@ fn split_values_cut_short() {
     for row in 0..9 {
         let t = 0.01 * row as f64;
         assert_eq!(whole.columns[0][row], t);
-        // The sine of another library.
+        // The expected sine was computed by another library, so it may differ by rounding.
         assert!((whole.columns[1][row] - t.sin()).abs() < 1e-15, "{row}");
     }
     let message = Table::read(&corpus.join("split_cut_short.parquet")).unwrap_err().to_string();
@@ -90,7 +90,7 @@ fn devices_and_pipes_without_an_end() {
     let feed = |text: String| {
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let pipe = pipe.clone();
-        // The reader may leave before the end: what it does not take is not the writer's fault.
+        // The reader may close the pipe before the end, so an error of the writer is ignored.
         std::thread::spawn(move || std::fs::write(pipe, text).ok())
     };
     let writer = feed(rows(90, 1.0));

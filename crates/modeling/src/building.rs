@@ -1,4 +1,4 @@
-//! Expressions from which other packages derive functions.
+//! Access to the expressions of a derivation, from which other packages derive functions.
 
 use expr::{Expr, Graph, Input};
 use robot::{LinkId, Robot};
@@ -15,27 +15,27 @@ pub use crate::kinematics::placement::{Placement, Twist};
 pub use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross, dot};
 
 impl<'a> Derivation<'a> {
-    /// The robot of this derivation.
+    /// The robot for which the expressions are derived.
     pub fn robot(&self) -> &'a Robot {
         self.robot
     }
 
-    /// The graph of the expressions.
+    /// The graph that holds all expressions of the derivation.
     pub fn graph(&mut self) -> &mut Graph {
         &mut self.graph
     }
 
-    /// Whether every loop is closed by relations of its joints; false if a loop is closed numerically.
+    /// Whether every loop of the robot is closed by affine relations of its joints; false if a loop is closed numerically.
     pub fn closes_by_relations(&self) -> bool {
         self.implicit.is_none()
     }
 
-    /// The input `q`.
+    /// The configuration as inputs of a function: `q`.
     pub fn configuration(&self) -> Vec<Input> {
         self.motion.configuration()
     }
 
-    /// gamma, b, alpha, d, theta, r (rad and m) of a link at joint variable zero.
+    /// The geometry gamma, b, alpha, d, theta, r (rad and m) of a link at joint variable zero.
     pub fn geometry(&mut self, link: LinkId) -> Geometry {
         Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(link))
     }
@@ -50,17 +50,18 @@ impl<'a> Derivation<'a> {
         self.links[link.0].jacobian[coordinate]
     }
 
-    /// `v`, which is given in the axes of link `from`, in the axes of the reference frame.
+    /// The vector `v`, given in the axes of link `from`, in the axes of the reference frame.
     pub fn in_axes_of(&mut self, v: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::in_axes_of(&mut self.graph, self.robot, &self.links, v, from, reference)
     }
 
-    /// `p`, a point in the frame of link `from`, in the reference frame, m.
+    /// The point `p`, given in the frame of link `from`, in the reference frame, m.
     pub fn at_place_of(&mut self, p: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::at_place_of(&mut self.graph, self.robot, &self.links, p, from, reference)
     }
 
-    /// The Jacobian of the origin of a frame in its own axes: velocity, then angular velocity, per unit rate of each coordinate.
+    /// The Jacobian of the origin of a frame, in the axes of this frame: six rows (velocity, then angular velocity), one column
+    /// per coordinate.
     pub fn jacobian_rows(&mut self, frame: &LinkFrame) -> Vec<Vec<Expr>> {
         pose::jacobian_rows(self, frame, None, NULL)
     }

@@ -1,4 +1,4 @@
-//! One derivation: the expression graph of a robot, from which every function of the robot is taken.
+//! The derivation of a robot: its expression graph, from which every function of the robot is derived.
 //!
 //! It holds the data that all functions share: the graph, its constants, and the motion of every link. The functions are methods
 //! of [`Derivation`]. Each is written together with its equations, in a file of its name under `dynamics/`, or under `base/`.
@@ -22,7 +22,7 @@ pub struct Derivation<'a> {
     pub(crate) implicit: Option<Implicit>,
 }
 
-/// The error that no configuration was found in which the loops close: the geometry or the start of the passive joints is wrong.
+/// Error: no configuration was found in which the loops close, because the geometry or the start of the passive joints is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeverCloses;
 
@@ -38,13 +38,14 @@ impl std::fmt::Display for NeverCloses {
 impl std::error::Error for NeverCloses {}
 
 impl<'a> Derivation<'a> {
-    /// Derives the motion of every link. Fails if the robot has passive coordinates and no configuration was found in which its
-    /// loops close.
+    /// Derives the motion of every link as expressions. Fails if the robot has passive coordinates and no configuration was found
+    /// in which its loops close.
     pub fn new(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
         Derivation::in_graph(robot, Graph::new())
     }
 
-    /// Derives the motion of every link; intermediate results keep their names in formulas. Fails like [`Derivation::new`].
+    /// Derives the motion of every link as expressions, in which intermediate results keep their names. Fails like
+    /// [`Derivation::new`].
     pub fn with_names(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
         Derivation::in_graph(robot, Graph::new().with_names())
     }
@@ -61,26 +62,27 @@ impl<'a> Derivation<'a> {
         Ok(Derivation { robot, graph, constants, motion, links, implicit })
     }
 
-    /// The solver of the passive coordinates; `None` if there are no passive coordinates.
+    /// The numeric solver of the passive coordinates; `None` if there are no passive coordinates.
     pub fn closure(&self) -> Option<Closure> {
         let start = self.robot.passive.iter().map(|p| p.start).collect();
         self.implicit.as_ref().map(|i| Closure::new(&i.function, start))
     }
 
-    /// The closure error e, which is zero if the loops are closed, and its Jacobian by the m passive coordinates. Inputs `q`,
-    /// `passive`; outputs `e` (6 per loop: m and rad) and `j` (6 rows per loop, m columns). `None` without passive coordinates.
+    /// The function of the closure error e, which is zero if the loops are closed, and of its Jacobian by the m passive
+    /// coordinates. Inputs `q`, `passive`; outputs `e` (6 per loop: m and rad) and `j` (6 rows per loop, m columns). `None`
+    /// without passive coordinates.
     pub(crate) fn closure_function(&self) -> Option<Function> {
         self.implicit.as_ref().map(|i| i.function.clone())
     }
 
-    /// The constraints of the loops that are solved numerically, on positions and rates: inputs `q`, `passive`, outputs `e` (6
-    /// per loop, m and rad, zero if closed), `ja` and `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq. `None` without
-    /// such loops.
+    /// The constraints on positions and rates of the loops that are closed numerically, as a function: inputs `q`, `passive`,
+    /// outputs `e` (6 per loop, m and rad, zero if closed), `ja` and `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq.
+    /// `None` without such loops.
     pub fn constraint_equations(&self) -> Option<Function> {
         Some(self.implicit.as_ref()?.constraint_equations(&self.graph, &self.motion))
     }
 
-    /// The joint variables and their rates at ddq = 0, as expressions.
+    /// The joint variables, their rates and their accelerations at ddq = 0, as expressions.
     pub(crate) fn coasting(&self) -> JointVariables {
         let mut still = self.motion.clone();
         still.ddq.fill(Expr::ZERO);
@@ -91,7 +93,7 @@ impl<'a> Derivation<'a> {
         still
     }
 
-    /// The motions of the links at ddq = 0.
+    /// The motions of all links at ddq = 0, as expressions.
     pub(crate) fn coasting_links(&mut self) -> Vec<LinkMotion> {
         let still = self.coasting();
         link_motions(&mut self.graph, self.robot, &mut self.constants, &still)

@@ -1,4 +1,4 @@
-//! The equations of a robot: the regressor D(q, dq, ddq), the torques, the base parameters and further functions.
+//! Derives the equations of a robot: the regressor D(q, dq, ddq), the torques, the base parameters and further functions.
 //!
 //! tau = D X with X the standard parameters of the links ([`robot::StandardParameter`]); D is
 //! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named

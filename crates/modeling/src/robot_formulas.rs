@@ -10,18 +10,18 @@ use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 use crate::robot_module::wrapped;
 
-/// Functions for readers of formulas, with their explanations.
+/// Functions of a robot for readers of formulas, with lines that explain them.
 pub struct RobotFormulas {
     /// Lines that explain the names that all functions share.
     pub doc: Vec<String>,
-    /// The functions in the requested order, each with its explaining lines.
+    /// The functions in the requested order, each with the lines that explain it.
     pub functions: Vec<(Vec<String>, Function)>,
-    /// Name of each constant in the graph, with all its names in the file.
+    /// Name of each constant in the graph, with all the names that it has in the robot's file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// The functions of a robot. If the rank of its base parameters is not clear-cut, they are functions of the standard parameters;
-/// a request for the base regressor then fails.
+/// Derives functions of a robot for readers of formulas. If the rank of its base parameters is not clear-cut, they are functions
+/// of the standard parameters; a request for the base regressor then fails.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();
@@ -43,7 +43,7 @@ pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormu
     Ok(RobotFormulas { doc: doc(robot, &base, &functions), functions, constants })
 }
 
-/// The lines that explain q, x and the intermediate results.
+/// The lines that explain the inputs q and x and the intermediate results of the functions.
 fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function)]) -> Vec<String> {
     let mut doc =
         vec![format!("{}: q in rad or m, dq and ddq per s and s^2, torques in N m (forces in N).", robot.name)];

@@ -1,4 +1,4 @@
-//! The functions that a generated file may contain: the word that requests a function, its comment, and its derivation.
+//! The functions that a generated file may contain: for each the word that requests it, its comment, and its derivation.
 
 use std::sync::OnceLock;
 
@@ -15,14 +15,14 @@ use crate::dynamics::reference_frame::ReferenceFrame;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotFunction(FunctionRow);
 
-/// A row of one of the two tables of functions.
+/// A row of one of the two tables of functions: functions of the whole robot, and functions of a link.
 #[derive(Clone, Debug, PartialEq)]
 enum FunctionRow {
     OfRobot(usize),
     OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
-/// A row of the table of functions of a link; two rows are equal if their words are equal.
+/// A row of the table of functions of a link. Two rows are equal if the words that request them are equal.
 #[derive(Clone, Copy)]
 struct OfLink(&'static FunctionOfLink);
 
@@ -38,17 +38,17 @@ impl std::fmt::Debug for OfLink {
     }
 }
 
-/// Data that is derived once for all functions of a file.
+/// Data that is derived once for all functions of a generated file.
 pub(crate) struct Derived<'a> {
     /// The regressor D of the standard parameters.
     pub standard: &'a Function,
     pub base: &'a BaseParameters,
 }
 
-/// (word that requests the function, sentence above it in the file, derivation).
+/// A function of the whole robot: (word that requests it, sentence above it in the generated file, derivation).
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
-/// Functions of the whole robot. The first function is in every file.
+/// The table of functions of the whole robot. Every generated file contains the first function.
 const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("base-regressor", "Y of the base parameters.", |_, d| d.base.regressor(d.standard)),
     ("regressor", "The regressor of the standard parameters, row by row.", |_, d| d.standard.clone()),
@@ -116,21 +116,21 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("friction", "Friction torques: f is FV FS OFF of each coordinate.", |of, _| of.friction()),
 ];
 
-/// A function of one link.
+/// A function of one link that a generated file may contain, such as its pose.
 #[derive(Clone, Copy)]
 pub struct FunctionOfLink {
     /// The word that requests the function.
     pub word: &'static str,
-    /// The texts before and after the name of the link in the sentence above the function.
+    /// The texts before and after the name of the link's frame in the sentence above the function in the generated file.
     pub sentence: [&'static str; 2],
-    /// Derives the function in the axes of the frame itself, or of a reference if `has_reference`. Fails if the robot does not
-    /// have the function.
+    /// Derives the function, in the axes of the frame itself, or of a reference frame if `has_reference`. Fails if the robot does
+    /// not have the function.
     pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
-    /// Whether the function can be expressed in the axes of another frame.
+    /// Whether the function can be given in the axes of another frame.
     pub has_reference: bool,
 }
 
-/// Functions of one link.
+/// The table of functions of one link.
 const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
     FunctionOfLink {
         word: "pose",
@@ -190,29 +190,30 @@ const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
 
 static REGISTERED: OnceLock<Vec<FunctionOfLink>> = OnceLock::new();
 
-/// Adds functions of a link that other packages derive; only the first call has an effect.
+/// Adds functions of a link that other packages derive. Only the first call has an effect.
 pub fn register_functions(functions: Vec<FunctionOfLink>) {
     REGISTERED.get_or_init(|| functions);
 }
 
-/// All functions of a link.
+/// All functions of a link, of this package and registered ones.
 fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
     FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
 }
 
-/// A function without outputs, for a robot that does not have the function ([`RobotFunction::check`]).
+/// A function without outputs. It replaces a function that the robot does not have ([`RobotFunction::check`] reports this).
 fn nothing(name: &str) -> Function {
     Function::new(name, &Graph::new(), Vec::new(), Vec::new())
 }
 
 impl Derivation<'_> {
-    /// The function `which`; `standard` is the robot's regressor of the standard parameters, `base` its base parameters.
+    /// Derives the function `which`. `standard`: regressor of the robot's standard parameters; `base`: its base parameters.
     pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
         which.derive(self, &Derived { standard, base }).1
     }
 }
 
-/// The parameters for these functions: base parameters if the base regressor is requested, otherwise parameters at any rank.
+/// The parameters that these functions need: base parameters if the base regressor is requested (or no function), otherwise
+/// parameters at any rank.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -224,14 +225,14 @@ pub(crate) fn parameters_of(
     }
 }
 
-/// Why a robot does not have a function.
+/// The reason why a robot does not have a requested function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NotThere {
-    /// The robot does not have this function of a link, for the reason given.
+    /// The robot does not have this function of a link; the text is the reason.
     OfLink(String),
-    /// Joint reactions were requested of a robot with loops.
+    /// Joint reactions were requested for a robot with loops.
     Loops,
-    /// Constraint equations were requested of a robot without loops that are solved numerically.
+    /// Constraint equations were requested for a robot without loops that are solved numerically.
     NoPassive,
 }
 
@@ -253,7 +254,7 @@ impl std::fmt::Display for NotThere {
 impl std::error::Error for NotThere {}
 
 impl RobotFunction {
-    /// Checks that the robot has this function: an inverse geometric model, for example, does not exist for all robots.
+    /// Checks whether the robot has this function. An inverse geometric model, for example, does not exist for all robots.
     ///
     /// The error is the reason why the robot does not have the function.
     pub fn check(&self, robot: &Robot) -> Result<(), NotThere> {
@@ -266,7 +267,7 @@ impl RobotFunction {
             FunctionRow::OfLink(OfLink(function), about)
                 if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) =>
             {
-                // Every robot has the functions of this package. Loops that do not close are reported elsewhere.
+                // Every robot has the functions of this package. Loops that do not close are reported at another place.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))
@@ -286,7 +287,8 @@ impl RobotFunction {
         Some(move |frame| RobotFunction(FunctionRow::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
-    /// The function expressed in a reference frame; `None` if it is not a function of a link or is independent of axes.
+    /// The same function, given in the axes of a reference frame. `None` if it is no function of a link or is independent of
+    /// axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
             FunctionRow::OfLink(found, of) if found.0.has_reference => {
@@ -296,17 +298,17 @@ impl RobotFunction {
         }
     }
 
-    /// (word, whether it requests a function of a link) of all functions.
+    /// For all functions: (word that requests it, whether it is a function of a link).
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
         FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }
 
-    /// Whether this is the base regressor, which every file contains.
+    /// Whether this is the base regressor, which every generated file contains.
     pub(crate) fn is_base_regressor(&self) -> bool {
         self.0 == FunctionRow::OfRobot(0)
     }
 
-    /// The sentence above the function in the file, and the function.
+    /// Derives the function. Gives the sentence above it in the generated file, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             FunctionRow::OfRobot(i) => {

@@ -1,4 +1,5 @@
-//! Makes the generated file of a robot: its head, names, the base regressor with the rules, and further functions.
+//! Makes the generated file of a robot (a module): its head, names, the base regressor with the regrouping rules, other
+//! functions.
 
 use expr::{ConstantValue, Function, Fusion, Module, Node, SymbolKind};
 use robot::Robot;
@@ -8,27 +9,27 @@ use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 
-/// The file with the base regressor of a robot and other functions, each once. If the rank is not clear-cut, the file has the
-/// regressor of the standard parameters instead; a request for the base regressor, or for no function, then fails.
+/// Makes the generated file with the base regressor of a robot and other functions, each once. If the rank is not clear-cut, the
+/// file has the regressor of the standard parameters instead; a request for the base regressor, or for no function, then fails.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
     Ok(module_with_symbols(robot, functions, &|_| false)?.module)
 }
 
-/// Name of the regressor of the standard parameters.
+/// Name of the function that is the regressor of the standard parameters.
 const STANDARD: &str = "regressor";
 
 /// A module whose functions have some lengths, angles and components of gravity as an argument.
 pub struct ModuleWithSymbols {
-    /// The module; the last input of its functions is `symbols`.
+    /// The module. If `symbols` is not empty, the last input of its functions is `symbols`.
     pub module: Module,
-    /// The names of the entries of `symbols`.
+    /// The names of the lengths, angles and gravity components that the argument `symbols` contains, in its order.
     pub symbols: Vec<String>,
-    /// Name of each constant in the graph, with all its names in the file.
+    /// Name of each constant in the graph, with all the names that it has in the robot's file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// The file of [`module`], but the named constants for which `is_symbol(name)` holds are the entries of the input `symbols`.
-/// Fails like [`module`].
+/// Makes the file of [`module`], in which the named constants for which `is_symbol(name)` holds are entries of the input
+/// `symbols`. Fails like [`module`].
 pub fn module_with_symbols(
     robot: &Robot,
     functions: &[RobotFunction],
@@ -67,12 +68,12 @@ pub fn module_with_symbols(
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
-        // The file already has this regressor.
+        // The file already has this regressor, so it is not written twice.
         if base.refused.is_some() && function.name == STANDARD {
             continue;
         }
         let mut function = bind(function);
-        // Two names of frames may lead to the same name of a function.
+        // Two names of frames may lead to the same name of a function, so a suffix makes it unique.
         while module.functions.iter().any(|f| f.function.name == function.name) {
             function.name.push('_');
         }
@@ -81,8 +82,8 @@ pub fn module_with_symbols(
     Ok(ModuleWithSymbols { module, symbols, constants })
 }
 
-/// The module with the base regressor `regressor`, the names of its rows and columns, and the rules with the values of the
-/// constants.
+/// Makes the module with the base regressor `regressor`, the names of its rows and columns, and the regrouping rules with the
+/// values of the constants.
 fn robot_module(
     robot: &Robot,
     base: &BaseParameters,
@@ -102,7 +103,7 @@ fn robot_module(
         doc.extend(wrapped(&format!("There are no base parameters: {why}"), 100));
     }
     doc.push(String::new());
-    // The head of the file: the size of Y, the units, the source, the rules, the parameters without effect.
+    // The head of the file: dimensions of Y, units, source, regrouping rules, parameters without effect.
     let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
     doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
@@ -139,7 +140,7 @@ fn robot_module(
         doc.extend(wrapped(&format!("The {n_passive} entries of `passive`: {how} {}.", passive.join(", ")), 100));
     }
 
-    // Constants for the program that calls the functions.
+    // Add constants for programs that call the functions.
     module.constant("NAME", "The robot.", ConstantValue::Text(robot.name.clone()));
     module.constant("COORDINATES", "The coordinates, in the order of q.", ConstantValue::Texts(coordinates));
     let in_order = format!("The {of} parameters, in the order of the columns of Y.");
@@ -151,7 +152,7 @@ fn robot_module(
     module
 }
 
-/// Lengths, angles and components of gravity that have a name in the graph, with their values.
+/// The lengths, angles and components of gravity that are named constants of the graph, with their values.
 fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
         SymbolKind::Constant(x) => Some((name.clone(), *x)),
@@ -160,7 +161,7 @@ fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
     derivation.graph.symbols().iter().filter_map(constant).collect()
 }
 
-/// Adds the names of the entries of `symbols` to the module, and their values if the robot's file has them all.
+/// Adds the names of the entries of `symbols` to the module, and their values if the robot's file has all of them.
 fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values: &[(String, f64)]) {
     let how = "The entries of the argument `symbols`, m, rad or m/s^2, as SYMBOLS lists them.";
     module.doc.extend([String::new(), how.into()]);
@@ -173,7 +174,7 @@ fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values
     }
 }
 
-/// The number of operations of the generated code as text. Terms that are zero at the values of the constants do not count. A
+/// The number of operations of the generated code, as text. Terms that are zero at the values of the constants do not count. A
 /// product within a sum is one `mul_add`, and counts neither as a product nor as a sum.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
@@ -182,7 +183,7 @@ fn operations(bound: &Function) -> String {
     format!("{mul_add} mul_add, {mul} mul, {} add, {} sin_cos", count.add - mul_add, count.sin_cos)
 }
 
-/// The named constants that the rules may name and that are not in `symbols`, with their values: `D2 = 0.3`.
+/// The named constants of the regressor that are not in `symbols`, with their values, as text: `D2 = 0.3`.
 fn values(standard: &Function, symbols: &[String]) -> Vec<String> {
     let graph = standard.graph();
     let mut read: Vec<usize> = graph

@@ -1,4 +1,4 @@
-//! Estimates the time and memory of a derivation before it starts.
+//! Estimates the time and memory that the derivation of a robot needs, before it starts.
 //!
 //! Let n be the number of coordinates, p of standard parameters, E of non-zero entries of the regressor (a link has its
 //! parameters in the row of each coordinate that moves it), S = 3 p/n + 8 of states for the numeric rank, m_b of passive
@@ -22,24 +22,24 @@ use robot::{LinkId, Robot, StandardParameter};
 /// An estimate of the time and memory of the derivation of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// Time, s.
+    /// Estimated time of the derivation, s.
     pub seconds: f64,
-    /// Memory, B.
+    /// Estimated memory of the derivation, B (bytes).
     pub bytes: f64,
     links: usize,
     parameters: usize,
 }
 
-/// T: number of evaluations of the closure for one state, i.e. steps of the path times evaluations per step.
+/// Number T of evaluations of the loop closure for one state: steps of the path times evaluations per step.
 const EVALUATIONS_PER_STATE: f64 = 150.0;
-/// The user is asked before a derivation with an estimated time above this value, s. The estimate may be wrong by a factor of
-/// 1.7, so no derivation above 10 s starts unasked.
+/// If the estimated time of a derivation exceeds this, s, the user is asked before it starts. The estimate may be wrong by a
+/// factor of 1.7, so no derivation above 10 s starts without a question.
 const SURPRISING_TIME_S: f64 = 10.0 / 1.7;
-/// Memory of a small machine, B; the user is asked before a derivation that needs more.
+/// Memory of a small machine, B. If a derivation needs more, the user is asked before it starts.
 const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 
 impl Size {
-    /// The estimate for the regressor and the base parameters of `robot`.
+    /// Estimates time and memory for the regressor and the base parameters of `robot`.
     pub fn of(robot: &Robot) -> Size {
         let parameters = StandardParameter::all(robot);
         let moved = moved(robot);
@@ -77,7 +77,8 @@ impl fmt::Display for Size {
     }
 }
 
-/// The coordinates that move each link. A passive coordinate may follow any coordinate, so it counts as all of them.
+/// For each link, the indices of the coordinates that move it. A passive coordinate may depend on any coordinate, so it counts as
+/// all of them.
 fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     let n = robot.n_coordinates();
     let mut moved: Vec<BTreeSet<usize>> = Vec::with_capacity(robot.links.len());
@@ -91,7 +92,7 @@ fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     moved
 }
 
-/// The number of passive coordinates of each group of loops; loops that share passive coordinates are in one group.
+/// The number of passive coordinates of each group of loops. Loops that share passive coordinates are in one group.
 fn together(robot: &Robot) -> Vec<usize> {
     let n = robot.n_coordinates();
     let mut groups: Vec<BTreeSet<usize>> = Vec::new();
@@ -153,7 +154,7 @@ mod tests {
             "  - {cut: {antecedent: b2, joint: revolute, d: 0.55, start: 0.1}, twin: {antecedent: c2, d: 0.4}}\n",
         );
         let robot = robot::format::read_yaml(&text, "two.yaml").unwrap();
-        // Each loop has two passive coordinates: the angle of its cut follows from the orientation of the loop.
+        // Each loop has only two independent passive coordinates, because the angle of its cut follows from its orientation.
         assert_eq!(together(&robot), [2, 2]);
     }
 }

@@ -1,4 +1,4 @@
-//! The error of a computation without a result.
+//! The error of a numerical computation that has no result.
 
 use std::fmt;
 

@@ -20,7 +20,8 @@ pub fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(n)
 }
 
-/// Transforms for signals of several lengths. Each is planned once and kept, because a plan takes as long as a transform.
+/// Transforms for signals of several lengths. The plan of each length is kept, because making a plan takes as long as a
+/// transform.
 #[derive(Clone, Default)]
 pub struct Plans(BTreeMap<usize, Arc<dyn RealToComplex<f64>>>);
 
@@ -43,7 +44,7 @@ mod tests {
 
     #[test]
     fn a_spectrum_is_the_sum_over_the_samples_and_leads_back() {
-        // An even length, an odd length, and a prime length without a butterfly.
+        // Lengths: even, odd, and a prime for which the library has no special algorithm.
         for n in [12, 15, 37] {
             let x: Vec<f64> = (0..n).map(|i| ((i * i) % 7) as f64 - 2.5).collect();
             let transform = forward(n);
@@ -53,7 +54,7 @@ mod tests {
             for (k, found) in spectrum.iter().enumerate() {
                 let turn = |i: usize| Complex::cis(-std::f64::consts::TAU * (k * i % n) as f64 / n as f64);
                 let sum: Complex<f64> = x.iter().enumerate().map(|(i, x)| turn(i) * x).sum();
-                // The bound is the rounding of a sum of n terms of size 3.
+                // Allowed error: rounding of a sum of n terms of magnitude 3.
                 assert!((found - sum).norm() < 1e-13 * n as f64, "{n} {k}: {found} {sum}");
             }
             let mut back = vec![0.0; n];

@@ -1,9 +1,9 @@
-//! The operator Sp and the discrete Fourier transform of whole periods.
+//! Computes the operator Sp and the discrete Fourier transform (DFT) of signals of whole periods.
 //!
 //! Sp(M, v, f) = |M(f)| cos(arg M(f) - arg v(f)) / |v(f)| = Re(M(f) conj v(f)) / |v(f)|^2
 //!
-//! M(f), v(f): the DFT of a signal M and of a projector v at the frequency f. Sp has a sign, is linear in M, equals 1 for M = v,
-//! and does not change if both signals are shifted in time. The record holds a whole number of periods, so the fundamental
+//! M(f), v(f): the DFT of a signal M and of a projector v at the frequency f. Sp can be negative, is linear in M, equals 1 for M
+//! = v, and does not change if both signals are shifted in time. The record holds a whole number of periods, so the fundamental
 //! frequency is a bin: there is no leakage, and no window is needed.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly, because few are needed and the sum is the
@@ -11,12 +11,12 @@
 
 pub use crate::fft::Complex;
 
-/// Bin k of the DFT of x, which has N samples: sum_i x_i exp(-2 pi j k i / N).
+/// Bin k of the DFT of the N samples x: sum_i x_i exp(-2 pi j k i / N).
 pub fn bin(x: &[f64], k: usize) -> Complex<f64> {
     Bins::new(x.len()).of(x, k)
 }
 
-/// Computes bins of the DFT of signals that all have one length, with one table of sines for all of them.
+/// Computes bins of the DFT of signals of equal length, with one table of sines for all signals.
 #[derive(Clone, Debug)]
 pub struct Bins {
     /// exp(-2 pi j i / N) for i = 0 .. N - 1.
@@ -37,9 +37,9 @@ impl Bins {
         sum
     }
 
-    /// Bin k of the DFT of each signal. All signals have the same length.
+    /// Bin k of the DFT of each signal. All signals have equal length.
     ///
-    /// Four signals are summed in SIMD lanes in hardly more time than one, because in a single sum each addition waits for the
+    /// Four signals are summed in SIMD lanes in hardly more time than one signal: within one sum, each addition must wait for the
     /// previous one.
     pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
         let (fours, rest) = signals.as_chunks();
@@ -102,14 +102,14 @@ pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
 }
 
-/// The mean period of x, `period` samples: the mean over all whole periods. Samples of an incomplete period are not used.
+/// The mean period of x: the mean over all whole periods of `period` samples. Samples of an incomplete period are not used.
 pub fn fold(x: &[f64], period: usize) -> Vec<f64> {
     let periods = x.len().checked_div(period).unwrap_or(0).max(1);
     (0..period).map(|i| x.iter().skip(i).step_by(period).take(periods).sum::<f64>() / periods as f64).collect()
 }
 
-/// Standard deviation of the samples of x about the mean period of x. It is the measured noise of a steady periodic motion. NaN
-/// for less than two periods.
+/// Standard deviation of the samples of x about the mean period of x, the measured noise of a steady periodic motion. NaN for
+/// less than two periods.
 pub fn scatter(x: &[f64], period: usize) -> f64 {
     let mean = fold(x, period);
     let periods = x.len().checked_div(period).unwrap_or(0);
@@ -134,7 +134,7 @@ pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
     for one in x.chunks_exact(period.max(1)).take(periods) {
         rest.iter_mut().zip(one.iter().zip(&mean)).for_each(|(rest, (x, mean))| *rest = x - mean);
         if transform.process(&mut rest, &mut spectrum).is_err() {
-            // Cannot fail: both buffers have the lengths that the transform asks for.
+            // This cannot fail: both buffers have the lengths that the transform requires.
             return f64::NAN;
         }
         squares += spectrum.iter().skip(1).take(highest).map(Complex::norm_sqr).sum::<f64>();
@@ -144,8 +144,8 @@ pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
 
 /// First and second derivative of a periodic signal by central differences: (dx, ddx). `h`: sample time, s.
 ///
-/// The first sample follows the last one. Differences that stop at the ends of the signal would add an error of order noise/h^2
-/// to every bin.
+/// The sample after the last one is the first one. One-sided differences at the ends would add an error of order noise/h^2 to
+/// every bin.
 pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);
@@ -167,7 +167,8 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 /// For each block of x, the cross spectrum with the block and the `lags` samples before it is computed. The sum of the cross
 /// spectra is transformed back once. Blocks are used because a block stays in the cache.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // The `lags` samples before a block prevent wrap-around: its end is not multiplied with its start.
+    // Each block is preceded by the last `lags` samples of the previous block. They prevent circular products of its end with its
+    // start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
@@ -181,13 +182,14 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
             input[lags - before.len()..lags].copy_from_slice(before);
             input[lags..lags + own.len()].copy_from_slice(own);
             if forward.process_with_scratch(&mut input, spectrum, &mut scratch).is_err() {
-                // Cannot fail: all buffers have the lengths that the transforms ask for.
+                // This cannot fail: all buffers have the lengths that the transforms require.
                 return vec![];
             }
         }
         sum.iter_mut().zip(block.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The first and the last bin are real. Rounding leaves imaginary parts there, which the inverse transform rejects.
+    // The first and the last bin are real. Their imaginary parts from rounding are set to zero, because the inverse transform
+    // rejects them.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }
@@ -197,7 +199,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     }
 }
 
-/// Length of a transform in [`self_products`], if there are few lags.
+/// Smallest upper limit of the length of a transform in [`self_products`]; with many lags the limit is larger.
 const SAMPLES_PER_CORRELATION: usize = 1 << 12;
 
 /// |X_k| / N for all bins k of the DFT of x (N samples), from frequency 0 to half the sample rate.
@@ -209,7 +211,7 @@ pub fn amplitudes(x: &[f64]) -> Vec<f64> {
     let (mut input, mut output) = (x.to_vec(), transform.make_output_vec());
     match transform.process(&mut input, &mut output) {
         Ok(()) => output.iter().map(|c| c.norm() / x.len() as f64).collect(),
-        // Cannot fail: the transform has the length of x, and the output buffer is its own.
+        // This cannot fail: the transform has the length of x and makes the output buffer itself.
         Err(_) => vec![],
     }
 }
@@ -232,7 +234,7 @@ mod tests {
             let (a, b) = (random.normal(), random.normal());
             let sum: Vec<f64> = m1.iter().zip(&m2).map(|(x, y)| a * x + b * y).collect();
             let of = |m: &[f64]| sp(bin(m, k), bin(&v, k));
-            // The bounds are the rounding of sums of some 400 terms. Each bin is of the order of sqrt(n).
+            // Allowed errors: rounding of sums of some 400 terms. Each bin is of the order of sqrt(n).
             assert!((of(&sum) - a * of(&m1) - b * of(&m2)).abs() < 1e-12);
             assert!((of(&v) - 1.0).abs() < 1e-12);
             let turn = |x: &[f64]| [&x[n / 3..], &x[..n / 3]].concat();
@@ -254,12 +256,12 @@ mod tests {
 
     #[test]
     fn self_products_are_the_sums_of_their_definition() {
-        // Lengths of one block and of several blocks.
+        // Lengths that give one block, and several blocks.
         for len in [300, 3 * SAMPLES_PER_CORRELATION] {
             let x = noise(&mut Random::new(6), len);
             for (lag, found) in self_products(&x, 40).iter().enumerate() {
                 let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();
-                // The bound is the rounding of a sum of x.len() terms of order one.
+                // Allowed error: rounding of a sum of x.len() terms of order one.
                 assert!((found - expected).abs() < 4e-14 * len as f64, "{lag}");
             }
         }
@@ -278,7 +280,7 @@ mod tests {
             assert!((ddq[i] + 9.0 * w * w * (3.0 * w * t).sin()).abs() < 1e-9);
         }
         let (d, dd) = circular_differences(&x, h);
-        // The relative errors are w^2 h^2 / 6 and w^2 h^2 / 12 with w h = 0.047.
+        // The relative errors of central differences are w^2 h^2 / 6 and w^2 h^2 / 12, with w h = 0.047.
         assert!((0..n).all(|i| (d[i] - dq[i]).abs() < 0.02 && (dd[i] - ddq[i]).abs() < 0.5));
     }
 
@@ -294,8 +296,8 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
-        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude
-        // 1 lies above the 49 harmonics. It counts in `scatter`, and hardly in `scatter_of_harmonics`.
+        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude 1
+        // has a higher frequency than these harmonics. It counts in `scatter`, but hardly in `scatter_of_harmonics`.
         assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
         let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
         let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();

@@ -1,7 +1,7 @@
-//! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
+//! The information matrix F = sum W_i' W_i of weighted rows W_i, and its Cholesky factor.
 //!
-//! The matrices are small (p from ten to a hundred), dense and symmetric, stored row by row. This code is the inner loop of the
-//! planning of experiments, where one candidate costs a few thousand operations.
+//! The matrices are dense and symmetric, p x p with p from ten to a hundred, stored row by row. This code is the inner loop of
+//! the planning of experiments, where one candidate costs a few thousand operations.
 
 use processor::{Work, widely};
 
@@ -151,10 +151,10 @@ impl InformationMatrix {
     }
 }
 
-/// log det F and F^-1 (p x p, row by row) of a symmetric F, of which only the lower triangle is read. `None` if F is not
-/// positive definite.
+/// log det F and F^-1 (p x p, row by row) of a symmetric positive definite F. `lower`: F, p x p, of which only the lower triangle
+/// is read. `None` if F is not positive definite.
 ///
-/// Every inner loop runs along rows, which is faster in the cache when p is about a hundred or larger.
+/// Every inner loop runs along rows, which is faster in the cache if p is about a hundred or larger.
 pub fn log_det_and_inverse(lower: &[f64], p: usize) -> Option<(f64, Vec<f64>)> {
     widely(Inversion { lower, p })
 }
@@ -170,7 +170,7 @@ impl Work for Inversion<'_> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Inversion { lower, p } = self;
-        // Factorisation F = U'U, row by row from the top.
+        // Factorise F = U'U, row by row from the top.
         let mut u = vec![0.0; p * p];
         (0..p).for_each(|i| (i..p).for_each(|j| u[i * p + j] = lower[j * p + i]));
         let mut log_det = 0.0;
@@ -188,7 +188,7 @@ impl Work for Inversion<'_> {
                 subtract(&mut other[j..], row[j], &row[j..]);
             }
         }
-        // L^-1 = U'^-1, by elimination.
+        // Compute L^-1 = U'^-1 by elimination.
         let mut inverse = vec![0.0; p * p];
         for k in 0..p {
             let (above, below) = inverse.split_at_mut((k + 1) * p);
@@ -208,7 +208,7 @@ impl Work for Inversion<'_> {
     }
 }
 
-/// x -= factor y. It uses indices, because the functions of an iterator may be compiled in another unit, without wide registers.
+/// x -= factor y. It loops over indices: the functions of an iterator may be compiled separately, without wide SIMD registers.
 #[inline(always)]
 fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     let y = &y[..x.len()];
@@ -220,8 +220,8 @@ fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
 /// Number of rows that [`add_products`] adds in one pass.
 const ROWS_PER_PASS: usize = 4;
 
-/// Adds weight(r) row_r row_r' of each row r to the lower triangle of a p x p matrix. Every entry is summed in the order of the
-/// rows.
+/// Adds the sum of weight(r) row_r row_r' over all rows r to the lower triangle of a p x p matrix. Each entry is summed in the
+/// order of the rows, so the result does not depend on the blocks.
 #[inline(always)]
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
     let whole = rows.len() / p.max(1) / ROWS_PER_PASS * ROWS_PER_PASS;
@@ -276,7 +276,7 @@ impl InformationFactor {
         f
     }
 
-    /// The matrix L^-1 L^-T, p x p, row by row.
+    /// The matrix L^-1 L^-T of F = L L', p x p, row by row. Its diagonal has the squared row norms of L^-1.
     pub fn inverse_gram(&self) -> Vec<f64> {
         let p = self.p;
         let row = |i: usize| &self.inverse[i * p..i * p + p];
@@ -289,7 +289,8 @@ impl InformationFactor {
         self.inverse.iter().map(|x| x * x).sum()
     }
 
-    /// tr(W F^-1 W') of rows W: their predicted variance from F without these rows. `out`: p entries of work space.
+    /// tr(W F^-1 W') of rows W: the sum of the variances of their predictions, with F that does not contain them. `out`: work
+    /// space of p entries.
     #[inline]
     pub fn variance(&self, rows: &WeightedRows, out: &mut [f64]) -> f64 {
         rows.iter()

@@ -1,4 +1,4 @@
-//! A flag that ends long work early. The waiting side raises it, and the work checks it between its steps.
+//! A flag that ends long work early. The caller that waits for the work raises it, and the work checks it between its steps.
 //!
 //! Functions do not take the flag as an argument. [`Interruption::during`] sets the flag of the current thread, and work that
 //! starts its own threads passes it on with [`Interruption::here`]. Without a flag, work reads one that is never raised. No
@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// A flag that asks work to end early. All clones share it.
+/// A flag with which a caller stops work early. All clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
@@ -21,12 +21,12 @@ thread_local! {
 }
 
 impl Interruption {
-    /// Asks the work to end.
+    /// Raises the flag: the work ends at its next check.
     pub fn raise(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Asks the work to end after `delay`, if it has not ended by then.
+    /// Raises the flag after `delay`.
     pub fn raise_within(&self, delay: Duration) {
         let flag = self.clone();
         std::thread::spawn(move || {
@@ -35,7 +35,7 @@ impl Interruption {
         });
     }
 
-    /// Whether the work is asked to end.
+    /// Whether the flag is raised.
     #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.load(Ordering::Relaxed)
@@ -46,12 +46,12 @@ impl Interruption {
         Arc::clone(&self.0)
     }
 
-    /// Whether the work in this thread is asked to end. Lowers the flag, for a step that returns its result so far.
+    /// Whether the flag of this thread is raised. Lowers it, for a step that then returns its result so far.
     pub fn take() -> bool {
         FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }
 
-    /// Runs `work` in this thread and returns its result. This flag can end it early.
+    /// Runs `work` in this thread and returns its result. Raising `self` can end the work early.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
         let before = FLAG_OF_THIS_THREAD.replace(self.clone());
         let outcome = work();
@@ -64,7 +64,7 @@ impl Interruption {
         FLAG_OF_THIS_THREAD.with_borrow(Clone::clone)
     }
 
-    /// Fails if the work in this thread is asked to end.
+    /// Fails if the flag of the work in this thread is raised.
     pub fn check() -> Result<(), Error> {
         match FLAG_OF_THIS_THREAD.with_borrow(Interruption::is_raised) {
             true => Err(Error::new("interrupted before there was a result")),

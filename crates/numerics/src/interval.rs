@@ -16,14 +16,14 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// Assumed error bound of sine and cosine of `libm`: twice the distance of neighbouring f64 at 1.
+/// Assumed error bound of sine and cosine of `libm`: twice the distance between neighbouring f64 near 1.
 const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
-/// If an interval comes closer than this to a peak of the sine, in turns, it counts as containing the peak. It is far above the
-/// rounding of angle / 2 pi.
+/// An interval contains a peak of the sine if it is closer to the peak than this, in turns. This is far above the rounding of
+/// angle / 2 pi.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
-/// For larger angles, rad, the enclosure of a sine is [-1, 1], because the rounding of angle / 2 pi comes near
-/// [`PEAK_DISTANCE_TURNS`].
+/// Largest angle, rad, of which a sine is enclosed more tightly than by [-1, 1]. For larger angles the rounding of angle / 2 pi
+/// comes near [`PEAK_DISTANCE_TURNS`].
 const MAX_ANGLE_RAD: f64 = 1e6;
 
 impl Interval {
@@ -48,7 +48,7 @@ impl Interval {
         Interval { low: -x, high: x }
     }
 
-    /// The interval of all numbers, for a number of which nothing is known.
+    /// The interval of all numbers, for a value that is unknown.
     pub const ALL: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// An interval that contains pi: from the f64 below to the f64 above the constant.
@@ -88,7 +88,7 @@ impl Interval {
         if low <= high { Interval { low, high } } else { self }
     }
 
-    /// The interval of the squares of its numbers.
+    /// An interval that contains the squares of its numbers, with a lower end of at least zero.
     #[inline]
     pub fn square(self) -> Interval {
         let product = self * self;
@@ -125,11 +125,11 @@ impl Interval {
         self.sine_with_peaks_at(0.0, libm::cos)
     }
 
-    /// An interval that contains `f` of its numbers. `f` is 1 at `peak` + 2 k pi, -1 half a turn later, and monotonic in
+    /// An interval that contains `f` of all its numbers. `f` is 1 at `peak` + 2 k pi, -1 half a turn later, and monotonic in
     /// between.
     fn sine_with_peaks_at(self, peak: f64, f: fn(f64) -> f64) -> Interval {
         let unit = Interval::around_zero(1.0);
-        // For larger angles the rounding of angle / 2 pi would be near PEAK_DISTANCE_TURNS.
+        // For larger angles the rounding of angle / 2 pi would come near PEAK_DISTANCE_TURNS.
         if !(self.low.abs() <= MAX_ANGLE_RAD && self.high.abs() <= MAX_ANGLE_RAD) {
             return unit;
         }
@@ -145,7 +145,8 @@ impl Interval {
     }
 }
 
-/// The smallest interval that contains these values, moved outward by one step of f64; all numbers if one is NaN.
+/// The smallest interval that contains these values, with both ends moved outward by one step of f64. All numbers if a value is
+/// NaN.
 #[inline]
 fn outward(values: [f64; 4]) -> Interval {
     if values.iter().any(|x| x.is_nan()) {
@@ -233,7 +234,8 @@ mod tests {
         }
     }
 
-    /// Bounds are tight: a sum is wider by a rounding step only, and a sine over a peak ends exactly at 1.
+    /// The intervals are hardly wider than needed: a sum is wider by a rounding step only, and the sine of an interval with a
+    /// peak ends exactly at 1.
     #[test]
     fn intervals_are_narrow() {
         let x = Interval::new(1.0, 2.0);

@@ -10,7 +10,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::interval::Interval;
 
-/// The coefficients x, x', x''/2 of a function x(t), each with bounds.
+/// The coefficients x, x', x''/2 of the Taylor polynomial of a function x(t), each as an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jet(pub [Interval; 3]);
 
@@ -27,7 +27,7 @@ impl Jet {
         Jet([x, dx, ddx * 0.5])
     }
 
-    /// The jet of x / y. Its coefficients are all numbers if y may be zero.
+    /// The jet of the quotient x / y. If y may be zero, its coefficients are the interval of all numbers.
     #[inline]
     pub fn over(self, y: Jet) -> Jet {
         let z0 = self.0[0].over(y.0[0]);
@@ -36,7 +36,7 @@ impl Jet {
         Jet([z0, z1, z2])
     }
 
-    /// The jet of sqrt(x). It contains all numbers if x may be zero or negative.
+    /// The jet of sqrt(x). If x may be zero or negative, its coefficients are the interval of all numbers.
     pub fn sqrt(self) -> Jet {
         let z0 = self.0[0].sqrt();
         let twice = z0 * 2.0;
@@ -57,8 +57,8 @@ impl Jet {
         Jet([c, -(s * self.0[1]), -(s * self.0[2]) - c * self.0[1].square() * 0.5])
     }
 
-    /// An interval that contains x over I. `at_middle`: jet at the middle c of I; `wide`: jet over I; `from_middle` contains I -
-    /// c.
+    /// An interval that contains x over an interval I of time with middle c. `at_middle`: jet at c; `wide`: jet over I;
+    /// `from_middle`: interval that contains I - c.
     pub fn over_interval(at_middle: Jet, wide: Jet, from_middle: Interval) -> Interval {
         let taylor = at_middle.0[0] + at_middle.0[1] * from_middle + wide.0[2] * from_middle.square();
         taylor.meet(wide.0[0])
@@ -102,8 +102,8 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// An enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains samples of x there. Its excess over their
-    /// range decreases with the square of the width of the interval.
+    /// The enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains samples of x there. Its width exceeds the
+    /// range of x by an amount that decreases with the square of the interval's width.
     #[test]
     fn what_a_function_does_lies_within() {
         let f = |t: f64| t.sin() * (2.0 + t) / (3.0 + t.cos()).sqrt();

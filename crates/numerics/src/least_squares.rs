@@ -1,4 +1,4 @@
-//! Least squares from a triangle, and the directions that the data do not determine.
+//! Solves least squares from a triangle (R, z of QR), and finds the directions that the data do not determine.
 //!
 //! min |R x - z|. The columns are scaled to unit norm: R = S D with a diagonal D, and S = U diag(s) V'. The condition number is
 //! s_1 / s_p of the scaled columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not determined by the data, and
@@ -10,13 +10,13 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// Smaller ratios of a singular value to the largest one are rounding. Columns of filtered signals have about nine digits, and
-/// fewer if their terms nearly cancel.
+/// If the ratio of a singular value to the largest one is below this, it is rounding. Columns of filtered signals have about nine
+/// digits, and fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// A parameter is not determined if its entry in an undetermined direction of unit norm exceeds this value.
 const TOUCHED_PARAMETER_SHARE: f64 = 1e-3;
-/// A direction is weak if its singular value is below this share of the largest one.
+/// A direction is weak if its singular value is below this share of the largest singular value.
 const WEAK_SHARE: f64 = 0.1;
 
 /// The least-squares solution and its uncertainty.
@@ -28,11 +28,11 @@ pub struct Solution {
     pub determined: Vec<bool>,
     /// (R'R)^+, p x p: the covariance of the parameters for noise of unit variance.
     pub inverse: DMatrix<f64>,
-    /// Noise variance sigma^2 of a row, from the residual.
+    /// Variance sigma^2 of the noise of a row, computed from the residual.
     pub variance: f64,
     /// Singular values of the scaled columns, largest first.
     pub singular_values: Vec<f64>,
-    /// Condition number of the scaled columns; infinite if a direction is not determined.
+    /// Condition number of the columns scaled to unit norm; infinite if a direction is not determined.
     pub condition_number: f64,
     /// Weak directions of the parameter space, the weakest first: the ratio of the singular value to the largest one, and the
     /// direction in the units of the parameters with largest entry 1.
@@ -42,18 +42,19 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// The directions that the data do not determine, in the form of `weak`.
+    /// The directions of the parameter space that the data do not determine, in the units of the parameters with largest entry 1.
     pub fn open(&self) -> impl Iterator<Item = &[f64]> {
         self.weak.iter().take(self.x.len() - self.rank).map(|(_, direction)| direction.as_slice())
     }
 }
 
-/// The least-squares solution of a triangle. Directions with a ratio of singular values up to 1e-7 count as undetermined.
+/// The least-squares solution of a triangle. A direction is undetermined if its singular value is at most 1e-7 times the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
     solve_within(triangle, SINGULAR_VALUE_TOLERANCE)
 }
 
-/// The least-squares solution of a triangle. Directions with a ratio of singular values up to `tolerance` count as undetermined.
+/// The least-squares solution of a triangle. A direction is undetermined if its singular value is at most `tolerance` times the
+/// largest.
 pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
@@ -91,7 +92,7 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
         let least = DVector::from_column_slice(&x);
         x = (&least - &q * q.tr_mul(&least)).as_slice().to_vec();
     }
-    // A parameter with a component along an undetermined direction has no value.
+    // If a parameter has a component along an undetermined direction, it is not determined.
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
         for (c, d) in determined.iter_mut().enumerate() {
@@ -120,7 +121,8 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     }
 }
 
-/// The decomposition U diag(s) V'. A matrix with a NaN or an infinity is replaced by zero, because the iteration would not end.
+/// The decomposition U diag(s) V'. A matrix with a NaN or an infinity is replaced by zeros, because its iteration would never
+/// end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let is_finite = matrix.iter().all(|x| x.is_finite());
     let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
@@ -170,8 +172,8 @@ mod tests {
         assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
     }
 
-    /// Two parallel columns, one of them a hundred thousand times smaller: the solution gives no large value to the small
-    /// column.
+    /// One of two parallel columns is a hundred thousand times smaller. The solution must not give a large value to its
+    /// parameter.
     #[test]
     fn a_column_that_hardly_shows_gets_no_large_value() {
         let mut random = Random::new(9);

@@ -1,7 +1,7 @@
-//! Matrices, transforms, intervals and distributions.
+//! Numerical methods: matrices, transforms, intervals and distributions.
 //!
 //! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that does not store the rows.
-//! [`reflection`] and [`row_block`] are its parts. [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve
+//! [`reflection`] and [`row_block`] compute it. [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve
 //! linear systems. [`interval`], [`range`] and [`jet`] enclose the values of a function between two instants. [`fft`] and
 //! [`fourier`] transform signals, [`student`] has the distributions of tests, and [`interruption`] ends long work.
 //!

@@ -1,4 +1,4 @@
-//! Linear systems with a positive definite matrix.
+//! Solves linear systems with a positive definite matrix.
 
 /// Solves A x = b for a symmetric positive definite A (n x n, row by row). x replaces b, and A is overwritten. Returns `false`
 /// if A is not positive definite.
@@ -50,7 +50,7 @@ mod tests {
             let product = |row: &[f64]| row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
             let mut b: Vec<f64> = a.chunks(n).map(product).collect();
             assert!(solve_positive(&mut a.clone(), &mut b));
-            // The bound is the rounding of numbers below 30, with a condition number below 10.
+            // Allowed error: rounding of numbers below 30, with a condition number below 10.
             assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-13), "{n}: {b:?}");
             let mut not = a.clone();
             not[n * n - 1] = -3.0;

@@ -1,8 +1,8 @@
 //! The smallest and largest values of functions of one variable on an interval, proven by subdivision.
 //!
-//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval
-//! is divided until no function can exceed its largest known value there by more than its tolerance (branch and bound, in a
-//! fixed order; likewise for the smallest value). The known values are proven by enclosures at single instants.
+//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval is
+//! divided until no function can exceed its largest known value there by more than its tolerance. The smallest value is found in
+//! the same manner (branch and bound in a fixed order). The known values are proven by enclosures at single instants.
 //!
 //! If it is enough to know that functions stay within bounds, this is proven first, with its own number of enclosures, because
 //! the exact range may need too many enclosures.
@@ -14,11 +14,12 @@ use processor::{in_parallel, threads};
 /// The smallest or the largest value of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// A value that the function certainly reaches, at `time`.
+    /// A value that is certainly reached: at the instant `time` the function is at least this (for the smallest value: at most
+    /// this).
     pub reached: f64,
-    /// The instant of this value, in the unit of the span (s).
+    /// The instant of the value `reached`, in the unit of the span (s).
     pub time: f64,
-    /// A proven bound: the function never goes beyond it.
+    /// A proven bound: the function has no value beyond it.
     pub proved: f64,
 }
 
@@ -34,9 +35,10 @@ pub struct Range {
 /// The goal of the search for one function.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeGoal {
-    /// Largest distance of the proven bound from the reached value, in the unit of the function.
+    /// Largest allowed distance between the proven bound and the reached value, in the unit of the function.
     pub tolerance: f64,
-    /// It is enough to prove that the function stays between -`enough` and `enough`. Minus infinity: its range is wanted.
+    /// The search for a function may end when it is proven to stay between -`enough` and `enough`. Minus infinity: its range is
+    /// always searched.
     pub enough: f64,
 }
 
@@ -52,10 +54,11 @@ impl RangeGoal {
 pub struct Subdivision {
     /// Number of subintervals at the start.
     pub parts: usize,
-    /// Maximum number of enclosures for the exact ranges. Then the remaining subintervals are bounded without further division.
+    /// Maximum number of enclosures for the exact ranges. When they are used up, the remaining subintervals give the bounds
+    /// undivided.
     pub enclosures: usize,
-    /// Maximum number of enclosures for the proof that functions stay within `enough`, which comes first. If a function is found
-    /// to exceed it, only `enclosures` are used.
+    /// Maximum number of enclosures for the first proof, that functions stay within `enough`. If a function exceeds `enough`,
+    /// only `enclosures` are used.
     pub enclosures_within: usize,
 }
 
@@ -68,16 +71,17 @@ pub struct Enclosed {
     pub middle: Vec<Interval>,
 }
 
-/// A subinterval needs no division if it exceeds the reached value by less than this times the width of an enclosure at an
-/// instant. The excess is then rounding: the reached value is the cautious end of an enclosure, and a subinterval has some more
-/// roundings.
+/// Least tolerance, divided by the width of an enclosure at an instant. A subinterval that exceeds the reached value by less is
+/// not divided: the excess is rounding, because the reached value is the cautious end of an enclosure, and a subinterval has a
+/// few more roundings.
 const ROUNDING_WIDTHS: f64 = 4.0;
 
 /// Number of subintervals that are enclosed in parallel at a time.
 const PARTS_AT_A_TIME: usize = 512;
 
-/// The ranges over `span` of functions, one for each goal in `sought`. `enclose`: encloses all functions on a subinterval. The
-/// result does not depend on the number of threads. If the work is interrupted, subintervals are no longer divided.
+/// The range of each function over `span`, one per goal in `sought`. `enclose`: encloses all functions on a subinterval. The
+/// result does not depend on the number of threads. If the work is interrupted, subintervals are no longer divided, and the
+/// bounds still hold.
 pub fn ranges(
     span: Interval,
     subdivision: Subdivision,
@@ -93,7 +97,7 @@ pub fn ranges(
         found: vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()],
         rounding: vec![0.0; sought.len()],
     };
-    // first the instants between subintervals, then the subintervals, then their division
+    // First the instants between subintervals are enclosed, then the subintervals. Then subintervals are divided.
     for time in (0..=parts).map(at) {
         search.include_instant(time, &enclose(Interval::point(time)).over);
     }
@@ -129,19 +133,19 @@ enum SubdivisionGoal {
 struct RangeSearch<'a> {
     sought: &'a [RangeGoal],
     found: Vec<Range>,
-    /// For each function, the largest width of its enclosures at instants, which is rounding.
+    /// For each function, the largest width of its enclosures at single instants. It is the rounding of the function.
     rounding: Vec<f64>,
 }
 
 impl RangeSearch<'_> {
-    /// Includes the enclosures of the functions at an instant in the reached values.
+    /// Updates the reached values with the enclosures of the functions at an instant.
     fn include_instant(&mut self, time: f64, values: &[Interval]) {
         for ((range, value), rounding) in self.found.iter_mut().zip(values).zip(&mut self.rounding) {
             if value.width().is_finite() {
                 *rounding = rounding.max(value.width());
             }
-            // The value lies between the ends of its interval, so the greatest value certainly reaches its lower end, and the
-            // least value its upper end.
+            // The value lies between the ends of its interval. So the greatest value is at least its lower end, and the least
+            // value is at most its upper end.
             if value.low > range.greatest.reached {
                 (range.greatest.reached, range.greatest.time) = (value.low, time);
             }
@@ -151,7 +155,7 @@ impl RangeSearch<'_> {
         }
     }
 
-    /// Encloses the functions on each of `spans`. The values at the middles are included in the reached values.
+    /// Encloses the functions on each of `spans`, and updates the reached values with the enclosures at the middles.
     fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<SpanPart> {
         let all = in_parallel(spans, threads(), |span| (span, enclose(span)));
         let part = |(span, Enclosed { over, middle }): (Interval, Enclosed)| {
@@ -161,8 +165,8 @@ impl RangeSearch<'_> {
         all.into_iter().map(part).collect()
     }
 
-    /// Divides subintervals, larger ones first, until `aim` needs no division or `enclosures` are used up. If a function is
-    /// found to exceed `enough`, the maximum number is `beyond` instead.
+    /// Halves subintervals round by round until `aim` needs no division or `enclosures` are used up. `beyond`: the maximum number
+    /// of enclosures instead if a function exceeds `enough`.
     fn divided(
         &mut self,
         parts: Vec<SpanPart>,
@@ -182,7 +186,7 @@ impl RangeSearch<'_> {
                 done.extend(open);
                 break;
             }
-            // the halves are enclosed in parallel; if the work is interrupted, the subintervals stay undivided
+            // The halves are enclosed in parallel. If the work is interrupted, the remaining subintervals stay undivided.
             left = Vec::with_capacity(2 * open.len());
             let mut open = open.into_iter();
             while !open.as_slice().is_empty() {
@@ -208,7 +212,7 @@ impl RangeSearch<'_> {
         let mut all = part.held.iter().zip(&self.found).zip(self.sought.iter().zip(&self.rounding));
         is_point
             || all.all(|((held, range), (sought, least))| {
-                // A tolerance below the rounding cannot be met by division.
+                // A tolerance below the rounding of the function cannot be met by division.
                 let tolerance = sought.tolerance.max(ROUNDING_WIDTHS * least);
                 let enough = if aim == SubdivisionGoal::Within { sought.enough } else { f64::NEG_INFINITY };
                 held.high <= (range.greatest.reached + tolerance).max(enough)
@@ -231,7 +235,7 @@ mod tests {
     use super::*;
     use crate::jet::Jet;
 
-    /// The enclosures by `on` over the subinterval and at its middle.
+    /// The enclosures that `on` computes over the subinterval and at its middle.
     fn both(on: impl Fn(Interval) -> Vec<Interval>, part: Interval) -> Enclosed {
         Enclosed { over: on(part), middle: on(Interval::point(part.middle())) }
     }
@@ -253,7 +257,7 @@ mod tests {
     #[test]
     fn ends_are_found_and_proved() {
         let found = ranges(SPAN, of(100_000, 0), &[RangeGoal::to(1e-9); 2], |part| both(on, part));
-        // t sin t: largest at t = 2.028757838 (tan t = -t), smallest at t = 4.913180439.
+        // t sin t is largest at t = 2.028757838 (tan t = -t), and smallest at t = 4.913180439.
         let (greatest, least) = (found[0].greatest, found[0].least);
         assert!((greatest.reached - 1.819705741).abs() < 1e-8 && (greatest.time.abs() - 2.028757838).abs() < 1e-3);
         assert!((least.reached + 4.814469889).abs() < 1e-8 && (least.time - 4.913180439).abs() < 1e-3);
@@ -268,7 +272,8 @@ mod tests {
         let count = AtomicUsize::new(0);
         let large = |part: Interval| {
             count.fetch_add(1, Ordering::Relaxed);
-            // Adding and subtracting 1e15 leaves its rounding error in the value, as in a blend of a microsecond.
+            // Adding and subtracting 1e15 leaves a rounding error in the value. A motion with a blend of a microsecond causes
+            // such errors.
             let [far, near] = [1e15, -1e15].map(Interval::point);
             on(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };
@@ -288,7 +293,7 @@ mod tests {
             };
             (ranges(SPAN, subdivision, &sought, counting)[0], count.into_inner())
         };
-        // The smallest value is -4.81447, the largest 1.81971.
+        // The smallest value of t sin t is -4.81447, the largest 1.81971.
         let is_exact = |range: Range| {
             (range.least.proved + 4.814469889).abs() < 1e-8 && (range.greatest.proved - 1.819705741).abs() < 1e-8
         };
@@ -297,8 +302,8 @@ mod tests {
         let (exact, many) = counted(4.9, of(100_000, 100_000));
         assert!(is_exact(exact) && many > 2 * few, "{many} {few}");
         assert!(is_exact(counted(4.8, of(100_000, 100_000)).0));
-        // A function that exceeds `enough` does not use the enclosures for proofs that it stays within: nine instants and eight
-        // subintervals at the start, and eight enclosures.
+        // If a function exceeds `enough`, `enclosures_within` is not used. At most 25 enclosures are then computed: nine instants
+        // and eight subintervals at the start, and eight more.
         let (beyond, fewest) = counted(4.8, of(8, 100_000));
         assert!(beyond.least.proved <= -4.814469889 && !is_exact(beyond) && fewest <= 25, "{fewest}");
     }

@@ -26,11 +26,11 @@ use generated::Eight;
 
 use crate::row_block::RowBlock;
 
-/// A column with a smaller sum of squares counts as zero, because the reciprocal would be infinite. For a joint at rest, the
+/// A column with a smaller sum of squares is treated as zero, because the reciprocal would be infinite. For a joint at rest, the
 /// filtered sign of the velocity decays to such values.
 const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 
-/// The positions of columns in the triangle and in the rows.
+/// Where the columns of a triangle R are stored, in R and in a row.
 #[derive(Clone, Copy)]
 pub struct ColumnPlaces<'a> {
     /// Index in R of each column, in the order of elimination.
@@ -77,7 +77,7 @@ fn add_products_fused(products: &mut [f64], places: &[usize], rows: RowGroups) {
     add_products_with::<Register>(products, places, rows);
 }
 
-/// Writes linear combinations of the first m columns of a block into its next m columns. Column m + b becomes the sum over a of
+/// Writes linear combinations of the first m columns of a block into its next m columns. Column m + b is the sum over a of
 /// factors\[b m + a\] times column a.
 pub fn combine(factors: &[f64], m: usize, block: &mut RowBlock) {
     let stride = block.stride();
@@ -102,13 +102,13 @@ struct RowGroups<'a> {
     stride: usize,
 }
 
-/// Four numbers of a column, in an array or a vector register.
+/// Four numbers of a column, stored in an array or in a vector register.
 trait Four: Copy {
     fn splat(x: f64) -> Self;
     /// The first (`half` = 0) or the second half of eight numbers.
     fn read(eight: &Eight, half: usize) -> Self;
     fn write(self, eight: &mut Eight, half: usize);
-    /// self * b + c, rounded once in a vector register and twice in an array.
+    /// self * b + c. In a vector register it is rounded once, in an array twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
     fn numbers(self) -> [f64; 4];
 }
@@ -192,8 +192,8 @@ fn dots<V: Four, const X: usize, const Y: usize>(rows: &RowGroups, x: [usize; X]
     dots
 }
 
-/// The sum of squares of column x. Each half of eight rows has its own sum, because the additions of a single sum would wait for
-/// each other.
+/// The sum of squares of column x. The halves of eight rows have separate sums, because in one sum each addition waits for the
+/// previous one.
 #[inline(always)]
 fn square<V: Four>(rows: &RowGroups, x: usize) -> f64 {
     let mut sums = [V::splat(0.0); 2];
@@ -241,7 +241,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
-        // Four reflections. Each is applied to the later columns of these four.
+        // Computes four reflections. Each is applied to those of the four columns that follow it.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
@@ -264,7 +264,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
         if first + 4 >= m {
             break;
         }
-        // T, column by column: T_ik = -T_kk sum_l T_il x_l . x_k.
+        // T column by column: T_ik = -T_kk sum_l T_il x_l . x_k.
         let x = [places[first], places[first + 1], places[first + 2], places[first + 3]];
         for k in 1..4 {
             let [products] = dots::<V, 4, 1>(&rows, x, [x[k]]);
@@ -272,7 +272,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
                 t[i][k] = -t[k][k] * (i..k).map(|l| t[i][l] * products[l]).sum::<f64>();
             }
         }
-        // All four together are applied to the later columns, two columns at a time.
+        // All four reflections together are applied to the later columns, two columns at a time.
         let four = Reflections { lead, t, x };
         let mut j = first + 4;
         while j + 1 < m {
@@ -288,7 +288,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
 #[inline(always)]
 fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: RowGroups) {
     let m = places.len();
-    // Beyond the last column the last column is used again; its additional products are not read.
+    // At the end the last column is used several times, to fill up four columns. Its additional products are not read.
     let at = |k: usize| places[k.min(m - 1)];
     for i in (0..m).step_by(4) {
         for j in (i..m).step_by(2) {
@@ -306,7 +306,7 @@ fn combine_with<V: Four>(factors: &[f64], m: usize, rows: RowGroups) {
         let (columns, combined) = group.split_at_mut(m);
         let mut b = 0;
         while b < m {
-            // Four combinations at a time, the last three or fewer one by one.
+            // Four combinations are computed at a time, and the last three or fewer one by one.
             let width = if b + 4 <= m { 4 } else { 1 };
             match width {
                 4 => combined_columns::<V, 4>(&factors[b * m..], columns, &mut combined[b..]),
@@ -338,7 +338,8 @@ fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight],
     }
 }
 
-/// Applies one reflection, given by its lead, factor and column, to columns of the triangle and of the rows.
+/// Applies one reflection to columns of the triangle and of the rows. The reflection: `lead` R_kk - beta_k, `factor` T_kk, column
+/// x of the rows. `columns`: index in R and column in the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
     r: &mut [f64],
@@ -399,7 +400,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// Combinations of seven columns, with and without vector registers.
+    /// Combinations of seven columns are right with and without vector registers.
     #[test]
     fn combinations_of_columns() {
         let (m, mut random) = (7, Random::new(6));
@@ -415,14 +416,14 @@ mod tests {
             for b in 0..m {
                 let sum: f64 = (0..m).map(|a| factors[b * m + a] * row[a]).sum();
                 for block in [&mut block, &mut plain] {
-                    // The bound is the rounding of sums of seven products of unit size.
+                    // Allowed error: rounding of sums of seven products of unit size.
                     assert!((block.group(r / 8)[m + b].0[r % 8] - sum).abs() < 1e-13, "{r} {b}");
                 }
             }
         }
     }
 
-    /// R'R = W'W for 11 columns, one of them zero, and twice 128 rows; with and without vector registers.
+    /// R'R = W'W holds with and without vector registers, for 11 columns, one of them zero, and twice 128 rows.
     #[test]
     fn the_products_of_the_rows_are_kept() {
         let (m, places): (usize, Vec<usize>) = (11, vec![3, 4, 5, 0, 1, 2, 12, 11, 10, 9, 8]);
@@ -451,14 +452,14 @@ mod tests {
             reflect_with::<[f64; 4]>(&mut triangles[1], m, columns, rows);
         }
         for (sums, (k, product)) in sums.iter().flat_map(|sums| products.iter().enumerate().map(move |p| (sums, p))) {
-            // Sums of 256 products of unit size: 256 eps.
+            // Allowed error: rounding of sums of 256 products of unit size, 256 eps.
             assert!(k % m > k / m || (sums[k] - product).abs() < 1e-12, "{k}: {} {product}", sums[k]);
         }
         for r in &triangles {
             for (k, product) in products.iter().enumerate() {
                 let (i, j) = (k % m, k / m);
                 let of_r: f64 = (0..=i.min(j)).map(|l| r[i * m + l] * r[j * m + l]).sum();
-                // Sums of 256 products of unit size: 256 eps.
+                // Allowed error: rounding of sums of 256 products of unit size, 256 eps.
                 assert!((of_r - product).abs() < 1e-12, "{i} {j}: {of_r} {product}");
             }
         }

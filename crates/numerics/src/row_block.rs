@@ -1,11 +1,12 @@
-//! Blocks of rows for a triangle, eight rows in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride + k.
+//! Stores blocks of rows for a triangle, eight rows in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is one [`Eight`], at g stride +
+//! k.
 //!
 //! A block stays in the first-level cache while it is folded into a triangle. The stride is odd, so that the entries of a column
-//! do not all fall into one set of the cache.
+//! are not all in one set of the cache.
 
 use generated::Eight;
 
-/// Maximum number of rows of a block. A triangle is updated once per block.
+/// Maximum number of rows of a block. A triangle is updated after each full block.
 pub const BLOCK_ROWS: usize = 128;
 
 /// Up to [`BLOCK_ROWS`] rows with an equal number of entries.
@@ -13,7 +14,7 @@ pub const BLOCK_ROWS: usize = 128;
 pub struct RowBlock {
     stride: usize,
     numbers: Vec<Eight>,
-    /// Number of filled rows. In the last group of eight, the other rows are zero.
+    /// Number of filled rows. Other rows of the last group of eight are zero.
     pub rows: usize,
 }
 
@@ -42,7 +43,7 @@ impl RowBlock {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
-    /// The entries of the eight rows from row `row` on, a multiple of eight.
+    /// The entries of the eight rows from row number `row` on, which must be a multiple of eight.
     #[inline]
     pub fn rows_from(&self, row: usize) -> &[Eight] {
         &self.numbers[row / 8 * self.stride..][..self.stride]

@@ -4,19 +4,20 @@
 //! P(|T| > t) = I_x(nu/2, 1/2), x = nu / (nu + t^2) [Abramowitz, Stegun 1964, 26.7.1], with the incomplete beta function
 //! as a continued fraction [Abramowitz, Stegun 1964, 26.5.8].
 
-/// Degrees of freedom are limited to this number, at which t is indistinguishable from the normal distribution.
+/// Degrees of freedom are limited to this number. With more, t has practically a normal distribution.
 const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
 /// Squares are limited to this value, so that f64 does not overflow.
 const MAX_SQUARE: f64 = 1e300;
 /// Quantiles are limited to about this value.
 const MAX_QUANTILE: f64 = 1e12;
-/// Number of bisections for a quantile. They exhaust the digits of f64.
+/// Number of bisections for a quantile. After them the interval is as small as the rounding of f64.
 const BISECTIONS: usize = 60;
-/// Maximum number of terms of the continued fraction, and the relative change at which it ends.
+/// `MAX_TERMS`: maximum number of terms of the continued fraction. `FRACTION_TOLERANCE`: relative change at which it ends.
 const MAX_TERMS: i32 = 5000;
 const FRACTION_TOLERANCE: f64 = 1e-15;
 
-/// The probability that |T| exceeds `t` for `freedom` degrees of freedom; 1 if `freedom` is not positive.
+/// The probability that the magnitude of Student's t variable T exceeds `t`. `freedom`: degrees of freedom; 1 if it is not
+/// positive.
 pub fn two_sided(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return 1.0;
@@ -26,7 +27,8 @@ pub fn two_sided(t: f64, freedom: f64) -> f64 {
     incomplete_beta(0.5 * nu, 0.5, nu / sum, square / sum)
 }
 
-/// The quantile t that |T| exceeds with probability `alpha`; infinite if `freedom` is not positive.
+/// The value t that |T| exceeds with probability `alpha`. T: Student's t variable with `freedom` degrees of freedom; infinite if
+/// `freedom` is not positive.
 pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return f64::INFINITY;
@@ -44,8 +46,8 @@ pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     high
 }
 
-/// The probability that F exceeds `f` for m and n degrees of freedom: I_x(n/2, m/2) with x = n / (n + m f) [Abramowitz, Stegun
-/// 1964, 26.6.2]; 1 if m or n is not positive.
+/// The probability that a value of Fisher's F distribution with m and n degrees of freedom exceeds `f`: I_x(n/2, m/2) with x = n
+/// / (n + m f) [Abramowitz, Stegun 1964, 26.6.2]; 1 if m or n is not positive.
 pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
     if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
         return 1.0;
@@ -63,7 +65,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64, rest: f64) -> f64 {
     if rest <= 0.0 {
         return 1.0;
     }
-    // For larger x the fraction converges slowly, and the symmetry I_x(a, b) = 1 - I_(1-x)(b, a) is used.
+    // For larger x the continued fraction converges slowly. The symmetry I_x(a, b) = 1 - I_(1-x)(b, a) is used instead.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(b, a, rest, x);
     }
@@ -100,11 +102,11 @@ fn nonzero(x: f64, tiny: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Values of Abramowitz, Stegun, table 26.9, and the identity F(1, n) = t^2.
+    /// The probabilities equal the values of Abramowitz, Stegun, table 26.9, and F with (1, n) degrees of freedom equals t^2.
     #[test]
     fn f_is_that_of_the_tables() {
         for (f, m, n, q) in [(3.10, 3.0, 20.0, 0.05), (4.94, 3.0, 20.0, 0.01), (2.53, 4.0, 60.0, 0.05)] {
-            // The table has three digits.
+            // The values in the table have three digits.
             assert!((exceeded(f, m, n) / q - 1.0).abs() < 0.02, "{f}: {}", exceeded(f, m, n));
         }
         assert!((exceeded(4.0, 1.0, 7.0) - two_sided(2.0, 7.0)).abs() < 1e-14);
@@ -116,7 +118,7 @@ mod tests {
         for t in [0.1, 0.9, 2.0, 7.5, 40.0] {
             let one = 1.0 - 2.0 / std::f64::consts::PI * f64::atan(t);
             let two = 1.0 - t / (2.0_f64 + t * t).sqrt();
-            // For one and two degrees of freedom there are closed forms. They lose digits in the subtraction from 1.
+            // One and two degrees of freedom have closed forms. They lose digits in the subtraction from 1.
             assert!((two_sided(t, 1.0) - one).abs() < 1e-13, "{t}");
             assert!((two_sided(t, 2.0) - two).abs() < 1e-13, "{t}");
             assert!((two_sided(-t, 2.0) - two).abs() < 1e-13, "{t}");
@@ -125,7 +127,7 @@ mod tests {
         assert_eq!((two_sided(3.0, 0.0), two_sided(0.0, 5.0)), (1.0, 1.0));
     }
 
-    /// Quantiles of the usual tables: 12.706, 2.1314, 1.9600.
+    /// The quantiles equal the values of the usual tables: 12.706, 2.1314, 1.9600.
     #[test]
     fn reach_is_the_inverse() {
         for (freedom, t) in [(1.0, 12.7062), (15.0, 2.13145), (1e9, 1.95996)] {

@@ -1,11 +1,11 @@
-//! Mixed least squares and total least squares: some columns are exact, others noisy.
+//! Solves mixed least squares and total least squares: some columns are exact, others noisy.
 //!
 //! [W_1 | W_2] [X_1; X_2] = y, W_1 exact, W_2 and y noisy. QR eliminates the exact columns. [R_22 S, r_2] remains, S = diag(s)
 //! the scaling; the right singular vector of its smallest singular value gives X_2, and X_1 follows by back substitution [Golub,
 //! Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
 //!
-//! The scaling matters: each noisy column is divided by the ratio of the standard deviation of its noise to the standard
-//! deviation of the noise of y, both after projection. Unscaled columns with different noise give biased results.
+//! Each noisy column is divided by the ratio of the standard deviation of its noise to the standard deviation of the noise of y,
+//! both after projection. Unscaled columns with different noise give biased results.
 
 use nalgebra::DMatrix;
 
@@ -17,13 +17,13 @@ use crate::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// The parameters, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Singular values of the noisy columns with the right-hand side, largest first. The last one is the noise. If it is not
-    /// much smaller than the value before it, the solution is meaningless.
+    /// Singular values of the noisy columns with the right-hand side, largest first. The last one comes from the noise. If it is
+    /// not much smaller than the value before it, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
-/// The solution is undetermined if the entry of the right-hand side in the last singular vector is below this value.
+/// If the entry of the right-hand side in the last singular vector is below this, the data do not determine the solution.
 const LEAST_SIDE_SHARE: f64 = 1e-9;
-/// An exact column counts as dependent on the others if its pivot is below this share of its norm.
+/// If the pivot of an exact column is below this share of its norm, the column depends on the others.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-12;
 
 /// Solves the mixed problem. `noisy`: index of each noisy column, with the ratio of the standard deviation of its noise to the
@@ -94,8 +94,8 @@ mod tests {
         assert!((x[0] - 2.0).abs() < 1e-12 && (x[1] + 1.0).abs() < 1e-12, "{x:?}");
     }
 
-    /// The noise is half as large as the column. Least squares underestimates the parameter by a fifth; the mixed solution does
-    /// not.
+    /// The noise of the column is half as large as the column. Least squares underestimates the parameter by a fifth, and the
+    /// mixed solution does not.
     #[test]
     fn a_noisy_column_is_not_shrunk() {
         let (mut ls, mut tls) = (0.0, 0.0);

@@ -20,22 +20,23 @@ use crate::row_block::RowBlock;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
     p: usize,
-    /// Columns that have had a non-zero entry, ascending; p is the right-hand side.
+    /// Columns that have had a non-zero entry, ascending. The number p is the right-hand side.
     live: Vec<usize>,
-    /// For each column, its index among the live columns, or [`NOT_LIVE`].
+    /// For each column, its index among the columns in `live`, or [`NOT_LIVE`].
     places: Vec<u32>,
-    /// Entry (a, b) of the triangle of the m live columns, a <= b < m, is at b m + a.
+    /// Entry (a, b), a <= b < m, of the triangle of the m columns in `live` is at b m + a.
     entries: Vec<f64>,
-    /// Number of rows folded in.
+    /// Number of rows that were folded into the triangle.
     pub rows: usize,
-    /// |measured signal|^2 minus |y|^2. It is not 0 if a known torque was subtracted from the measured signal to give y.
+    /// |measured signal|^2 minus |y|^2, y: right-hand side. It is not 0 if a known torque was subtracted from the measured signal
+    /// to give y.
     pub taken_out: f64,
 }
 
-/// Marks a column that has held only zeros.
+/// Marks a column that has had only zeros.
 const NOT_LIVE: u32 = u32::MAX;
 
-/// A column counts as dependent on the earlier columns if its pivot is below this share of its norm, which is rounding.
+/// If the pivot of a column is below this share of its norm, it is rounding, and the column depends on the earlier columns.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
 /// Collects rows in a block and folds full blocks into a triangle.
@@ -71,10 +72,10 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns. Its rows come in blocks that have other entries too.
+/// The triangle of some of p columns, such as the columns of one joint. Its rows come in blocks that have other entries too.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
-    /// The indices of these columns among the p columns, ascending.
+    /// The numbers of these columns among the p columns, ascending.
     columns: Vec<usize>,
     /// The indices of these columns in a row of the block, then the index of the right-hand side.
     places: Vec<usize>,
@@ -92,7 +93,8 @@ impl ColumnTriangle {
         ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    /// Folds in the rows of a block, of which `rows` are non-zero. The entries of these columns in the block are overwritten.
+    /// Folds the rows of a block into the triangle. `rows`: number of rows that are not zero. The entries of these columns in the
+    /// block are overwritten.
     #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;
@@ -100,7 +102,7 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns. A column with an rms of at most its entry in `least` is removed. Columns beyond the end of
+    /// The triangle of all p columns. `least`: for each column, the rms up to which it is removed; columns beyond the end of
     /// `least` are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
@@ -141,14 +143,14 @@ impl Triangle {
         Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0, taken_out: 0.0 }
     }
 
-    /// The memory of a triangle with `p` columns and a right-hand side, bytes. `live`: number of non-zero columns, with the
-    /// right-hand side.
+    /// The memory of a triangle with `p` columns and a right-hand side, bytes. `live`: number of columns that are not zero, the
+    /// right-hand side included.
     pub fn bytes(p: usize, live: usize) -> usize {
         let entries = live.saturating_mul(live).saturating_add(live).saturating_mul(size_of::<f64>());
         entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
     }
 
-    /// Changes the live columns to `live`, ascending, which must contain the present ones. New columns hold zeros.
+    /// Changes the stored columns to `live`, ascending, which must contain the present ones. New columns contain zeros.
     fn set_live(&mut self, live: Vec<usize>) {
         let m = live.len();
         let before = std::mem::replace(&mut self.live, live);
@@ -164,7 +166,7 @@ impl Triangle {
         }
     }
 
-    /// Sets `taken_out`: the decrease of |y|^2 by a known part that was subtracted from the right-hand side.
+    /// Sets `taken_out`: |measured signal|^2 minus |y|^2, where y is the measured signal minus a known torque.
     pub fn with_taken_out(self, taken_out: f64) -> Triangle {
         Triangle { taken_out, ..self }
     }
@@ -185,7 +187,7 @@ impl Triangle {
         }
     }
 
-    /// The columns that have had a non-zero entry, ascending. p stands for the right-hand side.
+    /// The columns that have had a non-zero entry, ascending. The number p is the right-hand side.
     pub fn live(&self) -> Vec<usize> {
         self.live.clone()
     }
@@ -249,7 +251,8 @@ impl Triangle {
         self.rows = rows;
     }
 
-    /// Two sums of squares over all rows: |measured signal|^2 (|y|^2 + `taken_out`), and |W x - y|^2.
+    /// Two sums over all rows: |measured signal|^2 and |W x - y|^2. y: right-hand side; |measured signal|^2 = |y|^2 +
+    /// `taken_out`.
     pub fn squares(&self, x: &[f64]) -> (f64, f64) {
         let p = self.p;
         let mut total = self.taken_out;
@@ -273,7 +276,7 @@ impl Triangle {
         x
     }
 
-    /// Whether column c is independent of the earlier columns.
+    /// Whether column c is linearly independent of the earlier columns.
     fn has_information(&self, c: usize) -> bool {
         self.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * self.column_norm(c)
     }
@@ -293,7 +296,7 @@ impl Triangle {
         rows.map(of_row).collect()
     }
 
-    /// |W_c|, the norm of column c of all rows.
+    /// |W_c|, the norm of column c over all folded rows.
     pub fn column_norm(&self, c: usize) -> f64 {
         (0..=c).map(|i| self.at(i, c) * self.at(i, c)).sum::<f64>().sqrt()
     }
@@ -370,7 +373,7 @@ mod tests {
         assert_eq!((found.rows, found.live()), (300, without.live()));
         let products = |t: &Triangle, a: usize, b: usize| (0..5).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>();
         for (a, b) in [(0, 0), (0, 3), (3, 3), (3, 4), (4, 4)] {
-            // The bound is the rounding of two sums of 300 products of order one.
+            // Allowed error: rounding of two sums of 300 products of order one.
             assert!((products(&found, a, b) - products(&without, a, b)).abs() < 1e-11 * 300.0, "{a} {b}");
         }
     }
@@ -386,7 +389,7 @@ mod tests {
             for j in 0..=p {
                 let rows: f64 = rows.iter().map(|r| r[i] * r[j]).sum();
                 let triangle: f64 = (0..=i.min(j)).map(|k| t.at(k, i) * t.at(k, j)).sum();
-                // Sums of 1500 products of unit size: 1500 eps.
+                // Allowed error: rounding of sums of 1500 products of unit size, 1500 eps.
                 assert!((rows - triangle).abs() < 1e-11, "{i} {j}: {rows} {triangle}");
             }
         }
@@ -418,7 +421,7 @@ mod tests {
         assert_eq!(whole.column_norm(2), 0.0);
     }
 
-    /// `inverse_products` equals the inverse of the normal equations. The empty column is left out.
+    /// `inverse_products` equals the diagonal of the inverse of the normal equations. The zero column is left out.
     #[test]
     fn products_of_the_inverse_are_those_of_the_normal_equations() {
         let found = triangle(&rows(4, 300, 6), 6);
@@ -431,7 +434,7 @@ mod tests {
         let inverse: nalgebra::DMatrix<f64> = nalgebra::DMatrix::from_fn(5, 5, product).try_inverse().unwrap();
         assert_eq!(found.inverse_products(2..3), [0.0]);
         for (a, &c) in determined.iter().enumerate() {
-            // The condition number of 300 random rows is below ten: a few eps.
+            // Allowed error: a few eps, because the condition number of 300 random rows is below ten.
             assert!((found.inverse_products(c..6)[0] / inverse[(a, a)] - 1.0).abs() < 1e-12);
         }
     }

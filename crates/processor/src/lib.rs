@@ -1,7 +1,8 @@
-//! Parallel work of a processor: on threads ([`in_parallel`], [`in_order`]) and in wide SIMD registers ([`widely`]).
+//! Runs work in parallel: on threads ([`in_parallel`], [`in_order`]) and in wide SIMD registers ([`widely`]).
 //!
-//! By default a program for x86-64 uses only what each such processor has: SIMD registers of two numbers. Nearly every processor
-//! in use also has registers of four numbers (AVX2) and faster shifts and bit counts (BMI). Slow work is compiled for both.
+//! By default a program for x86-64 uses only SIMD registers of two numbers, because every such processor has them. Nearly every
+//! processor in use also has registers of four numbers (AVX2) and faster shifts and bit counts (BMI). Slow work is compiled for
+//! both.
 //!
 //! Both versions give the same bits: they use no fused multiplications, and the compiler reorders no sum.
 
@@ -9,7 +10,7 @@ mod threads;
 
 pub use threads::{in_order, in_parallel, threads};
 
-/// Work that is compiled for narrow and for wide registers.
+/// Work that is compiled twice: for narrow and for wide SIMD registers.
 pub trait Work {
     /// The result of the work.
     type Output;
@@ -19,7 +20,7 @@ pub trait Work {
     fn run(self) -> Self::Output;
 }
 
-/// Does the work, with wide registers if the processor has them.
+/// Does the work, with wide SIMD registers if the processor has them.
 #[allow(unsafe_code, reason = "the processor is asked first")]
 #[inline]
 pub fn widely<W: Work>(work: W) -> W::Output {
@@ -66,7 +67,7 @@ mod tests {
         }
     }
 
-    /// Both versions round the product and the sum separately.
+    /// The narrow and the wide version give the same bits, because both round the product and the sum separately.
     #[test]
     fn the_same_bits() {
         let x: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

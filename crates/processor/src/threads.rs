@@ -1,13 +1,13 @@
-//! Work shared by threads. Neither the results nor their order depend on which thread does which item, or when.
+//! Runs work on several threads. The results and their order do not depend on the threads.
 //!
-//! The code that runs the threads is not generic: it is compiled once and calls a `dyn Fn` with the number of an item. When it
-//! was generic, it took 18 % of the compiler's optimisation time for `experiments`.
+//! The code that runs the threads is not generic: it is compiled once and calls a `dyn Fn` with the number of an item. Generic
+//! code took 18 % of the compiler's optimisation time for `experiments`.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, mpsc};
 
-/// The number of threads that run at once on this processor; at least one.
+/// The number of threads that this processor runs at once; at least one.
 pub fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -25,10 +25,10 @@ pub fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(
     items.into_iter().filter_map(|item| item.into_inner().ok()?.1).collect()
 }
 
-/// Runs `work` on each item on at most `threads` threads and hands the results, in the order of the items, to `take` on the
-/// caller's thread.
+/// Runs `work` on each item on at most `threads` threads. Calls `take` on the caller's thread with the results, in the order of
+/// the items.
 ///
-/// Ends with the first error of `take`.
+/// Stops at the first error of `take` and returns it.
 pub fn in_order<T: Sync, R: Send, E>(
     items: &[T],
     threads: usize,
@@ -51,7 +51,7 @@ pub fn in_order<T: Sync, R: Send, E>(
     outcome
 }
 
-/// Calls `piece` with each number below `count`, on at most `threads` threads.
+/// Calls `piece(i)` for each i < `count`, on at most `threads` threads.
 fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -67,8 +67,8 @@ fn each(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Calls `piece` with each number below `count` on several threads. Calls `take` with the same numbers in order, until it returns
-/// false.
+/// Calls `piece(i)` for each i < `count` on several threads, and `take(i)` on the caller's thread in the order of i, until `take`
+/// returns false.
 fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), take: &mut dyn FnMut(usize) -> bool) {
     let threads = threads.min(count);
     if threads < 2 {
@@ -93,7 +93,7 @@ fn each_in_order(count: usize, threads: usize, piece: &(dyn Fn(usize) + Sync), t
                 }
             });
         }
-        // Threads finish in any order: `take` waits for the next number in order.
+        // Threads finish in any order, so results wait here until all earlier ones were passed to `take`.
         let (mut is_done, mut at) = (vec![false; count], 0);
         for i in receive {
             is_done[i] = true;
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn results_come_in_order_on_any_number_of_threads() {
         let items: Vec<u64> = (0..200).collect();
-        // Items of very different duration.
+        // The items need very different times.
         let work = |i: usize, x: &u64| (0..(x * 7919) % 20_000).fold(i as u64, |s, k| s.wrapping_mul(31) ^ k);
         let of = |threads| {
             let mut found = Vec::new();

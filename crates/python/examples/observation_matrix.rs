@@ -1,7 +1,7 @@
-//! Seconds of processor time that the library takes for the base regressor of many Panda states: the bound of
-//! observation_matrix.py. Linux only: others may keep the processor busy meanwhile, so the clock on the wall says little.
+//! Measures the processor time, s, that the library needs for the base regressor at many states of a Panda.
+//! observation_matrix.py compares its own time with this. Linux only: wall-clock time would depend on other processes.
 
-/// s on the processor so far, of this thread.
+/// Processor time of this thread so far, s.
 fn on_processor() -> Result<f64, rist::Error> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").map_err(rist::Error::new)?;
     let nanoseconds = text.split(' ').next().unwrap_or_default().parse::<f64>().map_err(rist::Error::new)?;
@@ -17,7 +17,7 @@ fn main() -> Result<(), rist::Error> {
     let mut best = f64::INFINITY;
     for _ in 0..3 {
         let start = on_processor()?;
-        // Made anew each time, as by NumPy: the pages are part of the price.
+        // Allocated again in each repetition, as NumPy does, because the time for memory pages counts.
         let mut y = vec![0.0; count * n * p];
         model.regressor().fill_many(&states, &mut y);
         best = best.min(on_processor()? - start);

@@ -1,4 +1,4 @@
-//! States as NumPy arrays. An input is not copied if it is float64 and row-major. An output is a new array.
+//! States as NumPy arrays. Inputs are not copied if they are float64 and row-major. Outputs are new arrays.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -6,15 +6,16 @@ use pyo3::types::{IntoPyDict, PyTuple, PyWeakrefReference};
 
 use crate::error::error;
 
-/// Numbers of one argument in row-major order.
+/// The numbers of one argument, in row-major order.
 pub struct RowMajor<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
-    /// NumPy does not resize an array that has a weak reference, so that the address of its numbers is fixed while they are read.
+    /// A weak reference to the array. NumPy does not resize an array with such a reference, so its numbers stay at their
+    /// address.
     _stays: Bound<'py, PyWeakrefReference>,
 }
 
 impl<'py> RowMajor<'py> {
-    /// Takes anything that NumPy converts to an array of numbers; copies it only if it is not row-major float64. Fails where
+    /// Converts an argument to an array of numbers, as NumPy does. It is copied only if it is not row-major float64. Fails if
     /// values are masked.
     pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<RowMajor<'py>> {
         if has_masked(x)? {
@@ -25,7 +26,7 @@ impl<'py> RowMajor<'py> {
         RowMajor::without_mask(name, x)
     }
 
-    /// Takes an array of a log; masked values become NaN, as missing values of a log.
+    /// Converts an array of a log. Masked values become NaN, like missing values of a log file.
     pub fn of_log(name: &str, x: &Bound<'py, PyAny>) -> PyResult<RowMajor<'py>> {
         if !has_masked(x)? {
             return RowMajor::without_mask(name, x);
@@ -39,7 +40,7 @@ impl<'py> RowMajor<'py> {
         let array = numpy.call_method1("asarray", (x,));
         let expected = |e: PyErr| error(format_args!("{name}: an array of numbers is expected: {e}"));
         let array = array.map_err(expected)?;
-        // NumPy would drop imaginary parts and units of time.
+        // These types are refused, because NumPy would drop imaginary parts and units of time.
         let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
         let refused = match kind.as_str() {
             "c" => Some("complex numbers; take their real parts"),
@@ -67,14 +68,15 @@ impl<'py> RowMajor<'py> {
     }
 }
 
-/// Whether `x` is a masked array with masked values.
+/// Whether `x` is a NumPy masked array in which some values are masked.
 fn has_masked(x: &Bound<'_, PyAny>) -> PyResult<bool> {
     let masked = x.py().import("numpy")?.getattr("ma")?;
     let is_masked = x.is_instance(&masked.getattr("MaskedArray")?)?;
     Ok(is_masked && masked.call_method1("is_masked", (x,))?.extract::<bool>()?)
 }
 
-/// An array of times (datetime64, timedelta64) in seconds, datetime64 from the first instant; `None` for other arrays.
+/// Converts an array of times (datetime64, timedelta64) to seconds, datetime64 relative to its first instant. `None` for other
+/// arrays.
 pub fn seconds<'py>(x: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
     let numpy = x.py().import("numpy")?;
     let Ok(array) = numpy.call_method1("asanyarray", (x,)) else { return Ok(None) };
@@ -90,18 +92,18 @@ pub fn seconds<'py>(x: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>
     Ok(Some(numpy.call_method1("true_divide", (durations, second))?))
 }
 
-/// States of n coordinates with the shape (N, n), or (n,) for one state.
+/// States of n coordinates in arrays of shape (N, n), or (n,) for one state.
 pub struct StateArrays<'py> {
     q: RowMajor<'py>,
     dq: RateArgument<'py>,
     ddq: RateArgument<'py>,
     /// Number of states.
     pub count: usize,
-    /// Whether a single state was given, without the dimension of states.
+    /// Whether a single state was given, as an array of shape (n,).
     pub is_one: bool,
 }
 
-/// Rates of the states: given, or zero.
+/// Velocities or accelerations of the states: given, or zero.
 enum RateArgument<'py> {
     Given(RowMajor<'py>),
     Zero(Vec<f64>),
@@ -134,7 +136,8 @@ impl<'py> RateArgument<'py> {
 }
 
 impl<'py> StateArrays<'py> {
-    /// Takes q, dq and ddq of one shape. Absent rates are zero, and the zeros are allocated only where they are `needed`.
+    /// Checks q, dq and ddq, which must have one shape. Absent rates are zero; the zeros are allocated only if they are
+    /// `needed`.
     pub fn new(
         coordinates: &[String],
         q: &Bound<'py, PyAny>,
@@ -158,7 +161,7 @@ impl<'py> StateArrays<'py> {
         Ok(StateArrays { q, dq, ddq, count, is_one })
     }
 
-    /// q, dq and ddq, one state per row.
+    /// q, dq and ddq with one state per row.
     pub fn numbers(&self) -> PyResult<[&[f64]; 3]> {
         Ok([self.q.numbers()?, self.dq.numbers()?, self.ddq.numbers()?])
     }
@@ -177,7 +180,7 @@ pub fn empty<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArr
     Ok(py.import("numpy")?.call_method1("empty", (shape,))?.cast_into()?)
 }
 
-/// A new array with these numbers in row-major order.
+/// A new array of shape `shape` with these numbers in row-major order.
 pub fn array<'py>(py: Python<'py>, shape: &[usize], numbers: &[f64]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let array = empty(py, shape)?;
     array.readwrite().as_slice_mut().map_err(error)?.copy_from_slice(numbers);

@@ -1,12 +1,12 @@
-//! Reads numbers from an Arrow stream, which pandas, polars and pyarrow offer by `__arrow_c_stream__`, and exports a table.
+//! Reads numbers from Arrow streams, which pandas, polars and pyarrow offer by `__arrow_c_stream__`, and exports tables.
 //!
-//! A stream is a struct of columns, batch by batch. Integers, floats and times (in seconds) are read, and a null becomes
-//! NaN. Other columns are reported by their format and are not read: libraries have formats of their own.
-//! No buffer outlives the call, because the numbers are copied into f64. The crate `arrow-array` provides the structures of
-//! the interface, their release, and the exported stream.
+//! A stream is a struct of columns that comes in batches. Integers, floats and times (in seconds) are read; a null becomes NaN.
+//! Other columns are not read, only their format is reported, because libraries have their own formats. The numbers are copied
+//! into f64, so no buffer outlives the call. The crate `arrow-array` provides the structures, their release, and the exported
+//! stream.
 //!
-//! `unsafe`: a stream is taken out of a capsule, whose name states the type; its functions are called; and columns of a
-//! batch are read. This is sound because the owner filled the structures by the specification.
+//! `unsafe` is needed to take a stream out of a capsule, whose name states the type, to call its functions, and to read columns
+//! of a batch. It is sound if the owner filled the structures as the specification requires.
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
@@ -27,22 +27,22 @@ use crate::error::error;
 pub struct FrameColumn {
     /// The name of the column.
     pub name: String,
-    /// The numbers, or the Arrow format of a column without numbers.
+    /// The numbers; for a column without numbers, its Arrow format.
     pub content: Result<Vec<f64>, String>,
 }
 
-/// All columns of an object that has `__arrow_c_stream__`.
+/// Reads all columns of an object that has `__arrow_c_stream__`.
 pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<FrameColumn>> {
     let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
-    // SAFETY: a capsule of this name holds a stream, which we own from here; a released one is left in the capsule.
+    // SAFETY: a capsule of this name holds a stream. We own it from here on, and a released stream stays in the capsule.
     let mut stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.as_ptr().cast()) };
-    // A stream that another consumer took has no `release`, and its functions must not be called.
+    // If another consumer took the stream, it has no `release`, and its functions must not be called.
     if stream.release().is_none() {
         return Err(error("the Arrow stream was released: another reader took it; ask its owner for a new one"));
     }
     let (mut schema, get_schema) = (FFI_ArrowSchema::empty(), stream.get_schema());
-    // SAFETY: by the specification; we own the structures.
+    // SAFETY: the call follows the specification, and we own both structures.
     let code = get_schema.map(|get| unsafe { get(&mut stream, &mut schema) });
     if code != Some(0) || schema.release().is_none() {
         return Err(failed("schema"));
@@ -55,7 +55,7 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<FrameColumn>> {
     let mut origins = vec![None; columns.len()];
     loop {
         let (mut batch, get_next) = (FFI_ArrowArray::empty(), stream.get_next());
-        // SAFETY: by the specification, as for the schema.
+        // SAFETY: the call follows the specification, as for the schema.
         if get_next.map(|next| unsafe { next(&mut stream, &mut batch) }) != Some(0) {
             return Err(failed("rows"));
         }
@@ -78,8 +78,8 @@ fn failed(what: &str) -> PyErr {
 }
 
 impl FrameColumn {
-    /// An empty column, and the type of its numbers; `None` for other content. A unit at the end of the name of times (`_ms`)
-    /// is removed, because the times are converted to seconds.
+    /// An empty column, and the type of its numbers; `None` if it has no numbers. Times are converted to seconds, so a unit at
+    /// the end of their name (`_ms`) is removed.
     fn of(schema: &FFI_ArrowSchema) -> (FrameColumn, Option<DataType>) {
         let is_number =
             |kind: &DataType| kind.is_integer() || matches!(kind, Float32 | Float64 | Timestamp(..) | Duration(_));
@@ -92,8 +92,8 @@ impl FrameColumn {
     }
 }
 
-/// Appends the numbers of column `k` of a batch, times in seconds. `origin` is the first instant of the column, from which
-/// instants are counted: from 1970 they have more digits than f64. Fails if the column is shorter than the batch states.
+/// Appends the numbers of column `k` of a batch; times in seconds. Instants are counted from `origin`, the first instant of the
+/// column, because f64 has too few digits for a count from 1970. Fails if the column is shorter than the batch states.
 fn append(
     batch: &FFI_ArrowArray,
     k: usize,
@@ -131,13 +131,13 @@ fn append(
         Timestamp(unit, _) => {
             take!(Int64Type, |x: i64| x.wrapping_sub(*origin.get_or_insert(x)) as f64 / per_second(unit))
         }
-        // `FrameColumn::of` accepts no other type as numbers.
+        // `FrameColumn::of` accepts only the types above as numbers.
         _ => {}
     }
     Ok(())
 }
 
-/// The values of column `k` in the rows of a batch. Fails if the column is shorter than the batch states.
+/// The values of column `k` of a batch. Fails if the column is shorter than the batch states.
 fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<PrimitiveArray<T>> {
     let refused = || failed("values of a column of numbers");
     let (column, first, length) = (batch.child(k), batch.offset(), batch.len());
@@ -147,7 +147,7 @@ fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<P
     if column.num_buffers() != 2 || first.checked_add(length).is_none_or(|end| end > column.len()) {
         return Err(refused());
     }
-    // SAFETY: a column of numbers has buffers of validity and values, of the stated lengths. The copy of its structure releases
+    // SAFETY: a column of numbers has two buffers (validity, values) of the stated lengths. The copied structure releases
     // nothing, and is dropped before the batch.
     let data = unsafe {
         let mut lent = std::ptr::read(column);
@@ -157,7 +157,7 @@ fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<P
     Ok(PrimitiveArray::from(data.map_err(|_| refused())?.slice(first, length)))
 }
 
-/// A capsule with an Arrow stream of these columns, which have one length.
+/// Exports columns of equal length as an Arrow stream in a capsule.
 pub fn stream<'py>(py: Python<'py>, columns: Vec<(&str, ArrayRef)>) -> PyResult<Bound<'py, PyCapsule>> {
     let columns = columns.into_iter().map(|(name, column)| (name, column, true));
     let batch = RecordBatch::try_from_iter_with_nullable(columns).map_err(error)?;

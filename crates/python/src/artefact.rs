@@ -1,5 +1,5 @@
-//! Methods of all artefacts in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, the table as repr, a page for
-//! notebooks, and pickles with the text of the file.
+//! Methods that all artefacts have in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, a table as repr, a page for
+//! notebooks, and pickling.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -10,35 +10,35 @@ use pyo3::prelude::*;
 use crate::error::{OrError, error};
 use crate::model::Model;
 
-/// The text of a file.
+/// Reads a text file.
 pub fn read_text(path: &Path) -> PyResult<String> {
     rist::read_text(path).or_error()
 }
 
-/// The path of the description of a model; empty without a model.
+/// The path of a model's description, as a list; empty without a model.
 pub fn description(model: Option<&Py<Model>>) -> Vec<&Path> {
     model.map(|model| model.get().inner.path.as_path()).into_iter().collect()
 }
 
-/// Writes a text to a file. Fails where the file is one of the inputs, or a file that they include.
+/// Writes a text to a file. Fails if the file is one of the inputs, or a file that an input includes.
 pub fn save(path: &Path, text: &str, inputs: &[&Path]) -> PyResult<()> {
     rist::output::write_file(path, text, inputs).or_error()
 }
 
-/// Makes a directory and its parents.
+/// Makes a directory, and its parents if necessary.
 pub fn make_directory(path: &Path) -> PyResult<()> {
     std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
 }
 
-/// A hash of a text that is equal in every process.
+/// A hash of a text that is the same in every process.
 pub fn hash(text: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
     hasher.finish()
 }
 
-/// The index of a name, or of a number as in a list (negative from the end). Raises KeyError with a suggestion, IndexError
-/// or TypeError.
+/// The index of a parameter, given by its name or by a number as for a list (negative: from the end). Raises KeyError with a
+/// suggestion, IndexError or TypeError.
 pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
     if let Ok(index) = given.extract::<isize>() {
         let count = names.len();
@@ -58,14 +58,14 @@ pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
     })
 }
 
-/// Defines a Python class with one artefact of the library.
+/// Defines a Python class for one artefact type of the library.
 macro_rules! artefact {
     ($name:ident, $inner:ty, $doc:literal, $($more:tt)*) => {
         #[doc = $doc]
         #[pyclass(frozen, module = "rist")]
         pub struct $name {
             pub inner: $inner,
-            /// The model that the artefact was made with; `None` where it is unknown.
+            /// The model with which the artefact was made; `None` if it is unknown.
             pub model: Option<Py<$crate::model::Model>>,
         }
 

@@ -1,4 +1,4 @@
-//! `rist.BaseParameters`.
+//! The class `rist.BaseParameters`.
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

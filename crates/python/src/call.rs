@@ -1,4 +1,4 @@
-//! The options of a call: keyword arguments are converted to the fields of a request, as flags are in the program.
+//! Converts the keyword arguments of a call to the fields of a request, like flags of the program.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -10,17 +10,17 @@ use serde_json::{Map, Number, Value};
 
 use crate::error::error;
 
-/// The keyword arguments of a call; `None` counts as absent.
+/// The keyword arguments of a call. Arguments with the value None count as absent.
 pub struct Call<'py> {
-    /// The name of the function for error messages.
+    /// The name of the Python function, for error messages.
     pub function: &'static str,
-    /// Arguments that are not fields of a request: callbacks, estimates, logs.
+    /// Names of arguments that are not fields of a request: callbacks, estimates, logs.
     own: &'static [&'static str],
     given: Vec<(String, Bound<'py, PyAny>)>,
 }
 
 impl<'py> Call<'py> {
-    /// Takes the keywords of `function`; `own` are its keywords that are not fields of its request.
+    /// Takes the keywords of `function`. `own`: its keywords that are not fields of its request.
     pub fn new(
         function: &'static str,
         own: &'static [&'static str],
@@ -35,7 +35,7 @@ impl<'py> Call<'py> {
         Ok(Call { function, own, given })
     }
 
-    /// Takes only the keyword `name` of `function`.
+    /// Takes the keyword `name` of `function` and ignores all others.
     pub fn only(
         function: &'static str,
         name: &'static str,
@@ -45,7 +45,7 @@ impl<'py> Call<'py> {
         Ok(Call { given: all.given.into_iter().filter(|(given, _)| given == name).collect(), ..all })
     }
 
-    /// Refuses the options that a method of identification does not take, with the methods that do.
+    /// Fails if an option does not belong to the identification method. The error names the methods that have it.
     pub fn check_method(&self, method: Method) -> PyResult<()> {
         let others: Vec<&str> =
             self.given.iter().map(|(name, _)| name.as_str()).filter(|name| *name != "method").collect();
@@ -66,15 +66,15 @@ impl<'py> Call<'py> {
         Ok(())
     }
 
-    /// An argument that is not a field of the request; `None` where it is absent.
+    /// The argument `name`, which is not a field of the request; `None` if it is absent.
     pub fn own(&self, name: &str) -> Option<&Bound<'py, PyAny>> {
         debug_assert!(self.own.contains(&name), "{name} is in the list of {}", self.function);
         self.given.iter().find(|(given, _)| given == name).map(|(_, value)| value)
     }
 
-    /// The request from the other arguments.
+    /// Makes the request from all arguments that are not in `own`.
     ///
-    /// Fails where there is no such field, and where a field does not accept the value.
+    /// Fails if there is no such field, or if a field does not accept the value.
     pub fn request<R: Request>(&self) -> PyResult<R> {
         let (mut request, fields) = (R::default(), R::fields());
         for (name, given) in self.given.iter().filter(|(name, _)| !self.own.contains(&name.as_str())) {
@@ -92,13 +92,13 @@ impl<'py> Call<'py> {
         Ok(request)
     }
 
-    /// An error with the name of the function.
+    /// An error that starts with the name of the Python function.
     fn refused(&self, e: rist::Error) -> PyErr {
         error(format_args!("{}: {e}", self.function))
     }
 }
 
-/// A JSON value of the library as a Python object.
+/// Converts a JSON value of the library to a Python object.
 pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
@@ -120,7 +120,7 @@ pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>
     })
 }
 
-/// A Python object as a JSON value of the library; `None` where there is no such value.
+/// Converts a Python object to a JSON value of the library; `None` if JSON has no such value.
 fn value(given: &Bound<'_, PyAny>) -> Option<Value> {
     if given.is_none() {
         return Some(Value::Null);
@@ -128,7 +128,7 @@ fn value(given: &Bound<'_, PyAny>) -> Option<Value> {
     if let Ok(text) = given.cast::<PyString>() {
         return Some(text.to_string().into());
     }
-    // A bool of Python is an int too, so it is checked first.
+    // bool is a subclass of int in Python, so it is checked first.
     if let Ok(truth) = given.extract::<bool>() {
         return Some(truth.into());
     }

@@ -1,4 +1,4 @@
-//! `rist.Error`: a `ValueError` with the message of the program.
+//! The exception `rist.Error`, a `ValueError` with the message of the library, and warnings.
 
 use pyo3::exceptions::{PyDeprecationWarning, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
@@ -20,7 +20,7 @@ pyo3::create_exception!(
     "A result that is not to be trusted: its verdict says no. The message says why, and what to do now."
 );
 
-/// Warns where the verdict is no, so that it is noticed in a notebook.
+/// Issues a warning if the verdict is no, so that the user of a notebook notices it.
 pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
     if verdict.trust != Trust::No {
         return Ok(());
@@ -29,30 +29,30 @@ pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
     warn(py, &text, py.get_type::<TrustWarning>().as_any())
 }
 
-/// Issues a warning of this category for the calling line of Python.
+/// Issues a warning of the class `category` for the calling line of Python.
 pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult<()> {
     py.import("warnings")?.call_method1("warn", (for_python(text), category))?;
     Ok(())
 }
 
-/// A text with fields spelled as keywords, and commands as functions.
+/// Spells the fields in a text as Python keywords, and commands as Python functions.
 pub fn for_python(text: &str) -> String {
     spelled(text, Audience::Python)
 }
 
-/// The exception `rist.Error` with a message, in which fields are spelled as keywords.
+/// The exception `rist.Error` with a message whose fields are spelled as Python keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {
     Error::new_err(for_python(&message.to_string()))
 }
 
-/// Sentences with fields spelled as keywords.
+/// Sentences whose fields are spelled as Python keywords.
 pub fn all_spelled(texts: &[String]) -> Vec<String> {
     texts.iter().map(|text| for_python(text)).collect()
 }
 
-/// Converts the errors of the library to the exception `rist.Error`.
+/// Converts errors of the library to the exception `rist.Error`.
 pub trait OrError<T> {
-    /// The result with its error as the exception with the same message.
+    /// The result, with an error converted to an exception with the same message.
     fn or_error(self) -> PyResult<T>;
 }
 
@@ -62,7 +62,7 @@ impl<T, E: std::fmt::Display> OrError<T> for Result<T, E> {
     }
 }
 
-/// Warns (DeprecationWarning) that something has a new name; the former name will be removed in the next version.
+/// Issues a DeprecationWarning that something has a new name. The next version removes the former name.
 pub(crate) fn renamed(py: Python<'_>, text: &str) -> PyResult<()> {
     warn(py, text, py.get_type::<PyDeprecationWarning>().as_any())
 }

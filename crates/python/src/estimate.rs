@@ -1,4 +1,4 @@
-//! `rist.Estimate`.
+//! The class `rist.Estimate`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -36,30 +36,31 @@ pub struct Estimate {
     pub inner: rist::Estimate,
     pub model: Option<Py<Model>>,
     pub verdict: Said,
-    /// The bodies, where physical consistency was requested.
+    /// The identified bodies; `None` if physical consistency was not requested.
     pub bodies: Option<Bodies>,
-    /// The load of the loaded logs, as the program prints it.
+    /// The load in the loaded logs as text, as the program prints it.
     pub load: Option<String>,
-    /// The findings of the log check, in sentences.
+    /// Findings of the log check, as sentences.
     pub findings: Vec<String>,
-    /// Whether the estimate was read from estimate.yaml, which has no bodies.
+    /// Whether the estimate was read from estimate.yaml. This file contains no bodies.
     pub is_read: bool,
-    /// The logs as they were given, which are read again for plots of torques.
+    /// The logs as the user gave them. They are read again for plots of torques.
     pub logs: Option<Py<PyAny>>,
-    /// The prediction of logs that were not fitted.
+    /// The prediction errors on logs that were not fitted.
     pub validation: Option<rist::Validation>,
-    /// The assumptions of a simulation, in sentences.
+    /// Assumptions of a simulation, as sentences.
     pub notes: Vec<String>,
 }
 
-/// Logs with more rows are not read again for a notebook, which requests a page whenever an estimate is shown.
+/// Largest number of rows with which logs are read again for a notebook, because it requests a page whenever an estimate is
+/// shown.
 const LARGEST_DRAWN_ROWS: usize = 1 << 20;
 
-/// Bodies in a pickle: XX .. M by the number of the link, rotor inertias, and the reason for which they must not be used.
+/// Bodies in a pickle: link number and ten parameters XX .. M, rotor inertias, and the reason why the bodies must not be used.
 type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
 
 impl Estimate {
-    /// An estimate from a file or a simulation.
+    /// An estimate from a file or a simulation, without bodies, logs and findings.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
         let verdict = rist::fit::verdict::estimate_verdict(&inner).into();
         let (findings, notes) = (Vec::new(), Vec::new());
@@ -83,7 +84,7 @@ impl Estimate {
             .ok_or_else(|| error("this estimate was read without its model: Estimate.read(path, model)"))
     }
 
-    /// The given logs, or the logs that were fitted. Fails where these do not exist any more.
+    /// The logs in the argument `given`; without it, the fitted logs. Fails if these do not exist any more.
     fn logs_or<'py>(&self, given: Option<&Bound<'py, PyAny>>, py: Python<'py>) -> PyResult<Vec<LogArgument>> {
         if let Some(given) = given.or(self.logs.as_ref().map(|logs| logs.bind(py))) {
             return logs(given);
@@ -98,14 +99,14 @@ impl Estimate {
         }
     }
 
-    /// The plot data of logs; `None` for an estimate of experiments.
+    /// The plot data of logs; `None` for an estimate of plan experiments.
     fn plot_data<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<PlotData>> {
         let Some(options) = &self.inner.options else { return Ok(None) };
         let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
         work(py, None, |_| rist::fit::validation::plot_data(model, &self.inner, &open(given, model, &options.columns)?))
     }
 
-    /// The request of a page for this estimate.
+    /// The content of a page for this estimate.
     fn page_request<'a>(&'a self, plot_data: Option<&'a PlotData>, date: Option<&'a str>) -> PageRequest<'a> {
         PageRequest {
             model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
@@ -119,7 +120,7 @@ impl Estimate {
         }
     }
 
-    /// The page for a notebook, with torques where the logs still exist and are not too long; `None` where it is too large.
+    /// The page for a notebook. It has torques if the logs still exist and are not too long. `None` if the page is too large.
     fn framed_page(&self, py: Python<'_>) -> Option<String> {
         let is_drawn = self.inner.rows <= LARGEST_DRAWN_ROWS;
         let plot_data = is_drawn.then(|| self.plot_data(py, None).ok().flatten()).flatten();
@@ -127,7 +128,7 @@ impl Estimate {
         plot_data.as_ref().and_then(|plot_data| of(Some(plot_data))).or_else(|| of(None))
     }
 
-    /// The bodies. Fails if the verdict is no, unless `anyway`.
+    /// The identified bodies. Fails if the verdict is no, unless `anyway` is set.
     fn bodies(&self, anyway: bool) -> PyResult<Bodies> {
         let Some(bodies) = &self.bodies else {
             return Err(error(match self.is_read {
@@ -256,7 +257,7 @@ impl Estimate {
         py: Python<'py>,
         requested_schema: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // The interface allows a producer to ignore a requested type.
+        // By the specification of the interface, a requested type may be ignored.
         let _ = requested_schema;
         let texts = |of: Vec<String>| -> ArrayRef { Arc::new(StringArray::from(of)) };
         let numbers = |of: fn(&Identified) -> Option<f64>| -> ArrayRef {
@@ -537,8 +538,8 @@ impl Estimate {
     }
 }
 
-/// Content of a pickle of an estimate in addition to its text: findings, load, bodies, whether it was read from a file,
-/// validation and notes.
+/// Content of the pickle of an estimate, in addition to its text: findings, load, bodies, whether it was read from a file,
+/// validation, notes.
 type More = (Vec<String>, Option<String>, Option<BodyState>, bool, Option<String>, Vec<String>);
 
 /// Rebuilds an estimate from its pickle.

@@ -1,4 +1,4 @@
-//! Evaluates functions of a model at arrays of states.
+//! Evaluates functions of a model at states in NumPy arrays.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,16 +14,16 @@ use crate::estimate::Estimate;
 use crate::model::Model;
 use crate::work::alone;
 
-/// States that are evaluated between two checks for signals.
+/// Number of states that are evaluated between two checks for signals (Ctrl-C).
 const STATES_PER_PASS: usize = 1 << 14;
 
-/// An argument that may be absent.
+/// An argument that can be absent.
 pub type OptionalArgument<'a, 'py> = Option<&'a Array<'py>>;
 
-/// An argument that is read as numbers: an array, or an object that NumPy converts to an array.
+/// An argument with numbers: an array, or an object that NumPy converts to an array.
 pub type Array<'py> = Bound<'py, PyAny>;
 
-/// The evaluations of a model that were derived so far, by the name of the function.
+/// The functions of a model that were derived so far, by name.
 #[derive(Default)]
 pub struct Evaluations(Mutex<HashMap<String, Arc<Evaluation>>>);
 
@@ -35,7 +35,7 @@ impl Evaluations {
         }
         let inner = &model.inner;
         let made = alone(py, || match function {
-            // The regressor of the model, which may be compiled.
+            // The base regressor of the model may be compiled code.
             "base-regressor" => Evaluation::new(inner, Quantity::BaseRegressor),
             _ => Evaluation::of_function(inner, function),
         })?;
@@ -44,7 +44,7 @@ impl Evaluations {
 }
 
 impl Model {
-    /// The single output of a function at states.
+    /// Evaluates a function with one output at states.
     pub fn one(
         &self,
         function: &str,
@@ -56,7 +56,7 @@ impl Model {
         Ok(evaluate(q.py(), self, function, states, parameters, others)?.remove(0).1.unbind())
     }
 
-    /// All outputs of a function at states.
+    /// Evaluates a function at states, and returns all its outputs.
     pub fn several(
         &self,
         function: &str,
@@ -69,8 +69,8 @@ impl Model {
         Ok(PyTuple::new(q.py(), found.into_iter().map(|(_, x)| x))?.unbind())
     }
 
-    /// The parameters for a function: given numbers, the parameters of an estimate, or the nominal parameters. Fails where the
-    /// function needs standard parameters and base parameters are given.
+    /// The parameters for a function: given numbers, the parameters of an estimate, or nominal parameters. Fails if the
+    /// function needs standard parameters, but base parameters are given.
     fn parameters(&self, wanted: ParametersOf, given: OptionalArgument<'_, '_>) -> PyResult<Vec<f64>> {
         let (p, standard) = (self.inner.parameters.len(), self.inner.parameters.standard.len());
         let Some(given) = given.filter(|x| !x.is_none()) else {
@@ -85,7 +85,7 @@ impl Model {
                 ))
             });
         };
-        // X_base = K X_standard has no inverse: base parameters do not determine standard ones.
+        // Standard parameters cannot be computed from base parameters, because X_base = K X_standard has no inverse.
         let of_bodies = || {
             error(format_args!(
                 "parameters: {standard} standard parameters are expected: base ones do not tell what this function needs"
@@ -97,7 +97,7 @@ impl Model {
                 ParametersOf::Standard(_) => Err(of_bodies()),
             };
         }
-        // The count distinguishes base from standard parameters.
+        // The number of parameters shows whether they are base or standard parameters.
         let rows = RowMajor::new("parameters", given)?;
         let numbers = rows.numbers()?;
         match (rows.shape(), wanted) {
@@ -113,19 +113,19 @@ impl Model {
     }
 }
 
-/// The name of a function of a link in a frame: `jacobian=5:base`.
+/// The full name of a function of a link in a frame, for example `jacobian=5:base`.
 pub fn of_link(word: &str, link: &str, frame: Option<&str>) -> String {
     frame.map_or_else(|| format!("{word}={link}"), |frame| format!("{word}={link}:{frame}"))
 }
 
-/// Keywords with their values.
+/// Keyword arguments as pairs of name and value.
 pub fn by_keyword<'py>(given: Option<&Bound<'py, PyDict>>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     let Some(given) = given else { return Ok(Vec::new()) };
     given.iter().map(|(name, x)| Ok((name.extract()?, x))).collect()
 }
 
-/// The outputs of a function at states, each with its name. Their first dimension is the state, unless a single state
-/// without this dimension was given.
+/// Evaluates a function at states. Returns its outputs with their names. The first dimension of an output is the state, unless
+/// a single state of shape (n,) was given.
 pub fn evaluate<'py>(
     py: Python<'py>,
     model: &Model,
@@ -147,13 +147,13 @@ pub fn evaluate<'py>(
         Some(wanted) => model.parameters(wanted, parameters)?,
         None => Vec::new(),
     };
-    // Without q, the other inputs give the number of states.
+    // Without q, the number of states is that of the other inputs.
     let (count, is_one) = states.as_ref().map_or((others.count, others.is_one), |s| (s.count, s.is_one));
     let shapes = evaluation.outputs();
     let size: usize = shapes.iter().map(|o| o.rows * o.columns).sum();
     let outputs = empty(py, &[count, size])?;
     {
-        // Blocks of states, so that Ctrl-C is handled between them.
+        // States are evaluated in blocks, and Ctrl-C is handled between the blocks.
         let mut filled = outputs.readwrite();
         let filled = filled.as_slice_mut().map_err(error)?;
         let [q, dq, ddq] = states.as_ref().map_or(Ok([&[] as &[f64]; 3]), StateArrays::numbers)?;
@@ -174,7 +174,7 @@ pub fn evaluate<'py>(
     divided(&outputs, &evaluation, function, (count, is_one))
 }
 
-/// The outputs, each with its own shape. A single output is not copied.
+/// Splits the array of outputs into one array per output, each with its own shape. A single output is not copied.
 fn divided<'py>(
     outputs: &Bound<'py, PyArrayDyn<f64>>,
     evaluation: &Evaluation,
@@ -199,16 +199,16 @@ fn divided<'py>(
     evaluation.outputs().iter().map(one).collect()
 }
 
-/// The inputs of a function other than states and parameters, as arrays.
+/// Inputs of a function other than q, dq, ddq and parameters.
 struct ExtraInputs<'py> {
-    /// Name, entries per state, and rows of each input.
+    /// For each input: name, number of entries per state, and its array.
     given: Vec<(String, usize, RowMajor<'py>)>,
     count: usize,
     is_one: bool,
 }
 
 impl<'py> ExtraInputs<'py> {
-    /// `states`: number of states, and whether it is one without the dimension of states; `None` where q is not given.
+    /// `states`: number of states, and whether it is a single state of shape (n,). `None` if q is not given.
     fn new(
         evaluation: &Evaluation,
         given: &[(&str, &Bound<'py, PyAny>)],
@@ -228,7 +228,7 @@ impl<'py> ExtraInputs<'py> {
                 return Err(error(format_args!("{name} is missing: the function takes {}", names())));
             };
             let rows = RowMajor::new(name, x)?;
-            // A matrix of one state may have its own shape.
+            // For one state, a matrix may have its own shape, without a dimension of states.
             let entries: usize = rows.shape().iter().product();
             let lone = count.map_or(rows.shape().len() == 1 || entries == *width, |(_, is_one)| is_one);
             let (rows_there, is_lone) =

@@ -1,4 +1,4 @@
-//! `rist.plan`, `rist.simulate`, `rist.excite` and `rist.check`: motions of a model, their simulated logs, and their proofs.
+//! The functions `rist.plan`, `rist.simulate`, `rist.excite` and `rist.check`: motions, their simulated logs, and their proofs.
 
 use std::path::{Path, PathBuf};
 
@@ -97,7 +97,7 @@ pub fn simulate<'py>(
     let effort = request.effort(inner);
     let planned = motions.count();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation;
-    // Each record is written to disk when it is simulated, and also returned to the caller.
+    // Each record is written to disk as soon as it is simulated. It is also returned to the caller.
     let (simulated, records) = work(py, call.own("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
@@ -123,14 +123,14 @@ pub fn simulate<'py>(
     Ok((Estimate { notes: simulated.notes, ..truth }, logs))
 }
 
-/// The experiments or the motion to simulate.
+/// Motions to simulate: the experiments of a plan, or one exciting motion.
 enum Played {
     Plan(rist::motion::planning::ExperimentPlan),
     Motion(rist::motion::exciting::ExcitingMotion),
 }
 
 impl Played {
-    /// A motion, a plan, or the path of one. Fails where it was made with another model.
+    /// Takes a motion, a plan, or the path of one. Fails if it was made with another model.
     fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<Played> {
         let file = given.extract::<PathBuf>().ok();
         let is_motion = match &file {
@@ -152,7 +152,7 @@ impl Played {
         }
     }
 
-    /// The number of records without a load.
+    /// The number of records, without those with a load.
     fn count(&self) -> usize {
         match self {
             Played::Plan(plan) => plan.experiments.len(),
@@ -161,7 +161,7 @@ impl Played {
     }
 }
 
-/// The argument `name` as an estimate; `None` where it is absent. Fails where it is something else.
+/// The argument `name` as an estimate; `None` if it is absent. Fails if it is no estimate.
 fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> {
     let Some(estimate) = call.own(name) else { return Ok(None) };
     match estimate.cast::<Estimate>() {
@@ -170,7 +170,7 @@ fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> 
     }
 }
 
-/// Records as dicts of arrays, by name, with torques or currents by `effort`.
+/// Records as a dict by name, each a dict of arrays. `effort`: whether they contain torques or currents.
 fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let logs = PyDict::new(py);
     for (name, record) in records {
@@ -179,7 +179,7 @@ fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -
     Ok(logs)
 }
 
-/// The arrays of a record (t, q, and tau or i) by `effort`.
+/// A record as a dict of the arrays t, q, and tau or i. `effort` selects tau or i.
 fn log<'py>(py: Python<'py>, record: &Record, effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let log = PyDict::new(py);
     let n = record.q.first().map_or(0, Vec::len);
@@ -191,7 +191,7 @@ fn log<'py>(py: Python<'py>, record: &Record, effort: Effort) -> PyResult<Bound<
     Ok(log)
 }
 
-/// Series of the joints as an array (n, joints).
+/// One series per joint as an array of shape (n, joints).
 fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let numbers: Vec<f64> = (0..n).flat_map(|i| series.iter().map(move |x| x[i])).collect();
     array(py, &[n, series.len()], &numbers)
@@ -283,7 +283,7 @@ pub fn check(
     Ok(alone(py, || file.check(model, &path, interpolation, &asked))?.or_error()?.faults())
 }
 
-/// The interpolation by its word; fails with the known words.
+/// The interpolation with this name. Fails with a list of the names if it is unknown.
 fn interpolation_of(given: &Bound<'_, PyAny>) -> PyResult<Interpolation> {
     let word: String = given.extract().unwrap_or_default();
     let found = Interpolation::ALL.into_iter().find(|(_, known)| *known == word);

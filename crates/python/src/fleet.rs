@@ -1,4 +1,4 @@
-//! `rist.Accumulator` and `rist.compare`: sums over logs, which are merged, solved and compared without the logs.
+//! `rist.Accumulator` and `rist.compare`: sums over logs. They can be merged, solved and compared without the logs.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -47,12 +47,13 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// The locked sums, even after a panic: an update is all or nothing, so a panic does not change them.
+    /// Locks the sums, even after a panic in another thread: an update is applied completely or not at all, so the sums are
+    /// valid.
     fn sums(&self) -> MutexGuard<'_, fleet::Accumulator> {
         self.sums.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy of the sums, for work without the interpreter lock.
+    /// A copy of the sums. Work without the interpreter lock uses it.
     fn copy(&self) -> fleet::Accumulator {
         self.sums().clone()
     }
@@ -85,7 +86,7 @@ impl Accumulator {
         let (this, given) = (slf.get(), logs(log)?);
         let model = &this.model.get().inner;
         for log in given {
-            // The sums of this log only, so that logs which other threads add meanwhile are kept.
+            // A log is first added to an empty sum, so that logs that other threads add meanwhile are not lost.
             let mut part = fleet::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
@@ -99,7 +100,7 @@ impl Accumulator {
 
     /// Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both.
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
-        // `other` is copied first, so that its lock is released before the second lock. Both may be the same object.
+        // `other` is copied before `this` is locked, because both may be the same object, and two locks could block each other.
         let (this, other) = (slf.get(), other.copy());
         alone(slf.py(), || this.sums().merge(&other))?.or_error()?;
         Ok(slf)

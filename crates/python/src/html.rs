@@ -1,6 +1,6 @@
-//! Tables and texts for notebooks.
+//! HTML tables and texts for notebooks.
 
-/// A table with a title and a head; every cell is escaped text.
+/// A table with a title and a head row. The text of every cell is escaped.
 pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let row = |tag: &str, cells: &mut dyn Iterator<Item = String>| {
         let cells: String = cells.map(|c| format!("<{tag}>{}</{tag}>", escaped(&c))).collect();
@@ -11,10 +11,10 @@ pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>
     format!("<table><caption>{}</caption>{head}{rows}</table>", escaped(title))
 }
 
-/// A larger page is not shown in a notebook, because the file of the notebook stores it.
+/// Largest page that is shown in a notebook, bytes. It is limited because the file of the notebook stores the page.
 const LARGEST_PAGE_BYTES: usize = 2 << 20;
 
-/// A whole page in its own frame, whose style and script do not affect the notebook; `None` where it is too large.
+/// A whole page in a frame, so that its style and script do not affect the notebook. `None` if it is too large.
 pub fn frame(page: &str) -> Option<String> {
     let page = (page.len() <= LARGEST_PAGE_BYTES).then(|| page.replace('&', "&amp;").replace('"', "&quot;"))?;
     Some(format!(
@@ -29,7 +29,7 @@ pub fn list(texts: &[String]) -> String {
     format!("<ul>{items}</ul>")
 }
 
-/// A text with its line breaks.
+/// A text whose line breaks are kept.
 pub fn text(text: &str) -> String {
     format!("<pre style=\"white-space: pre-wrap\">{}</pre>", escaped(text))
 }

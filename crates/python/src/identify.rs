@@ -1,4 +1,4 @@
-//! `rist.identify` and `rist.doctor`: parameters from logs, and faults of logs.
+//! The functions `rist.identify` and `rist.doctor`: identify parameters from logs, and check logs.
 
 use std::path::PathBuf;
 
@@ -120,7 +120,7 @@ fn identify_samples(
     }
     rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()))
         .or_error()?;
-    // The whole work, from the files to the verdict, runs on a thread without the interpreter lock.
+    // All work from reading files to the verdict runs on a thread without the interpreter lock.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;
         let (fitted, loaded) = (open(fitted, inner, &columns)?, open(loaded, inner, &columns)?);
@@ -132,7 +132,7 @@ fn identify_samples(
         let judged = found.verdict_of_logs(inner, &others, false)?;
         Ok((found, judged))
     })?;
-    // The model of the estimate may have rotors that the given model does not have.
+    // The model of the fit may have rotor inertias that the given model lacks.
     let used = match found.model {
         Some(used) => Py::new(py, model.get().read_as(used))?,
         None => model.clone().unbind(),
@@ -163,7 +163,7 @@ fn identify_plan(
         return Err(error(format_args!("identify: [method={method}] needs the plan behind the logs: [plan]")));
     };
     let plan = ExperimentPlan::of(plan, inner)?;
-    // IV and DIDIM simulate the experiments in closed loop; the other methods solve the equations of the logs alone.
+    // IV and DIDIM simulate the experiments in closed loop. The other methods only need the logs.
     let logs = ExperimentLogs { directory: &directory, plan: &plan };
     let estimate = match method {
         Method::Iv | Method::Didim => {
@@ -189,11 +189,11 @@ pub struct LogCheck {
     state: LogCheckState,
 }
 
-/// A joint: coordinate, slope, share, explained share, and range of motion, rad (m).
+/// State of a joint: coordinate, slope, share, explained share, and range of motion, rad (m).
 type JointState = (String, Option<f64>, Option<f64>, Option<f64>, f64);
 
-/// A check as it is shown and pickled: text with one line per joint, findings, checks that were not possible, whether a
-/// finding is gross, the joints, all claims.
+/// A log check as it is shown and pickled: text with one line per joint, findings, checks that were not possible, whether a
+/// finding is gross, joints, claims.
 type LogCheckState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
 
 impl LogCheck {

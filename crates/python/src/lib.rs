@@ -1,9 +1,9 @@
-//! The Python package `rist`: the library `rist` with NumPy arrays for slices and keyword arguments for options.
+//! The Python package `rist`: the library `rist` with NumPy arrays as data and keyword arguments as options.
 //!
-//! Nothing is computed here. Functions are named after the commands of the program, most options after its flags, classes
-//! after the library. `Model.regressor` is the regressor of the standard parameters; `Model::regressor` of the library is
-//! `Model.base_regressor` here. Long work runs without the interpreter lock (`work`). A failure raises `rist.Error` with the
-//! message of the program.
+//! This package only converts arguments and results. Functions have the names of the program's commands, most options those of
+//! its flags, and classes those of the library. Exception: `Model.regressor` is the regressor of the standard parameters here,
+//! and `Model.base_regressor` is `Model::regressor` of the library. Long work runs without the interpreter lock (`work`). A
+//! failure raises `rist.Error` with the message of the program.
 
 mod arrays;
 mod arrow;

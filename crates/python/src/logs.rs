@@ -1,4 +1,4 @@
-//! Logs as Python arguments: paths, dicts of arrays, frames.
+//! Logs as Python arguments: paths, dicts of arrays, data frames.
 
 use std::path::{Path, PathBuf};
 
@@ -12,14 +12,14 @@ use crate::arrays::{RowMajor, seconds};
 use crate::arrow;
 use crate::error::{OrError, error};
 
-/// A log argument that needs no interpreter any more: a path, or a table of numbers.
+/// A log argument that can be used without the interpreter lock: a path, or a table of numbers.
 pub enum LogArgument {
     Path(PathBuf),
     Table(Box<Table>),
 }
 
 impl LogArgument {
-    /// Opens the log for a model.
+    /// Opens the log for a model. `names`: the columns of the signals.
     pub fn open(self, model: &rist::Model, names: &ColumnNames) -> Result<LogSource, rist::Error> {
         match self {
             LogArgument::Path(path) => model.open_log(&path, names).map(|(log, _)| log),
@@ -27,7 +27,7 @@ impl LogArgument {
         }
     }
 
-    /// The log read as the log of a force-torque sensor.
+    /// Reads the log as a log of a force-torque sensor.
     #[cfg(feature = "statics")]
     pub fn wrenches(self, options: &WrenchOptions) -> Result<Wrenches, rist::Error> {
         Ok(match self {
@@ -45,7 +45,7 @@ impl LogArgument {
     }
 }
 
-/// The logs of an argument: one log, or a list of logs.
+/// The logs of an argument, which is one log or a list of logs.
 pub fn logs(given: &Bound<'_, PyAny>) -> PyResult<Vec<LogArgument>> {
     if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
         return given.try_iter()?.enumerate().map(|(k, log)| one(&log?, Some(k + 1))).collect();
@@ -58,7 +58,7 @@ pub fn open(given: Vec<LogArgument>, model: &rist::Model, names: &ColumnNames) -
     given.into_iter().map(|log| log.open(model, names)).collect()
 }
 
-/// Takes a path, a dict of arrays, or an object with `__arrow_c_stream__`. `number`: its number in a list, for messages.
+/// Takes a path, a dict of arrays, or an object with `__arrow_c_stream__`. `number`: place of the log in a list, for messages.
 fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<LogArgument> {
     let named = |what: &str| number.map_or(what.to_string(), |k| format!("{what} {k}"));
     if let Ok(path) = given.extract::<PathBuf>() {
@@ -83,7 +83,7 @@ fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<LogArgument> {
         let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
         let in_seconds = seconds(&value)?;
         match RowMajor::of_log(&key, in_seconds.as_ref().unwrap_or(&value)) {
-            // A single number becomes an array without dimensions in NumPy.
+            // NumPy converts a single number to an array without dimensions.
             Ok(rows) => arrays.push((key, Array { shape: rows.shape().to_vec(), values: rows.numbers()?.to_vec() })),
             Err(_) => texts.push((key, format!("a value of type {}", value.get_type().qualname()?))),
         }

@@ -1,4 +1,4 @@
-//! `rist.Model`.
+//! The class `rist.Model`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,27 +54,27 @@ use crate::work::alone;
 #[pyclass(frozen, module = "rist")]
 pub struct Model {
     pub inner: Arc<rist::Model>,
-    /// The text of the description, for pickles.
+    /// The text of the description. Pickles contain it.
     pub text: String,
     pub options: ModelOptions,
-    /// Derived evaluations, by the name of the function.
+    /// Functions that were derived so far, by name.
     pub evaluations: Evaluations,
 }
 
 impl Model {
-    /// A model of the same description with the options of `inner`.
+    /// A Python model with the description of `self` and the reading options of `inner`.
     pub fn read_as(&self, inner: rist::Model) -> Model {
         let options = inner.description.as_ref().map(ModelOptions::of_description).unwrap_or_default();
         Model { inner: Arc::new(inner), text: self.text.clone(), options, evaluations: Default::default() }
     }
 
-    /// A model, or the path of its description, which is read with default options.
+    /// Takes a model, or the path of a description, which is read with default options.
     pub fn of<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
         Model::read_with(given, ModelOptions::default())
     }
 
-    /// The model for predictions of an estimate: the model of the estimate where the description is the same, since it
-    /// may have rotor inertias that a URDF cannot state.
+    /// The model with which an estimate predicts torques. If the description is the same, it is the estimate's own model,
+    /// because that may have rotor inertias that a URDF cannot contain.
     pub fn for_estimate<'py>(given: &Bound<'py, PyAny>, estimate: &Estimate) -> PyResult<Bound<'py, Model>> {
         let py = given.py();
         let described = estimate.inner.description.clone().unwrap_or_default();
@@ -82,7 +82,7 @@ impl Model {
         if let Some(used) = estimate.model.as_ref().filter(|used| used.get().text == model.get().text) {
             return Ok(used.bind(py).clone());
         }
-        // Options of the given model override the options of the estimate, key by key.
+        // Options of the given model replace options of the estimate, one by one.
         let Model { inner, text, options, .. } = model.get();
         let over = options.over(&described).or_error()?;
         if over.description() == inner.description {
@@ -91,7 +91,7 @@ impl Model {
         Bound::new(py, Model::derive(py, text.clone(), inner.path.clone(), over)?)
     }
 
-    /// The given model, or a description read with these options.
+    /// Takes a model, or the path of a description, which is read with `options`.
     fn read_with<'py>(given: &Bound<'py, PyAny>, options: ModelOptions) -> PyResult<Bound<'py, Model>> {
         if let Ok(model) = given.cast::<Model>() {
             return Ok(model.clone());
@@ -107,7 +107,7 @@ impl Model {
         Bound::new(given.py(), Model::derive(given.py(), text, path, options)?)
     }
 
-    /// A model of the same description with another selection of joints that have a rotor inertia.
+    /// The model read again with the option `rotor_inertia`, which selects the joints with a rotor inertia.
     pub fn with_rotors<'py>(this: &Bound<'py, Model>, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
         let (py, model) = (this.py(), this.get());
         let asked = PyDict::new(py);
@@ -120,7 +120,7 @@ impl Model {
         Bound::new(py, Model::derive(py, model.text.clone(), model.inner.path.clone(), options)?)
     }
 
-    /// The page of `rist inspect`.
+    /// The HTML page of `rist inspect`.
     fn page(&self) -> Result<String, rist::Error> {
         let path = &self.inner.path;
         let robot = rist::parse_robot(&self.text, path, &self.options)?;
@@ -137,7 +137,7 @@ impl Model {
         Ok(Model { inner: Arc::new(model), text, options, evaluations: Default::default() })
     }
 
-    /// Path, text and options of the description for a pickle.
+    /// Content of the pickle of a model: path, text and options of its description.
     pub fn state<'py>(&self, py: Python<'py>) -> PyResult<(String, String, Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         for (name, value) in self.options.given() {
@@ -155,7 +155,7 @@ impl Model {
     }
 }
 
-/// The options of a description from keyword arguments.
+/// Options for reading a description, from keyword arguments.
 fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResult<ModelOptions> {
     Call::new(function, &[], given)?.request()
 }
@@ -422,7 +422,7 @@ impl Model {
         symbols: Vec<String>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
-        // The equivalent command for the banner of the source.
+        // Options of the equivalent command, which the head of the source shows.
         let values = [
             ("language", language.into()),
             ("functions", functions.into()),

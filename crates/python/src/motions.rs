@@ -1,4 +1,4 @@
-//! `rist.ExperimentPlan` and `rist.ExcitingMotion`.
+//! The classes `rist.ExperimentPlan` and `rist.ExcitingMotion`.
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ artefact! {
 }
 
 impl ExperimentPlan {
-    /// The page of the plan, with a new proof where there is one.
+    /// The page of the plan; with the result of a new proof, if there is one.
     fn page_with(&self, date: Option<&str>, model: Option<&rist::Model>, plan_proof: Option<&PlanProof>) -> String {
         let command = "rist.ExperimentPlan.report";
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
@@ -73,7 +73,7 @@ impl ExperimentPlan {
         Some(self.page_with(date, model, None))
     }
 
-    /// A plan, or the path of one. Fails where it was made with another model.
+    /// Takes a plan, or the path of one. Fails if it was made with another model.
     pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::motion::planning::ExperimentPlan> {
         let (plan, path) = match given.cast::<ExperimentPlan>() {
             Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
@@ -163,18 +163,18 @@ artefact! {
     }
 }
 
-/// The origin of the proof that a page shows for a motion.
+/// Where the limits that a page shows were proved.
 enum ProofOrigin<'a> {
-    /// The search with this model, which proved the limits.
+    /// By the search that found the motion with this model.
     Found(&'a rist::Model),
-    /// A new proof for the page, independent of the statements in the file.
+    /// By a new proof with this model, independent of the statements in the file.
     ProvedAnew(&'a rist::Model),
-    /// The statements in the file, without a model.
+    /// Nowhere: without a model, the page repeats the statements in the file.
     OfFile,
 }
 
 impl ExcitingMotion {
-    /// The page of the motion and its charts; complete only with a model.
+    /// The page of the motion, and its charts. Torques and the path of the end effector need a model.
     fn page_with(
         &self,
         date: Option<&str>,
@@ -194,17 +194,17 @@ impl ExcitingMotion {
         Ok((page, pictures))
     }
 
-    /// The search where the model is known, otherwise the file.
+    /// The proof by the search if the model is known, otherwise the statements in the file.
     fn shown(&self) -> ProofOrigin<'_> {
         self.model.as_ref().map_or(ProofOrigin::OfFile, |model| ProofOrigin::Found(&model.get().inner))
     }
 
-    /// The page of the motion; `None` where it cannot be drawn.
+    /// The page of the motion; `None` if it cannot be drawn.
     fn page(&self, date: Option<&str>) -> Option<String> {
         Some(self.page_with(date, self.shown()).ok()?.0)
     }
 
-    /// A motion, or the path of one.
+    /// Takes a motion, or the path of one.
     pub fn of(given: &Bound<'_, PyAny>) -> PyResult<rist::motion::exciting::ExcitingMotion> {
         if let Ok(motion) = given.cast::<ExcitingMotion>() {
             return Ok(motion.get().inner.clone());

@@ -1,4 +1,4 @@
-//! The program `rist`, which is part of the package: rist/_program.py calls it.
+//! Runs the program `rist`, which this package contains. rist/_program.py calls it.
 
 use std::ffi::OsString;
 use std::panic::catch_unwind;
@@ -8,13 +8,13 @@ use pyo3::prelude::*;
 
 use crate::error::OrError;
 
-/// The exit code of a Rust program that panics.
+/// Exit code of a Rust program that ends by a panic.
 const PANIC_EXIT_CODE: u8 = 101;
 
 /// Runs the program with the words of a command line, and returns its exit code. Without the interpreter lock.
 #[pyfunction]
 pub fn _run_program(py: Python<'_>, words: Vec<OsString>) -> u8 {
-    // The message of a panic is already on standard error.
+    // If the program panics, its message is already on standard error.
     py.detach(|| catch_unwind(|| cli::run_program(words)).unwrap_or(PANIC_EXIT_CODE))
 }
 

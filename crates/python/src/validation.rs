@@ -1,4 +1,4 @@
-//! `rist.validate`: the prediction error of an estimate on logs that were not fitted.
+//! The function `rist.validate`: computes the prediction errors of an estimate on logs that were not fitted.
 
 use std::path::PathBuf;
 
@@ -99,7 +99,7 @@ pub fn validate(
     let used = Model::for_estimate(model, estimate)?;
     let (model, estimate, logs) = (&used.get().inner, &estimate.inner, self::logs(logs)?);
     model.check_estimate("the estimate".as_ref(), estimate).or_error()?;
-    // A log that was fitted proves nothing.
+    // A fitted log proves nothing about predictions.
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {

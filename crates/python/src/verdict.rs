@@ -1,4 +1,4 @@
-//! `rist.Verdict`.
+//! The class `rist.Verdict`.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub struct Verdict {
     pub said: Said,
 }
 
-/// A verdict and its sentences. Claims are written but never read, so that a verdict from a pickle has only the sentences.
+/// A verdict and its sentences. Claims cannot be read back, so a verdict from a pickle has only their sentences.
 #[derive(Clone)]
 pub struct Said {
     pub inner: rist::fit::verdict::Verdict,
@@ -31,7 +31,7 @@ impl From<rist::fit::verdict::Verdict> for Said {
     }
 }
 
-/// The answer for one use in a pickle: name, trust, relative error, and the joint with the largest error.
+/// One use of an estimate in a pickle: name, trust, relative error, and the joint with the largest error.
 type UseParts = (String, String, Option<f64>, Option<(String, f64)>);
 
 #[pymethods]
@@ -117,7 +117,7 @@ impl Verdict {
     }
 }
 
-/// Content of a pickle: trust, found, reasons, next, uses, claims, text.
+/// Content of the pickle of a verdict: trust, found, reasons, next, uses, claims, text.
 type Parts = (String, String, Vec<String>, String, Vec<UseParts>, Vec<String>, String);
 
 fn trust(word: &str) -> Trust {

@@ -1,7 +1,7 @@
-//! Long work without the interpreter lock. It reports its progress, and Ctrl-C ends it.
+//! Runs long work without the interpreter lock, with progress reports. Ctrl-C ends the work.
 //!
-//! The library works on its own thread. The caller's thread waits, passes progress to the callback, and checks for
-//! signals. A panic becomes an exception. A signal or an exception raises a flag, which the work checks between its parts.
+//! The library works on a thread of its own. The calling thread waits, passes progress to the callback, and checks for signals.
+//! A panic becomes a Python exception. A signal or an exception sets a flag, which the work checks from time to time.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,28 +16,28 @@ use crate::error::{OrError, error};
 /// Time between two checks for signals.
 const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Stack of the thread, as large as the stack of a main thread, because derivations recurse.
+/// Stack size of the worker thread, equal to that of a main thread, because derivations are recursive.
 const WORKER_STACK_BYTES: usize = 8 << 20;
 
-/// Progress of the work: parts done, number of parts, and the best result so far, in words.
+/// Progress of the work: number of finished steps, number of all steps, and a text on the best result so far.
 pub struct Progress {
     done: usize,
     all: usize,
     text: String,
 }
 
-/// The channel on which the work reports its progress.
+/// The channel through which the work reports its progress.
 pub struct Reporter(Sender<Progress>);
 
 impl Reporter {
-    /// Reports the progress. An absent receiver is no error.
+    /// Reports the progress. It is ignored if nobody receives it.
     pub fn tell(&self, done: usize, all: usize, text: &str) {
         let _ = self.0.send(Progress { done, all, text: text.into() });
     }
 }
 
-/// Does the work and reports its progress by `callback(done, all, text)`. An exception in the callback ends the work,
-/// as a signal does.
+/// Runs the work, and reports its progress by `callback(done, all, text)`. An exception in the callback ends the work, like a
+/// signal.
 pub fn work<T: Send>(
     py: Python<'_>,
     callback: Option<&Bound<'_, PyAny>>,
@@ -66,8 +66,8 @@ pub fn work<T: Send>(
             if raised.is_ok() {
                 raised = looked;
             }
-            // Raised again each time, because the end of a search clears the flag and the work would go on with the
-            // best found.
+            // The flag is set again each time, because the end of a search clears it. Otherwise the work would continue with
+            // the best result.
             if raised.is_err() {
                 interruption.raise();
             }
@@ -81,12 +81,12 @@ pub fn work<T: Send>(
     })
 }
 
-/// Does the work on the caller's thread, without the interpreter lock.
+/// Runs the work on the calling thread, without the interpreter lock.
 pub fn alone<T: Send>(py: Python<'_>, task: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(task)).map_err(|panic| defect(panic.as_ref())))
 }
 
-/// A panic as an exception that `except Exception` catches, which does not catch PanicException.
+/// Converts a panic to `rist.Error`. `except Exception` would not catch PanicException.
 fn defect(panic: &(dyn Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or("without a message".into());

@@ -1,4 +1,4 @@
-//! `rist.wrench`: identifies the load on a force-torque sensor.
+//! The function `rist.wrench`: identifies the load on a force-torque sensor.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,7 +1,8 @@
-//! Random numbers from a seed: the same numbers at every run and on every machine. Not for cryptography.
+//! Random numbers from a seed: equal seeds give equal numbers at every run and on every machine. They are not suited for
+//! cryptography.
 //!
-//! [`SplitMix`] is a small generator with 64 bits of state, for the few draws of a derivation or a test. [`Random`] is for
-//! thousands of draws: it also gives normally distributed numbers, and an independent stream for each index of an enumeration.
+//! [`SplitMix`] is a small generator with 64 bits of state, for a derivation or a test that needs few numbers. [`Random`] is for
+//! thousands of numbers: it also gives normally distributed numbers, and an independent stream for each index of an enumeration.
 
 #![warn(missing_docs)]
 

@@ -1,4 +1,4 @@
-//! xoshiro256++ seeded through SplitMix64, and normal deviates by Marsaglia's polar method.
+//! The generator xoshiro256++ seeded by SplitMix64, and normally distributed numbers by Marsaglia's polar method.
 //!
 //! [Blackman, Vigna 2021, "Scrambled linear pseudorandom number generators"].
 
@@ -18,7 +18,8 @@ impl Random {
         Random { state: [(); 4].map(|()| seeds.bits()), spare: None }
     }
 
-    /// A stream for one index of an enumeration. Its numbers depend on `seed` and `index`, not on the thread that draws them.
+    /// A stream for one index of an enumeration. Its numbers depend only on `seed` and `index`, so threads can draw them in any
+    /// order.
     pub fn stream(seed: u64, index: u64) -> Random {
         let mixed = Random::new(seed ^ index.wrapping_mul(0xd134_2543_de82_ef95)).bits();
         Random::new(mixed)
@@ -54,7 +55,7 @@ impl Random {
     /// A random index, uniformly distributed among 0 .. count - 1; 0 if `count` is 0.
     #[inline]
     pub fn index(&mut self, count: usize) -> usize {
-        // The index is the upper half of the 128-bit product bits * count; its bias is below count / 2^64.
+        // The upper half of the 128-bit product bits * count; its bias is below count / 2^64.
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
@@ -100,7 +101,7 @@ mod tests {
             m4 += z * z * z * z;
         }
         let n = f64::from(n);
-        // Five standard errors: sqrt(1/n), sqrt(2/n), sqrt(96/n).
+        // Allowed: five standard errors of the moments, sqrt(1/n), sqrt(2/n), sqrt(96/n).
         assert!((m1 / n).abs() < 5.0 * (1.0 / n).sqrt());
         assert!((m2 / n - 1.0).abs() < 5.0 * (2.0 / n).sqrt());
         assert!((m4 / n - 3.0).abs() < 5.0 * (96.0 / n).sqrt());

@@ -1,6 +1,6 @@
-//! SplitMix64 [Steele, Lea, Flood 2014].
+//! The random generator SplitMix64 [Steele, Lea, Flood 2014].
 
-/// A small random generator; the field is its state, initially the seed.
+/// A small random generator. Its field is the state, which is initially the seed.
 #[derive(Clone, Debug)]
 pub struct SplitMix(pub u64);
 

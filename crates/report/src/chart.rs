@@ -1,8 +1,8 @@
 //! Small charts as SVG: lines, envelopes, bands and dots over two axes.
 //!
-//! Coordinates are whole tenths of a pixel, relative to the previous point. This takes a third of the space of decimals. Colours
-//! are CSS classes, so a page can define them for light and dark mode; [`Chart::alone`] includes the definitions. Readers who are
-//! colour-blind can distinguish the colours (palette of Okabe and Ito), and lines also differ in their dashes.
+//! Coordinates are whole tenths of a pixel, relative to the previous point. This takes a third of the space of decimals.
+//! Colours are CSS classes, so a page can define them for light and dark mode; [`Chart::alone`] includes the definitions.
+//! Colour-blind readers can distinguish the colours (palette of Okabe and Ito), and lines also differ in their dashes.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -13,13 +13,13 @@ use crate::frame::{AxesFrame, Width, broken};
 use crate::scale::Scale;
 pub use crate::text::escaped;
 
-/// Height of the region below the lower axis, for tick labels and axis names, tenths of a pixel.
+/// Height of the margin below the lower axis, for tick labels and axis names, tenths of a pixel.
 const BOTTOM_MARGIN: f64 = 420.0;
 /// Height of a row of the legend, tenths of a pixel.
 const LEGEND_ROW_HEIGHT: f64 = 190.0;
 /// Mean width of a letter in the legend, tenths of a pixel.
 const LEGEND_LETTER_WIDTH: f64 = 68.0;
-/// Attribute for a chart that reacts to keys: it lets the chart get the focus, and only an element with the focus gets keys.
+/// Attribute that lets a chart get the keyboard focus, because only an element with the focus receives keys.
 const FOCUS: &str = " tabindex=\"0\"";
 
 /// One layer of a chart. The layers are drawn from back to front.
@@ -27,9 +27,9 @@ const FOCUS: &str = " tabindex=\"0\"";
 enum Layer<'a> {
     /// Lines through points; each inner vector is a separate line.
     Line(Vec<Vec<(f64, f64)>>),
-    /// A signal over time, with the range of its values in each span.
+    /// A signal over time: the smallest and the largest value in each time span.
     Envelope(Cow<'a, Envelope>),
-    /// A band between two ordinates, over the whole width of the chart.
+    /// A horizontal band between two values, over the whole width of the chart.
     Band(f64, f64),
     /// Separate points without lines.
     Dots(&'a [(f64, f64)]),
@@ -47,17 +47,17 @@ pub struct Chart<'a> {
     is_true_to_scale: bool,
     layers: Vec<(String, &'static str, Layer<'a>)>,
     width: Width,
-    /// Ends of the abscissa; `None`: the ends of the data.
+    /// Ends of the horizontal axis; `None`: the ends of the data.
     span: Option<(f64, f64)>,
     /// For a chart that a script redraws: the key of the data of each layer. Empty for other charts.
     keys: Vec<String>,
-    /// Abscissas at which vertical lines are drawn, for example between two logs.
+    /// Horizontal positions of vertical lines, in units of the horizontal axis, for example between two logs.
     borders: Vec<f64>,
     has_zero: bool,
 }
 
 impl<'a> Chart<'a> {
-    /// An empty chart with a width of 480 pixels. `axes`: names of the abscissa and the ordinate with units.
+    /// An empty chart with a width of 480 pixels. `axes`: names of the horizontal and the vertical axis, with units.
     pub fn new(title: impl Into<String>, axes: (&str, &str)) -> Chart<'a> {
         Chart {
             title: title.into(),
@@ -79,7 +79,7 @@ impl<'a> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
     }
 
-    /// Makes the chart higher and gives both axes the same length per unit, so that shapes are not distorted.
+    /// Makes the chart higher and gives both axes the same scale, so that shapes are not distorted.
     pub(crate) fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
@@ -94,7 +94,7 @@ impl<'a> Chart<'a> {
         Chart { height: 1100.0, ..self }
     }
 
-    /// Extends the ordinate so that it includes zero.
+    /// Extends the vertical axis so that it includes zero.
     pub(crate) fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
@@ -109,7 +109,7 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Line(pieces))
     }
 
-    /// Adds a signal over time.
+    /// Adds a signal over time, drawn as a band between its smallest and largest values in each time span.
     pub fn envelope(self, name: impl Into<String>, class: &'static str, envelope: &'a Envelope) -> Chart<'a> {
         let drawn = match envelope.spans().len() > DRAWN_SPANS {
             true => Cow::Owned(envelope.thinned_to(DRAWN_SPANS)),
@@ -118,7 +118,7 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Envelope(drawn))
     }
 
-    /// Adds a band between two ordinates.
+    /// Adds a horizontal band between two values, over the whole width.
     pub fn band(self, name: impl Into<String>, low: f64, high: f64) -> Chart<'a> {
         self.layer(name, "band", Layer::Band(low, high))
     }
@@ -133,12 +133,12 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Mark(point))
     }
 
-    /// Sets the abscissas at which vertical lines are drawn.
+    /// Sets the horizontal positions at which vertical lines are drawn.
     pub fn borders(self, borders: Vec<f64>) -> Chart<'a> {
         Chart { borders, ..self }
     }
 
-    /// Makes the chart as wide as the page, over the given time span, s.
+    /// Makes the chart as wide as the page. `span`: start and end of the time axis, s.
     pub(crate) fn wide(self, span: (f64, f64)) -> Chart<'a> {
         Chart { width: Width::Wide, span: Some(span), ..self }
     }
@@ -239,7 +239,7 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
-        // Both axes get the same length per unit: one axis fills its side, the other is extended symmetrically about its middle.
+        // Both axes get the same scale: one axis fills its side, the other is extended equally at both ends.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let place = AxesFrame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
         let (width, height) = (place.right - place.left, place.bottom);
@@ -283,7 +283,7 @@ struct Legend {
     rows: usize,
 }
 
-/// The CSS class and the SVG path of a layer, for all layers except bands.
+/// The CSS class and the SVG path of a layer. A band has no path.
 fn drawn_layer(frame: &AxesFrame, layer: &Layer) -> (&'static str, String) {
     match layer {
         Layer::Line(pieces) => ("line", frame.path(pieces)),

@@ -1,8 +1,8 @@
-//! Minifies a JavaScript file for a page: removes comments, indentation and unnecessary blanks.
+//! Minifies a JavaScript file for a page: removes comments, indentation and unnecessary spaces.
 //!
-//! Names are kept, and most lines too, so an error in a browser can still be located in `templates/`. Strings, templates and
-//! regular expressions are not changed, because blanks in the markup of a template belong to the page. A script must not
-//! contain an empty statement before a brace (`while (x);}`).
+//! Names and most line breaks are kept, so that an error in a browser can be located in `templates/`. Strings, templates and
+//! regular expressions are unchanged, because spaces in them can be part of the page. A script must not contain an empty
+//! statement before a brace (`while (x);}`).
 
 /// Returns the minified script.
 pub fn compact(script: &str) -> String {
@@ -37,12 +37,12 @@ pub fn compact(script: &str) -> String {
 struct ScriptReader<'a> {
     rest: &'a str,
     out: String,
-    /// One entry per open `${`: the number of open braces inside it.
+    /// One entry per open `${` of a template: the number of braces that are open inside it.
     open: Vec<usize>,
 }
 
-/// A line break after one of these characters, or before one of the characters in the next constant, is removed because
-/// the statement continues.
+/// A line break after one of these characters is removed, because the statement continues. The next constant lists the
+/// characters before which a line break is removed.
 const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
 const GOES_ON_BEFORE: &str = ")].,?:&|=";
 
@@ -70,7 +70,8 @@ impl ScriptReader<'_> {
         self.copy(length + 1);
     }
 
-    /// Copies a template, from a backtick or the end of a `${}` to the next `${` or the end of the template.
+    /// Copies a part of a template: from a backtick, or from the end of a `${}`, to the next `${` or to the end of the
+    /// template.
     fn copy_template(&mut self) {
         let length = self.length(|rest| rest.starts_with('`') || rest.starts_with("${"));
         if self.rest[length..].starts_with("${") {

@@ -1,7 +1,7 @@
 //! Compares two estimates of one robot, for example from two days, two loads or two methods.
 //!
-//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2). a, b: the two estimates of a parameter. If both are independent estimates of
-//! the same value, |z| exceeds 1.96 in one of twenty cases.
+//! z = (a - b) / sqrt(sigma_a^2 + sigma_b^2). a, b: the values of a parameter in the two estimates. If both are independent
+//! estimates of the same value, |z| exceeds 1.96 by chance in one of twenty cases.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified};
@@ -9,16 +9,16 @@ use serde::Serialize;
 
 use crate::number::{significant, unit, with_interval};
 
-/// The estimate to compare with, and the name of its file.
+/// The second estimate of a comparison, and the name of its file.
 #[derive(Clone, Copy, Debug)]
 pub struct OtherEstimate<'a> {
     /// Name of the file of the estimate.
     pub name: &'a str,
-    /// The estimate with which the estimate of the page is compared.
+    /// The second estimate, with which the estimate of the page is compared.
     pub estimate: &'a Estimate,
 }
 
-/// The comparison for the page: a summary, and one row per parameter. The parameters with the largest differences come first.
+/// A comparison of two estimates for the page: a summary, and one row per parameter, sorted by |z|, the largest first.
 #[derive(Serialize)]
 pub(crate) struct Comparison {
     summary: String,
@@ -35,7 +35,7 @@ struct ComparisonRow {
     other: String,
     other_half: String,
     difference: String,
-    /// |z|, and in `bar` the length of its bar, 0 to 100.
+    /// |z|; the next field `bar` is the length of its bar, 0 to 100.
     deviations: f64,
     bar: f64,
     is_moved: bool,
@@ -44,14 +44,14 @@ struct ComparisonRow {
 /// Value of |z| at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 10.0;
 
-/// Both values of a parameter, and z. `None` if a value or its standard deviation is missing.
+/// Both values of a parameter and the z of their difference. `None` if a value or a standard deviation is missing.
 fn apart(a: &Identified, b: &Identified) -> Option<(f64, f64, f64)> {
     let (x, y) = (a.value?, b.value?);
     let z = (x - y) / a.sigma?.hypot(b.sigma?);
     z.is_finite().then_some((x, y, z))
 }
 
-/// Compares the parameters that are in both estimates.
+/// Compares the parameters that both estimates have.
 pub(crate) fn comparison(estimate: &Estimate, other: OtherEstimate) -> Comparison {
     let found = estimate.parameters.iter().filter_map(|a| {
         let b = other.estimate.parameters.iter().find(|b| b.id == a.id)?;

@@ -1,11 +1,11 @@
-//! Data for drawing a robot on a page: its frames, the variables that move them, and the ranges of the variables.
+//! Data for drawing a robot on a page: its frames, the variables that move them, and the ranges of these variables.
 //!
 //! ```text
 //! T_j = T_a(j) A_j Rz(x_j)  or  T_a(j) A_j Tz(x_j),   x_j = offset + sum of factor * variable
 //! ```
-//! A_j is the transform from frame j to its antecedent a(j) at x_j = 0. [Khalil, Kleinfinger 1986] The script
-//! `templates/drawing.js` computes and draws the frames: `Drawing.of(element)` in this script reads the data of this module
-//! as JSON. So any page can contain a robot and move it. The script also closes the loops that are solved numerically.
+//! A_j: transform from frame j to its antecedent a(j) at x_j = 0 [Khalil, Kleinfinger 1986]. The script `templates/drawing.js`
+//! computes and draws the frames: its function `Drawing.of(element)` reads the data of this module as JSON, so that any page
+//! can contain a moving robot. It also closes the loops that are solved numerically.
 
 use gate::shown::lines;
 use robot::value::CoordinateId;
@@ -14,17 +14,16 @@ use serde::Serialize;
 
 use crate::template::rendered;
 
-/// Numbers in a drawing are rounded to multiples of 1 / DECIMALS: nine decimals, m or without unit.
+/// Factor for rounding the numbers of a drawing to nine decimals (m, or without unit).
 const DECIMALS: f64 = 1e9;
-/// Largest length in a drawing, m: larger lengths make the other lengths invisible.
+/// Largest length in a drawing, m. A larger length would make all others invisible.
 const LARGEST_LENGTH_M: f64 = 1e6;
-/// Largest angle of a slider, rad. This is enough for a continuous joint because its angle repeats.
+/// Largest angle of a slider, rad. One turn is enough for a continuous joint.
 const LARGEST_ANGLE_RAD: f64 = 2.0 * std::f64::consts::PI;
 
-/// The data of a robot for the script.
+/// The data of a robot that the script draws.
 #[derive(Clone, Debug, Serialize)]
 pub struct Drawing {
-    /// Name of the robot.
     name: String,
     /// Unit vector opposite to gravity, in the base frame; the z axis if there is no gravity.
     up: [f64; 3],
@@ -34,7 +33,7 @@ pub struct Drawing {
     coordinates: usize,
     /// The links, in the order of the description.
     links: Vec<Drawn>,
-    /// For each loop, the two frames that coincide if the loop is closed.
+    /// For each loop, the two frames that coincide when the loop is closed.
     loops: Vec<[DrawnFrame; 2]>,
 }
 
@@ -58,8 +57,8 @@ struct DrawnFrame {
     kind: &'static str,
     /// Constant transform A_j to the antecedent: a 3 x 4 matrix, row by row.
     place: [f64; 12],
-    /// Two corners of the drawn path to the axis of the frame: after the shift b along z, and after the shift d along x. In
-    /// the frame of the antecedent, m.
+    /// Two corners of the drawn path from the antecedent's origin to the axis of the frame: after the shift b along z, and
+    /// after the shift d along x. In the frame of the antecedent, m.
     corners: [[f64; 3]; 2],
     /// The variables that move the frame: index and factor of each.
     terms: Vec<(usize, f64)>,
@@ -72,7 +71,7 @@ struct Drawn {
     name: String,
     #[serde(flatten)]
     frame: DrawnFrame,
-    /// Other frames of the file that are fixed to the link and have another origin: name, and origin in the link frame, m.
+    /// Other frames of the file that are fixed to the link, at another origin: name, and origin in the link frame, m.
     fixed: Vec<(String, [f64; 3])>,
     /// Centre of mass in the link frame, m; `None` if the file has none.
     mass_centre: Option<[f64; 3]>,
@@ -125,8 +124,8 @@ fn up(robot: &Robot) -> [f64; 3] {
     if norm > 0.0 && norm.is_finite() { g.map(|x| rounded(-x / norm)) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Variable k with its range; the range is a default if the file gives none. The initial value is zero if it is in the range,
-/// otherwise the middle of the range.
+/// Variable k with the range of its slider (a default if the file gives none). Its initial value is zero if the range contains
+/// zero, otherwise the middle of the range.
 fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
     let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
@@ -150,7 +149,7 @@ fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     }
 }
 
-/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot, or 0.5 without lengths.
+/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot. 0.5 if it has no lengths.
 fn slider_stroke(robot: &Robot) -> f64 {
     let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
     let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();

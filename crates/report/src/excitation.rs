@@ -1,5 +1,5 @@
-//! The section of the page on an exciting motion: its coordinates within their limits, the path of the end effector, and the
-//! parameters that the motion makes identifiable.
+//! The page section on an exciting motion: coordinates within their limits, path of the end effector, and the parameters that
+//! the motion makes identifiable.
 
 use experiments::excitation::artefact::{ExcitingMotion, certificate_summary};
 use experiments::excitation::limits::LimitKind;
@@ -40,7 +40,7 @@ pub struct MotionPart {
     parameters: Vec<Visible>,
 }
 
-/// A table row on one kind of limit.
+/// A table row for one kind of limit, over all coordinates.
 #[derive(Serialize)]
 struct LimitRow {
     limit: String,
@@ -56,14 +56,14 @@ struct JointCharts {
     plots: Vec<String>,
 }
 
-/// A table row on one parameter.
+/// A table row for one parameter that the motion makes identifiable.
 #[derive(Serialize)]
 struct Visible {
     name: String,
     described: String,
     deviation: String,
     relative: String,
-    /// Length of the bar of the standard deviation, 0 to 100; `None` without a bar.
+    /// Length of the bar for the standard deviation, 0 to 100; `None` without a bar.
     bar: Option<f64>,
     remark: String,
     is_doubtful: bool,
@@ -80,7 +80,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
             "The file says: {claims}. Nobody proved it for this page; [:check] does, from the motion and the model."
         ),
     };
-    // The text on the margins has several lines. Each line becomes a note.
+    // The text on the margins is split into lines, and each line becomes a note.
     let margins = plot_data.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
     let margins: Vec<String> = margins.lines().map(str::to_string).collect();
     let in_words = |row: &CertificateRow| {
@@ -133,30 +133,31 @@ fn of_tip<'a>(shown: ShownMotion<'a>) -> impl Iterator<Item = (&'static str, Str
     shown.plot_data.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
 }
 
-/// The trajectory of one quantity of a coordinate over time, with its limits.
+/// One quantity of a coordinate (position, velocity, ..) over the time of the motion, with its limits.
 struct QuantityOverTime<'a> {
     kind: LimitKind,
     title: String,
     axis: String,
     caption: String,
     course: &'a Envelope,
-    /// Start time and end time of the motion, s.
+    /// Start and end of the motion, s.
     span: (f64, f64),
     bounds: Option<(f64, f64)>,
     nearest: Option<(f64, f64)>,
     borders: Vec<f64>,
 }
 
-/// Name of the time axis of the exciting motion.
+/// Name of the time axis of the exciting motion, as used by the script of the page.
 pub(crate) const MOTION_TIME: &str = "motion";
 
-/// The trajectories of the motion for the script of a page; `None` if there are none.
+/// The trajectories of the motion, encoded for the script of the page; `None` if there are none.
 pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
     let joints = shown.plot_data.joints.iter().enumerate();
     Timeline::new(joints.flat_map(|(k, joint)| joint.positions.iter().map(move |(kind, line)| (key(*kind, k), line))))
 }
 
-/// The key of a trajectory of coordinate k. The page moves the robot along the trajectories with the letter q.
+/// The key under which the script finds a trajectory of coordinate k. The page moves the robot by the trajectories with the
+/// letter q.
 fn key(kind: LimitKind, k: usize) -> String {
     let letter = match kind {
         LimitKind::Position => "q",
@@ -175,7 +176,7 @@ impl QuantityOverTime<'_> {
         let (key, none) = (key(self.kind, k), String::new);
         let limits = self.bounds.map(|_| (none(), "b", "limits".to_string()));
         let nearest = self.nearest.map(|_| (none(), "d", "nearest to a limit".to_string()));
-        // One key per layer of the chart, in the order of the layers.
+        // One key per layer of the chart, in drawing order; an empty key for layers without a trajectory.
         let keys = limits.iter().map(|_| none()).chain([key.clone()]).chain(nearest.iter().map(|_| none())).collect();
         let legend = [(key, "a", "motion".to_string())].into_iter().chain(limits).chain(nearest).collect();
         let svgs = vec![self.chart().live(keys).svg()];
@@ -200,7 +201,7 @@ fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<Quantity
     let one = |(kind, course): &'a (LimitKind, Envelope)| {
         let row = plot_data.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
         let bounds = match kind {
-            // The certificate bounds torque and power at a share of the limit, minus dry friction.
+            // For torque and power, the certificate gives the bound that was proved: a share of the limit, minus dry friction.
             LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
             _ => joint.limits.bounds(*kind),
         };
@@ -222,7 +223,7 @@ fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<Quantity
     joint.positions.iter().map(one).collect()
 }
 
-/// The unit of a quantity. It names both units if it is not known whether the joint is revolute or prismatic.
+/// The unit of a quantity. If the type of the joint is not known, both units are named: `rad/s (m/s)`.
 fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     let (turns, slides) = (kind.unit(false), kind.unit(true));
     unit(&match is_prismatic {
@@ -232,16 +233,16 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     })
 }
 
-/// A value below this share of its limit is written as zero.
+/// Values below this share of their limit are printed as zero.
 const ZERO_SHARE_OF_LIMIT: f64 = 1e-9;
 
-/// The caption of a chart: the statement of the certificate on this quantity.
+/// The caption of a chart: what the certificate states about this quantity.
 fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
         return format!("{name}: no limit is looked at");
     };
     let limit = bound.abs();
-    // A coordinate at rest has small rounding errors. They are shown as zero.
+    // Rounding errors of a coordinate at rest are printed as zero.
     let digits = |x: f64| significant(if x.abs() < ZERO_SHARE_OF_LIMIT * limit { 0.0 } else { x }, 4);
     let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
     let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
@@ -273,8 +274,8 @@ fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, Strin
     planes.map(plane).into_iter().collect()
 }
 
-/// The lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are drawn as outlines. A plane is
-/// drawn only if it is seen edge-on, over the extent of `path`. `axes`: the two axes of the view.
+/// Lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are outlines. A plane is drawn only if it
+/// is perpendicular to the view, over the extent of `path`. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
     let extent = |of: fn(&(f64, f64)) -> f64| {
@@ -299,20 +300,20 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     planes.filter_map(line).chain(cells).collect()
 }
 
-/// A plane counts as seen edge-on if the sine of the angle between its normal and the line of sight is at least this.
+/// A plane is drawn as a line if the sine of the angle between its normal and the view direction is at least this value.
 const EDGE_ON_SINE: f64 = 0.9999;
 
-/// Shortest length of a bar, in per cent of the longest bar, so that every bar is visible.
+/// Shortest length of a bar, per cent of the longest bar. It keeps every bar visible.
 const SHORTEST_BAR_PERCENT: f64 = 2.0;
 
-/// The parameters in the order of the motion, and a sentence on their bars. A bar shows the relative standard deviation, or
-/// the standard deviation if no parameter has a relative one. The scale is logarithmic, between powers of ten.
+/// Table rows for the parameters, in the order of the motion, and a sentence that explains the bars. A bar shows the relative
+/// standard deviation (or the absolute one, if no parameter has a relative one), on a logarithmic scale between powers of ten.
 fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let is_relative = parameters.iter().any(|p| p.relative_deviation.is_some());
     let shown = |p: &VisibleParameter| if is_relative { p.relative_deviation } else { p.deviation };
     let logarithms = parameters.iter().filter_map(shown).filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
     let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    // The scale ends at 100 %, because larger relative standard deviations give no further information.
+    // The scale ends at 100 %, because a parameter with a larger relative standard deviation is not significant anyway.
     let high = if is_relative { high.ceil().min(0.0) } else { high.ceil() };
     let low = low.floor().min(high - 1.0);
     let scale = match (low.is_finite() && high.is_finite(), is_relative) {
@@ -361,7 +362,7 @@ mod tests {
     fn planes_are_lines_where_they_are_seen_edge_on() {
         let wall = |normal| Wall { point: [0.5, 0.0, 0.0], normal, links: None };
         let path = [(0.0, 0.2), (0.4, 0.5)];
-        // The lines extend beyond the path by half of its diagonal.
+        // Planes are drawn beyond the path by half of its diagonal.
         let radius = 0.25;
         let of = |space: SpaceLimits, axes| edges(&space, axes, &path);
         let floor = SpaceLimits { floor: Some(Floor::At(-0.1)), ..Default::default() };
@@ -371,8 +372,8 @@ mod tests {
         let mut ends = [line[0].0, line[1].0];
         ends.sort_by(f64::total_cmp);
         assert!((ends[0] - (0.2 - radius)).abs() < 1e-12 && (ends[1] - (0.2 + radius)).abs() < 1e-12, "{line:?}");
-        // The plane x + y = 0.5 is a line only in the view from above. The plane x = 0.5 is a line from above and from the
-        // side, for any length of its normal.
+        // The plane x + y = 0.5 is a line only from above. The plane x = 0.5 is a line from above and from the side, for any
+        // length of its normal.
         let slanting = SpaceLimits { walls: vec![wall([-2.0, -2.0, 0.0])], ..Default::default() };
         let line = &of(slanting.clone(), [0, 1])[0];
         assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");

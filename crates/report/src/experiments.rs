@@ -1,4 +1,4 @@
-//! The sections of the page on an experiment plan and on a validation.
+//! The page sections on an experiment plan and on a validation.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -15,14 +15,14 @@ use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// Sentences on the proofs of a plan, which were repeated with the model of the robot.
+/// Sentences on the proofs of a plan, after they were repeated with the robot's model.
 #[derive(Clone, Debug)]
 pub struct PlanProof {
-    /// A sentence on the proven D-efficiency of the plan.
+    /// Sentence on the proven lower bound of the plan's D-efficiency.
     pub worth: String,
     /// For each experiment: its name, and a sentence on its limits.
     pub experiments: Vec<(String, String)>,
-    /// Whether all statements are proven.
+    /// Whether all statements about the plan are proven.
     pub is_kept: bool,
 }
 
@@ -50,7 +50,7 @@ struct Experiment {
     gain: String,
 }
 
-/// Makes the section on a plan: sentences and rows. Statements that are only read from its file are marked as such.
+/// Makes the section on a plan: sentences and table rows. Statements read from the file without a new proof are marked as such.
 pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
@@ -64,7 +64,7 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
-    // If the file was edited, the summary starts with a note on this.
+    // If the file was edited after rist wrote it, the summary starts with a note.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
     let origin = origin(plan.checksum);
     PlanPart {
@@ -94,7 +94,7 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
     }
 }
 
-/// First words of the summary if a file was changed after rist wrote it; otherwise empty.
+/// Start of the summary if the file was edited after rist wrote it; otherwise empty.
 fn origin(checksum: Checksum) -> String {
     checksum.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }
@@ -107,8 +107,8 @@ fn seconds(reference: &Reference) -> f64 {
     reference.q.first().map_or(0, Vec::len) as f64 * reference.sample_time
 }
 
-/// One chart per motion of the plan, with the positions of all joints. A swing is shown over one period, a sweep there and
-/// back. The result is empty if a motion of the plan is invalid.
+/// One chart per experiment of the plan, with the positions of all joints. A swing is drawn over one period, a sweep from start
+/// to end and back. Empty if an experiment is invalid.
 fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {
@@ -119,8 +119,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
         let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
-        // Order of the joints: the fast joint, then the other moving joints, then the joints at rest. All get a name
-        // in the legend.
+        // Order of the lines: the fast joint, the other moving joints, the joints at rest. The legend names all of them.
         let moving = trajectory.moving();
         let mut all: Vec<usize> = (0..plan.coordinates.len().min(reference.q.len())).collect();
         all.sort_by_key(|k| (*k != trajectory.fast, !moving.contains(k)));
@@ -142,7 +141,7 @@ pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
-    /// For each joint: its plots in the first motion, as HTML.
+    /// For each joint, the plots of its torques in the first validation motion, as HTML.
     plots: Vec<String>,
     has_rigid: bool,
     has_white: bool,
@@ -187,7 +186,7 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     }
 }
 
-/// Three lines for a joint in the first motion: measured torque, predicted torque, and residual.
+/// Three lines of a joint in the first validation motion: measured torque, predicted torque, residual.
 fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     let left = picture.measured.iter().zip(&picture.predicted).map(|(a, b)| a - b).collect::<Vec<_>>();
     [&picture.measured, &picture.predicted, &left].map(|values| {
@@ -197,16 +196,16 @@ fn lines(picture: &TorquePicture) -> [Envelope; 3] {
     })
 }
 
-/// Number of spans per line: enough detail for zooming in.
+/// Largest number of time spans per line. It gives enough detail for zooming in.
 const MOST_SPANS: usize = 2000;
 
-/// First letters of the keys of a joint's lines: measured, predicted, residual.
+/// First letters of the keys by which the script finds a joint's lines: measured, predicted, residual.
 const KEYS: [&str; 3] = ["m", "p", "r"];
 
-/// Name of the time axis of the first motion of a validation.
+/// Name of the time axis of the first validation motion, as used by the script of the page.
 pub(crate) const VALIDATION_TIME: &str = "validation";
 
-/// The torque lines of a validation for the script of a page; `None` if there are no plots.
+/// The torque lines of a validation, encoded for the script of the page; `None` if there are no plots.
 pub(crate) fn timeline(validation: &Validation) -> Option<Timeline> {
     let lines: Vec<[Envelope; 3]> = validation.pictures.iter().map(lines).collect();
     let keys = (0..lines.len()).flat_map(|k| KEYS.map(|key| format!("{key}{k}")));

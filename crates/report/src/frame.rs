@@ -1,4 +1,4 @@
-//! The axes of a chart, and the conversion of values into SVG paths between the axes.
+//! The axes of a chart, and the conversion of values into SVG paths.
 
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ impl Width {
         if self == Width::Usual { 4800.0 } else { 7200.0 }
     }
 
-    /// Left margin, with the tick labels, tenths of a pixel. Letters of a wide chart are larger on a narrow screen.
+    /// Left margin, which contains the tick labels, tenths of a pixel. A wide chart has larger letters on a narrow screen.
     pub(crate) fn left(self) -> f64 {
         if self == Width::Usual { 560.0 } else { 760.0 }
     }
@@ -31,7 +31,7 @@ impl Width {
 /// Right margin of a chart, tenths of a pixel.
 const RIGHT_MARGIN: f64 = 120.0;
 
-/// The region between the axes of a chart: its scales, and its position in tenths of a pixel.
+/// The area between the axes of a chart: its scales, and its position, tenths of a pixel.
 pub(crate) struct AxesFrame {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
@@ -48,19 +48,19 @@ impl AxesFrame {
         AxesFrame { x, y, left: width.left(), right: width.whole() - RIGHT_MARGIN, top, bottom }
     }
 
-    /// Horizontal position of the abscissa `x`, tenths of a pixel from the left edge of the chart.
+    /// Horizontal position of the value `x`, tenths of a pixel from the left edge of the chart.
     pub(crate) fn px(&self, x: f64) -> i64 {
         (self.left + self.x.place(x) * (self.right - self.left)).round() as i64
     }
 
-    /// Vertical position of a value, tenths of a pixel from the top. Values outside of the axis are clamped to one axis
-    /// length beyond its ends, because browsers fail on huge coordinates.
+    /// Vertical position of the value `y`, tenths of a pixel from the top. Values far outside are clamped to one axis length
+    /// beyond the axis, because browsers fail on huge coordinates.
     pub(crate) fn py(&self, y: f64) -> i64 {
         (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
     }
 
-    /// An attribute with data for a script that draws between the axes: lower left and upper right corner, tenths of a pixel,
-    /// and the ordinates at both corners.
+    /// Attribute with data for the script that draws inside the axes: lower left and upper right corner, tenths of a pixel, and
+    /// the values at the ends of the vertical axis.
     pub(crate) fn for_script(&self) -> String {
         let AxesFrame { left, right, top, bottom, .. } = self;
         let (low, high) = self.y.ends();
@@ -90,7 +90,7 @@ impl AxesFrame {
         let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
     }
 
-    /// The SVG path of several lines. A line with one point is drawn as a dot.
+    /// The SVG path of several lines. A line with a single point is drawn as a dot.
     pub(crate) fn path(&self, pieces: &[Vec<(f64, f64)>]) -> String {
         let mut s = String::new();
         for piece in pieces {
@@ -111,8 +111,8 @@ impl AxesFrame {
         s
     }
 
-    /// The SVG path of the area of an envelope, as an outline per segment: forward along the largest values, back
-    /// along the smallest.
+    /// The SVG path of an envelope's area. Each segment is one outline: forward along the largest values, back along the
+    /// smallest.
     pub(crate) fn area(&self, envelope: &Envelope) -> String {
         let mut s = String::new();
         for piece in envelope.pieces() {
@@ -126,11 +126,11 @@ impl AxesFrame {
 }
 
 fn relative(s: &mut String, dx: i64, dy: i64) -> std::fmt::Result {
-    // A minus sign separates two numbers, so no blank is needed.
+    // Before a negative number no space is needed, because the minus sign separates the numbers.
     if dy < 0 { write!(s, "l{dx}{dy}") } else { write!(s, "l{dx} {dy}") }
 }
 
-/// Converts the segments of an envelope to lines. Each span of the envelope must be a single sample.
+/// Converts each segment of an envelope to a line. Each span of the envelope must contain one sample.
 pub(crate) fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
     envelope.pieces().iter().map(|piece| piece.iter().map(|span| (span.t, span.low)).collect()).collect()
 }

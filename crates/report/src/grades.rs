@@ -1,4 +1,4 @@
-//! Tables of trust, by purpose and by joint, with the claims behind each grade.
+//! Tables that show the trust in an estimate, by purpose and by joint, with the claims behind each grade.
 
 use claims::{Claim, EvidenceLevel, Outcome, Topic};
 use identification::estimate::artefact::Estimate;
@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use crate::number::percent;
 
-/// The tables of trust by purpose and by joint.
+/// Two tables: the trust by purpose, and the claims by joint.
 #[derive(Serialize)]
 pub(crate) struct Grades {
     purposes: Vec<PurposeRow>,
-    /// Topics of the claims on joints: the column heads of the second table.
+    /// Topics of the claims on joints, which are the column heads of the table by joint.
     topics: Vec<&'static str>,
     joints: Vec<JointRow>,
 }
@@ -41,7 +41,7 @@ struct Cell {
     claim: String,
 }
 
-/// The CSS class for an answer on trust.
+/// The CSS class that colours an answer on trust.
 pub(crate) fn class(trust: Trust) -> &'static str {
     match trust {
         Trust::Yes => "yes",
@@ -50,7 +50,7 @@ pub(crate) fn class(trust: Trust) -> &'static str {
     }
 }
 
-/// The grades of a verdict; `None` if the verdict has no claims on joints.
+/// The tables for a verdict; `None` if it has no claims on joints.
 pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<Grades> {
     let purpose = |of: &identification::estimate::verdict::UseVerdict| PurposeRow {
         name: of.name.clone(),
@@ -65,7 +65,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     };
     let joints = estimate.map(|e| e.joints.as_slice()).unwrap_or_default();
     let is_of_joints = |claim: &&Claim| joints.iter().any(|joint| claim.subject().of.contains(&joint.coordinate));
-    // The topics in the order of the claims, without repetitions.
+    // Topics of the claims on joints, in the order of the claims, each once.
     let mut topics: Vec<Topic> = Vec::new();
     for claim in verdict.claims.iter().filter(is_of_joints) {
         let topic = claim.subject().topic;
@@ -76,7 +76,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     if topics.is_empty() || joints.is_empty() {
         return None;
     }
-    // One row per joint: its error on held-out data, and a cell per topic.
+    // One row per joint: its error on held-out data, and one cell per topic.
     let row = |joint: &identification::estimate::residuals::JointResidual| JointRow {
         name: joint.coordinate.clone(),
         held_out: joint.held_out.map_or("-".into(), percent),
@@ -89,7 +89,7 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     })
 }
 
-/// The cell for a topic of a joint. If there are several claims, it shows the claim with the lowest level of evidence.
+/// The cell for one topic of one joint. Of several claims, it shows the claim with the lowest level of evidence.
 fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
     let about = |claim: &&Claim| claim.subject().topic == topic && claim.subject().of.contains(joint);
     let Some(claim) = claims.iter().filter(about).min_by_key(|claim| claim.standing()) else {

@@ -1,4 +1,4 @@
-//! The report page of an identification.
+//! Makes the report page of an identification.
 
 use ::experiments::plan::experiment_plan::ExperimentPlan;
 use gate::shown;
@@ -30,10 +30,10 @@ const STYLE: &str = concat!(
     include_str!("../templates/drawing.css")
 );
 
-/// The content of the page. A part that is `None` is omitted.
+/// The content of the page. Sections for `None` are omitted.
 #[derive(Clone, Copy, Default)]
 pub struct Page<'a> {
-    /// The robot: source of the regrouping rules, parameter meanings, limits and nominal values.
+    /// The robot. It gives regrouping rules, parameter meanings, limits and nominal values.
     pub subject: Option<Subject<'a>>,
     /// The plan of the experiments.
     pub plan: Option<&'a ExperimentPlan>,
@@ -45,13 +45,13 @@ pub struct Page<'a> {
     pub estimate: Option<&'a Estimate>,
     /// Another estimate with which `estimate` is compared.
     pub against: Option<OtherEstimate<'a>>,
-    /// Plots of the logs and of the torques that the estimate predicts.
+    /// Data for plots of logged and predicted torques.
     pub plot_data: Option<&'a PlotData>,
-    /// The prediction errors of the estimate on other logs.
+    /// The prediction errors of the estimate on logs that were not fitted.
     pub validation: Option<&'a Validation>,
-    /// The verdict: how far the estimate can be trusted.
+    /// The verdict: whether the estimate can be trusted.
     pub verdict: Option<&'a Verdict>,
-    /// Date, program version and command of the page.
+    /// Date, program version and command, which the page shows.
     pub origin: Origin<'a>,
 }
 
@@ -75,9 +75,9 @@ struct IdentificationContext {
     name: String,
     title: String,
     kind: &'static str,
-    /// For each time axis: its name, and its lines as JSON that is safe to insert into a page.
+    /// For each time axis: its name, and its lines as JSON that cannot break the page.
     times: Vec<(&'static str, String)>,
-    /// The robot as HTML, and the name of the time axis along which it moves.
+    /// The drawing of the robot as HTML, and the name of the time axis by which it moves.
     drawing: Option<(String, &'static str)>,
     has_nominal: bool,
     verdict: Option<VerdictPart>,
@@ -94,7 +94,7 @@ struct PlotPart {
     joints: Vec<JointSection>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
-    /// Number of samples per span of the drawn lines; `None` if it is one.
+    /// Number of samples per time span of the drawn lines; `None` if it is one.
     thinned: Option<usize>,
     used: Vec<Used>,
     map: Option<MapPart>,
@@ -123,7 +123,7 @@ struct VerdictPart {
     reasons: Vec<String>,
     next: String,
     uses: Vec<UsePart>,
-    /// One sentence per claim that is not contradicted.
+    /// One sentence per claim that the data do not contradict.
     claims: Vec<String>,
     grades: Option<Grades>,
 }
@@ -156,7 +156,7 @@ impl Page<'_> {
         rendered(include_str!("../templates/identification.html"), self.content())
     }
 
-    /// The charts of the page for a folder of pictures: file name and SVG of each.
+    /// The charts of the page as separate pictures: file name and SVG of each.
     pub fn pictures(&self) -> Vec<(String, String)> {
         let of_logs = self.plot_data.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_validation = self.validation.map(experiments::pictures).unwrap_or_default();
@@ -164,8 +164,7 @@ impl Page<'_> {
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
-            // Names of joints can differ only in characters that file names cannot contain. So an underscore is added to
-            // equal file names.
+            // Joint names can differ only in characters that file names cannot contain. Equal file names get an underscore.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
                 name.push('_');
@@ -201,7 +200,7 @@ impl Page<'_> {
     }
 
     fn plot_part(&self, plot_data: &PlotData) -> PlotPart {
-        // Number of samples per span in the charts that are not redrawn.
+        // Number of samples per time span in charts that the script does not redraw.
         let thinned = |j: &JointPlotData| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
         PlotPart {
             joints: joints::joints(plot_data, self.estimate),
@@ -229,8 +228,7 @@ impl Page<'_> {
         }
     }
 
-    /// The heading of the page. It depends on the latest result that the page has, in the order plan,
-    /// motion, validation, estimate.
+    /// The heading of the page. It follows from the first of these that the page has: estimate, validation, motion, plan.
     fn kind(&self) -> &'static str {
         match (self.estimate, self.validation, self.motion, self.plan) {
             (Some(_), ..) if self.against.is_some() => "Two estimates compared",
@@ -243,7 +241,7 @@ impl Page<'_> {
         }
     }
 
-    /// For each time axis of the page: its name, and its lines as JSON.
+    /// For each time axis of the page, its name and its lines as JSON.
     fn times(&self) -> Vec<(&'static str, String)> {
         let of_logs = self.plot_data.and_then(joints::timeline);
         let of_motion = self.motion.and_then(excitation::timeline);
@@ -252,15 +250,15 @@ impl Page<'_> {
         all.into_iter().filter_map(|(name, time)| Some((name, time?.to_json()))).collect()
     }
 
-    /// The robot, and the name of the time axis along which it moves: the logs, or else the exciting motion. `None` for a
-    /// robot with numerically solved loops: only the page of the robot itself has the script that closes them.
+    /// The drawing of the robot, and the name of the time axis by which it moves: the logs, or else the exciting motion. `None`
+    /// for a robot with numerically solved loops, because only the page of the robot itself has the script that closes them.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
         let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;
         Some((Drawing::new(robot, &[])?.html(), along))
     }
 
-    /// The scripts that the page needs for its sections.
+    /// The scripts that the sections of this page need.
     fn script(&self, has_times: bool, has_map: bool, has_drawing: bool) -> String {
         let parts = [
             (true, include_str!("../templates/dom.js")),
@@ -281,7 +279,7 @@ impl Page<'_> {
         of_estimate.or_else(of_plan).or_else(of_motion).or_else(of_validation).unwrap_or_else(|| "robot".into())
     }
 
-    /// Facts on the origin of the data: heading and text of each.
+    /// Facts on the origin of the data, each with a heading and a text.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();

@@ -27,14 +27,14 @@ fn the_page_stands_alone() {
     assert!(!html.contains("could not be made"), "{html}");
     assert!(html.contains("arm &amp; co") && html.contains("Torque of q&lt;1&gt;") && html.contains("ZZR1"));
     assert!(html.contains("not identifiable") && html.contains("0.300"), "{html}");
-    // The page loads no file: the name space of SVG is its only address.
+    // The page loads no file. Its only address is the name of the SVG namespace.
     assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
     // The page has one additional SVG, with the clip paths of the charts.
     assert_eq!(html.matches("<svg").count(), page.pictures().len() + 1);
     assert!(!Page::default().html().contains("<h2"), "{}", Page::default().html());
 }
 
-/// Makes a page that has every section and names that are markup, and passes its HTML to `see`.
+/// Makes a page with all sections and with names that contain markup, and passes its HTML to `see`.
 fn whole_page(see: impl FnOnce(&str)) {
     let robot = robot::format::read_yaml(crate::test_page::ARM, "arm.yaml").unwrap();
     let mut derivation = modeling::Derivation::new(&robot).unwrap();
@@ -54,7 +54,7 @@ fn whole_page(see: impl FnOnce(&str)) {
     see(&html);
 }
 
-/// The scripts of a page that are executed, without its data.
+/// The scripts that the page executes, without its data.
 fn scripts(html: &str) -> Vec<&str> {
     html.split("<script>").skip(1).map(|rest| rest.split("</script>").next().unwrap()).collect()
 }
@@ -63,7 +63,7 @@ fn scripts(html: &str) -> Vec<&str> {
 fn a_page_is_alive_within_its_room() {
     whole_page(|html| {
         assert!(!html.contains("could not be made"), "{html}");
-        // The data is removed before the check, because its letters may happen to spell `NaN`.
+        // Data is removed before the search for `NaN`, because encoded letters may spell it by chance.
         let shown = html.split("<script type=\"application/json\"").map(|part| part.split("</script>").last().unwrap());
         assert!(shown.clone().count() > 2 && shown.clone().all(|part| !part.contains("NaN")), "{html}");
         let [script] = scripts(html)[..] else { panic!("one script") };
@@ -73,7 +73,7 @@ fn a_page_is_alive_within_its_room() {
         {
             assert!(html.contains(part), "{part}");
         }
-        // The page loads no file: the name space of SVG is its only address; it has no attribute src and no import.
+        // The page loads no file. Its only address is the name of the SVG namespace; it has no attribute src and no import.
         assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
         for word in [" src=", "url(h", "url(d", "url(\"", "@import", "import(", "fetch(", "XMLHttp", "WebSocket"] {
             assert!(!html.contains(word), "{word}");

@@ -1,4 +1,5 @@
-//! A map of the correlations between parameters, and the leverage of the rows (joints and time intervals) in each parameter.
+//! A map of the correlations between parameters, and a table of leverages: the share of each joint and time interval in a
+//! parameter.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};
@@ -8,7 +9,7 @@ use std::fmt::Write;
 use crate::number::significant;
 use crate::timeline::letters;
 
-/// The correlation map and the table of leverages of a page. `templates/map.js` makes them interactive.
+/// The correlation map and the table of leverages for the page. `templates/map.js` makes them interactive.
 #[derive(Serialize)]
 pub(crate) struct MapPart {
     /// Names of the parameters, in the order of the map.
@@ -17,17 +18,17 @@ pub(crate) struct MapPart {
     json: String,
     /// The most correlated pairs of parameters: two names and the correlation.
     pairs: Vec<(String, String, String)>,
-    /// Index of the parameter that is shown first. `rows`, for each joint: its name, its leverage in this parameter, and the
-    /// levels of the time intervals from 0 to 1.
+    /// Index of the parameter that is shown first. The next field `rows` has for each joint: its name, its leverage in this
+    /// parameter, and the leverage levels of the time intervals, 0 to 1.
     picked: usize,
     rows: Vec<(String, String, Vec<String>)>,
-    /// Step between the evaluated samples: every n-th sample is used.
+    /// Every n-th sample is evaluated; this is n.
     every: usize,
     /// Length of a time interval, as text.
     part: String,
 }
 
-/// The data of the map for the script.
+/// The data of the map that the script reads.
 #[derive(Serialize)]
 struct Data<'a> {
     names: &'a [String],
@@ -35,14 +36,14 @@ struct Data<'a> {
     parts: usize,
     /// Correlation rho of each pair i > j in two letters: 2047 (rho + 1).
     rho: String,
-    /// Leverage of each time interval in one letter: 63 sqrt(leverage / largest leverage in the parameter). Order: by
-    /// parameter, joint and interval.
+    /// Leverage of each time interval as one letter: 63 sqrt(leverage / largest leverage in the parameter). Order: parameter,
+    /// joint, interval.
     shares: String,
     /// For each parameter, the leverage of each joint.
     sums: Vec<Vec<f64>>,
 }
 
-/// The map distinguishes these levels of |rho|. A square below the first level is white.
+/// Lower ends of the levels of |rho| that the map distinguishes. Below the first level, a square is white.
 const CORRELATION_LEVELS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// Largest number that one letter can encode.
 const LARGEST_LETTER: f64 = 63.0;
@@ -50,7 +51,7 @@ const LARGEST_LETTER: f64 = 63.0;
 const RHO_STEPS: f64 = 2047.0;
 /// Largest number of correlated pairs that are listed by name.
 const PAIRS_IN_WORDS: usize = 6;
-/// A pair is listed by name only if its |rho| is at least this.
+/// Smallest |rho| of a pair that is listed by name.
 const NAMED_CORRELATION: f64 = 0.5;
 
 /// The map of the correlations; `None` if fewer than two parameters are identifiable.
@@ -63,7 +64,7 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     let joints: Vec<&str> = plot_data.joints.iter().map(|j| j.coordinate.as_str()).collect();
     let of_joint = joints.len() * PARTS_OF_TIME;
     let by_parameter: Vec<&[f64]> = found.shares.chunks(of_joint.max(1)).collect();
-    // The leverages are rounded to four decimals.
+    // Leverages are rounded to four decimals.
     let sum = |shares: &[f64]| (1e4 * shares.iter().sum::<f64>()).round() / 1e4;
     let sums: Vec<Vec<f64>> = by_parameter.iter().map(|of| of.chunks(PARTS_OF_TIME).map(sum).collect()).collect();
     let level = |share: &f64, largest: f64| if largest > 0.0 { (share / largest).sqrt() } else { 0.0 };
@@ -73,7 +74,7 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     };
     let rho = found.correlation.iter().map(|rho| letters((RHO_STEPS * (rho + 1.0)).round() as u32, 2)).collect();
     let shares = by_parameter.iter().map(text).collect();
-    // The page first shows a parameter of the pair with the largest correlation.
+    // The page first shows a parameter of the most correlated pair.
     let pairs = strongest(found);
     let picked = pairs.first().map_or(0, |pair| pair.1);
     let (first, of_first) = (by_parameter.get(picked)?, sums.get(picked)?);
@@ -84,7 +85,8 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     };
     let rows = joints.iter().zip(of_first).zip(first.chunks(PARTS_OF_TIME)).map(row).collect();
     let data = Data { names: &names, joints: joints.clone(), parts: PARTS_OF_TIME, rho, shares, sums: sums.clone() };
-    // This cannot fail: the data has only texts and numbers. `<` is escaped, so no text can close the script.
+    // Serialising cannot fail, because the data has only texts and numbers. `<` is escaped, so that no text can end the script
+    // element.
     let json = gate::shown::json(&serde_json::to_string(&data).unwrap_or_default()).replace('<', "\\u003c");
     let named = |(rho, i, j): &(f64, usize, usize)| (names[*i].clone(), names[*j].clone(), format!("{rho:.2}"));
     Some(MapPart {
@@ -99,13 +101,13 @@ pub(crate) fn map(plot_data: &PlotData) -> Option<MapPart> {
     })
 }
 
-/// A share as text in per cent, in the form that the script also uses.
+/// A share in per cent, formatted as the script formats it.
 fn per_cent(share: f64) -> String {
     let digits = usize::from(share < 0.1);
     format!("{:.digits$} %", 100.0 * share)
 }
 
-/// rho, i and j of all pairs of parameters, sorted by |rho|; the largest comes first.
+/// All pairs of parameters as (rho, i, j), sorted by |rho|, the largest first.
 fn strongest(found: &Information) -> Vec<(f64, usize, usize)> {
     let below = (0..found.parameters.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut pairs: Vec<_> = found.correlation.iter().zip(below).map(|(rho, (i, j))| (*rho, i, j)).collect();

@@ -1,4 +1,4 @@
-//! The section of the page on each joint: the components of its torque, the residual, and whether the residual is noise.
+//! The page section on each joint: the components of its torque, the residual, and a test whether the residual is noise.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};
@@ -17,12 +17,12 @@ use crate::timeline::Timeline;
 #[derive(Serialize)]
 pub(crate) struct JointSection {
     name: String,
-    /// Relative error of the torque on the logs that are plotted.
+    /// Relative error of the torque on the plotted logs.
     relative: String,
     rms: String,
     held_out: String,
     memory: String,
-    /// Shares of the components of the torque in per cent of their sum, each with its name.
+    /// Components of the torque, each with its share in per cent of their sum.
     shares: Vec<Share>,
     /// The plots of torque and residual, one below the other, as HTML.
     plot: String,
@@ -44,15 +44,15 @@ pub(crate) struct ChartFigure {
     pub svg: String,
 }
 
-/// A residual counts as noise if its autocorrelation time is below this multiple of the time of filtered noise.
+/// A residual counts as noise if its autocorrelation time, divided by that of filtered white noise, is below this value.
 const NOISE_TIME_RATIO: f64 = 1.5;
-/// Largest frequency of a drawn spectrum, as a multiple of the cut-off frequency.
+/// Largest frequency of a drawn spectrum, divided by the cut-off frequency.
 const SHOWN_FREQUENCY_RATIO: f64 = 1.3;
 
-/// CSS classes for the components of a torque, in the order of the components.
+/// CSS classes of the torque components, in their order.
 const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
-/// The sections on all joints. `estimate` supplies the errors on held-out data and the cut-off frequency.
+/// The sections on all joints. `estimate` gives the errors on held-out data and the cut-off frequency.
 pub(crate) fn joints(plot_data: &PlotData, estimate: Option<&Estimate>) -> Vec<JointSection> {
     plot_data.joints.iter().enumerate().map(|(k, joint)| one(k, joint, plot_data, estimate)).collect()
 }
@@ -79,8 +79,8 @@ fn one(k: usize, joint: &JointPlotData, plot_data: &PlotData, estimate: Option<&
     }
 }
 
-/// A text on the autocorrelation time of a residual, s, compared with white noise after the same filter. `cutoff`:
-/// cut-off frequency, Hz.
+/// Describes the autocorrelation time of a residual, s, in comparison with white noise after the same filter. `cutoff`: cut-off
+/// frequency, Hz.
 fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     let seconds = format!("{} s", significant(memory, 2));
     match cutoff.map(|hz| memory * hz / NOISE_MEMORY_PERIODS) {
@@ -90,7 +90,7 @@ fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     }
 }
 
-/// The charts of all joints for a folder of pictures: file name and chart of each.
+/// The charts of all joints as separate pictures: file name and chart of each.
 pub(crate) fn pictures<'a>(plot_data: &'a PlotData, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
     let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
@@ -105,16 +105,15 @@ fn charts(joint: &JointPlotData, plot_data: &PlotData, memory: Option<f64>, cuto
     drawn(joint, plot_data, memory, cutoff).into_iter().map(figure).collect()
 }
 
-/// Name of the time axis of the logs.
+/// Name of the time axis of the logs, as used by the script of the page.
 pub(crate) const LOG_TIME: &str = "log";
 
-/// The torques, the residual and the position of each joint over the time axis of the logs, for the script of a page. `None`
-/// if there are no samples.
+/// Torques, residual and position of each joint over time, encoded for the script of the page. `None` if there are no samples.
 pub(crate) fn timeline(plot_data: &PlotData) -> Option<Timeline> {
     Timeline::new(plot_data.joints.iter().enumerate().flat_map(|(k, joint)| lines(k, joint)))
 }
 
-/// The lines of joint k: key and data of each.
+/// The lines of joint k, each with the key by which the script finds it.
 fn lines(k: usize, joint: &JointPlotData) -> Vec<(String, &Envelope)> {
     let nominal = joint.nominal.as_ref().map(|line| (format!("d{k}"), line));
     let keys = ["m", "p", "r", "q"].map(|key| format!("{key}{k}"));
@@ -122,7 +121,7 @@ fn lines(k: usize, joint: &JointPlotData) -> Vec<(String, &Envelope)> {
     keys.into_iter().zip(lines).chain(nominal).collect()
 }
 
-/// The plots of torque and residual of joint k as HTML for a script. The legend is part of the page.
+/// The plots of torque and residual of joint k, as HTML for the script. The legend is a separate element of the page.
 fn plot(k: usize, joint: &JointPlotData, plot_data: &PlotData) -> String {
     let key = |letter: &str| format!("{letter}{k}");
     let span = plot_data.logs.first().zip(plot_data.logs.last()).map_or((0.0, 1.0), |(a, b)| (a.from, b.to));
@@ -157,13 +156,13 @@ fn torques<'a>(joint: &'a JointPlotData, plot_data: &PlotData) -> [(&'static str
     ]
 }
 
-/// An empty chart of a joint over time, with a vertical line between two logs.
+/// An empty chart of a joint over time, with vertical lines between the logs.
 fn over_time<'a>(title: &str, joint: &JointPlotData, plot_data: &PlotData) -> Chart<'a> {
     let borders: Vec<f64> = plot_data.logs.iter().skip(1).map(|log| log.from).collect();
     Chart::new(format!("{title} of {}", joint.coordinate), ("time, s", &joint.unit)).with_zero().borders(borders)
 }
 
-/// All other charts of a joint: file name, caption and chart of each.
+/// All charts of a joint except torque and residual over time: file name, caption and chart of each.
 fn drawn<'a>(
     joint: &'a JointPlotData,
     plot_data: &'a PlotData,
@@ -180,7 +179,7 @@ fn drawn<'a>(
         ("parts", "What the torque is made of".to_string(), split),
         ("friction", friction_caption(joint), friction(joint, name, unit, speed)),
     ];
-    // A short log has no spectrum.
+    // A log that is too short has no spectrum.
     if !joint.residual_spectrum.is_empty() {
         charts.push(("spectrum", spectrum_caption(joint, unit), spectrum(joint, name, unit, cutoff)));
     }
@@ -209,7 +208,7 @@ fn friction_caption(joint: &JointPlotData) -> String {
 fn spectrum<'a>(joint: &JointPlotData, name: &str, unit: &str, cutoff: Option<f64>) -> Chart<'a> {
     let density = format!("{unit}/√Hz");
     let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        // Frequencies far above the cut-off are not drawn, because the filter removes the signal there.
+        // Frequencies far above the cut-off are omitted, because the filter removes the signal there.
         points.iter().copied().filter(|p| cutoff.is_none_or(|hz| p.0 <= SHOWN_FREQUENCY_RATIO * hz)).collect()
     };
     let residual = shown(&joint.residual_spectrum);

@@ -1,4 +1,4 @@
-//! HTML pages for users. Each page is one file and loads no other file.
+//! Writes HTML pages for users: of an identification, and of a robot. Each page is one file and loads no other file.
 //!
 //! [`identification::Page`] presents an identification: its verdict with the trust by purpose and joint; the torques and
 //! residuals of each joint; the moving robot; the parameters with their meaning, correlations and leverages; and the motion

@@ -1,4 +1,4 @@
-//! Compares the motion in the logs with the limits of the joints.
+//! Compares the motion in the logs with the joint limits, for the page.
 
 use identification::plot_data::PlotData;
 use robot::Robot;
@@ -15,7 +15,7 @@ pub(crate) struct Used {
     effort: Bar,
 }
 
-/// A bar of a table: its start and its length, 0 to 100, and its text.
+/// A bar in a table: its start and its length, 0 to 100, and its text.
 #[derive(Serialize)]
 struct Bar {
     from: f64,
@@ -24,7 +24,7 @@ struct Bar {
     is_limited: bool,
 }
 
-/// For each joint: its motion in the logs compared with the limits of the robot description.
+/// For each joint, its motion in the logs compared with the limits of the description.
 pub(crate) fn used(plot_data: &PlotData, robot: Option<&Robot>) -> Vec<Used> {
     let one = |(k, joint): (usize, &identification::plot_data::JointPlotData)| {
         let limits = robot.and_then(|robot| robot.coordinates.get(k)).map(|c| c.limits).unwrap_or_default();

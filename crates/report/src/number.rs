@@ -13,7 +13,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
-/// The texts of a value and of half of its interval. Both are rounded to the second significant digit of the half interval.
+/// A value and half of its interval as texts. Both are rounded to the second significant digit of the half interval.
 pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     if !(half > 0.0 && half.is_finite()) {
         return (significant(value, 4), String::new());
@@ -26,7 +26,7 @@ pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     (format!("{value:.decimals$}"), format!("{half:.decimals$}"))
 }
 
-/// Per cent sign after a narrow no-break space.
+/// The per cent sign, after a narrow no-break space.
 const PERCENT_SIGN: &str = "\u{202f}%";
 
 /// A share as text in per cent: `0.53 %`, `14.5 %`.

@@ -1,4 +1,4 @@
-//! The table of the parameters, grouped by link: each has its interval, its meaning and its nominal value.
+//! The table of identified parameters, grouped by link, with interval, meaning and nominal value of each.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ struct ParameterRow {
     value: String,
     half: String,
     unit: String,
-    /// The value as a number, by which the script of the page sorts.
+    /// The value as a number; the script of the page sorts by it.
     number: f64,
     /// |value| / sigma; 0 if the parameter is not identifiable.
     deviations: f64,
@@ -55,7 +55,7 @@ struct ParameterRow {
     is_doubtful: bool,
 }
 
-/// Value of |value| / sigma at which a bar is full.
+/// Value of |value| / sigma with which a bar has its full length.
 const FULL_BAR_SIGMAS: f64 = 50.0;
 
 /// The table of the parameters of an estimate, grouped by link.
@@ -73,7 +73,7 @@ pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<LinkP
     groups
 }
 
-/// Data of the robot description on one base parameter.
+/// What the description gives for one base parameter.
 struct NominalValue {
     link: String,
     meaning: String,
@@ -96,7 +96,7 @@ fn nominal_by_parameter(subject: Subject) -> BTreeMap<String, NominalValue> {
     parameters.base.iter().enumerate().map(one).collect()
 }
 
-/// The title of the group to which a parameter belongs: its link, or for friction the link of its joint.
+/// The title of the group of a parameter: its link, or for friction the link of its joint.
 fn title(id: &ParameterId, subject: Option<Subject>, nominal: &BTreeMap<String, NominalValue>) -> String {
     let label = match id {
         ParameterId::Base(name) => match nominal.get(&id.to_string()) {
@@ -126,7 +126,7 @@ fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalV
         None => ("not identifiable".into(), String::new()),
     };
     let number = parameter.value.unwrap_or(0.0);
-    // Ratios to sigma: of the value, and of its difference from the nominal value.
+    // Two ratios to sigma: of the value, and of its difference from the nominal value.
     let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
     let described = nominal.and_then(|nominal| nominal.described);
     let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);
@@ -154,7 +154,7 @@ fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalV
     }
 }
 
-/// The meaning of a base parameter, derived from its name only.
+/// The meaning of a base parameter in words, from its name alone.
 fn of_base(name: &BaseName) -> String {
     let label = name.label.to_string();
     let link = label.trim_start_matches('_');
@@ -176,7 +176,7 @@ fn of_base(name: &BaseName) -> String {
     format!("{what}{lever}{others}")
 }
 
-/// The meaning of a parameter that has no regrouping rule.
+/// The meaning in words of a parameter without a regrouping rule.
 fn meaning(id: &ParameterId) -> String {
     let text = match id {
         ParameterId::Base(name) => return of_base(name),

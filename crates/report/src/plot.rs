@@ -1,16 +1,16 @@
-//! A figure as HTML: charts over one time axis that the script of the page redraws, with their legend.
+//! A figure as HTML: charts over one time axis, with a legend. The script of the page redraws them.
 
 use serde::Serialize;
 
 use crate::template::rendered;
 
-/// A figure with charts over one time axis.
+/// A figure of charts over one time axis.
 #[derive(Serialize)]
 pub(crate) struct Plot {
-    /// Name of the time axis of the charts.
+    /// Name of the time axis.
     pub(crate) time: &'static str,
     pub(crate) caption: String,
-    /// Key, CSS class and name of each line in the legend. The key is empty for a line without data over the time axis.
+    /// Key, CSS class and name of each line in the legend. The key is empty for a line that the script does not redraw.
     pub(crate) legend: Vec<(String, &'static str, String)>,
     /// The charts as SVG, one below the other.
     pub(crate) svgs: Vec<String>,

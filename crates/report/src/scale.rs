@@ -1,6 +1,6 @@
 //! The scale of an axis: converts values into positions, and finds ticks at round numbers.
 
-/// The scale of an axis. Its two ends always differ.
+/// The scale of an axis. Its two ends are never equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     low: f64,
@@ -9,7 +9,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A linear axis that includes all finite values. `margin`: added at both ends, as a share of the range of the values.
+    /// A linear axis that includes all finite values. `margin`: share of the range of the values that is added at both ends.
     pub fn linear(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
         let (low, high) = ends(values);
         let (low, high) = match high - low {
@@ -28,7 +28,7 @@ impl Scale {
         Scale { low, high, is_logarithmic: true }
     }
 
-    /// The length of the axis in units of the values; for a logarithmic axis the number of decades.
+    /// The length of the axis, in units of the values; for a logarithmic axis in decades.
     pub fn length(&self) -> f64 {
         self.high - self.low
     }
@@ -38,7 +38,7 @@ impl Scale {
         (self.low, self.high)
     }
 
-    /// An axis with another length and the same middle.
+    /// The same axis with another length. Its middle stays.
     pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
@@ -77,7 +77,7 @@ impl Scale {
         let all = between.flat_map(|k| factors.iter().map(move |f| f * 10f64.powi(k)));
         let inside = |x: &f64| (-1e-9..=1.0 + 1e-9).contains(&self.place(*x));
         let mut ticks: Vec<f64> = all.filter(inside).collect();
-        // If there are many decades, only every second or third of them is labelled.
+        // If there are many decades, only every second or third is labelled.
         let step = ticks.len().div_ceil(6).max(1);
         ticks = ticks.into_iter().step_by(step).collect();
         let text = |x: f64| if (0.001..10_000.0).contains(&x) { format!("{}", trimmed(x)) } else { format!("{x:.0e}") };
@@ -85,7 +85,7 @@ impl Scale {
     }
 }
 
-/// Removes the rounding error of a power of ten times one, two or five.
+/// Removes rounding errors from a power of ten times one, two or five.
 fn trimmed(x: f64) -> f64 {
     format!("{x:.0e}").parse().unwrap_or(x)
 }

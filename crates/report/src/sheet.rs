@@ -1,6 +1,5 @@
-//! The sheet of a robot description: the links, the base parameters of each link with meaning, value and rule, and the base
-//! parameters that contain the ten inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown,
-//! LaTeX and HTML.
+//! The sheet of a robot: its links, the base parameters of each link with meaning, value and rule, and the base parameters that
+//! contain the inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown, LaTeX and HTML.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +31,7 @@ pub struct Sheet {
     pub count: String,
     /// The base parameters, grouped by link.
     pub groups: Vec<LinkBaseParameters>,
-    /// Only for nested rules: rules of regrouped parameters that are not base parameters themselves.
+    /// Rules of regrouped parameters that are not base parameters. Empty if the rules are expanded.
     pub regrouped: Vec<String>,
     /// Names of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
@@ -41,13 +40,13 @@ pub struct Sheet {
     pub drawing: Option<Drawing>,
     /// For each link: the base parameters that contain each of its standard parameters.
     pub regroupings: Vec<LinkRegrouping>,
-    /// Sentences on the evidence that the number of base parameters is correct.
+    /// Sentences that justify the number of base parameters.
     pub evidence: Vec<String>,
     /// For each function: name, and the numbers of multiplications, of additions, and of sines and cosines in one call.
     pub operations: Vec<(String, usize, usize, usize)>,
 }
 
-/// The table row of one link.
+/// The table row for one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkLine {
     /// Number of the link, counted from 1.
@@ -66,7 +65,7 @@ pub struct LinkLine {
     pub frame: String,
 }
 
-/// The table rows on the base parameters of one link.
+/// The table rows for the base parameters of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkBaseParameters {
     /// Name of the link, and of its joint if this differs.
@@ -75,14 +74,14 @@ pub struct LinkBaseParameters {
     pub rows: Vec<BaseParameterRow>,
 }
 
-/// A table row on one base parameter.
+/// The table row for one base parameter.
 #[derive(Clone, Debug, Serialize)]
 pub struct BaseParameterRow {
     /// Name of the base parameter.
     pub name: String,
     /// Meaning of the base parameter in words.
     pub meaning: String,
-    /// Regrouping rule of the base parameter; empty if it contains no other standard parameter.
+    /// Regrouping rule of the base parameter; empty if it is a single standard parameter.
     pub rule: String,
     /// Nominal value with unit; empty if the description has no inertials.
     pub value: String,
@@ -97,7 +96,7 @@ pub struct Absorbed {
     pub name: String,
     /// Meaning of the standard parameter in words.
     pub meaning: String,
-    /// Factor of the standard parameter in the rule, at the values of the symbols.
+    /// Factor of the standard parameter in the rule, with numbers for the symbols.
     pub factor: String,
 }
 
@@ -110,7 +109,7 @@ pub struct LinkRegrouping {
     pub rows: Vec<(String, Vec<String>)>,
 }
 
-/// The data from which a sheet is made.
+/// The data from which the sheet of a robot is made.
 #[derive(Clone, Copy)]
 pub struct SheetInput<'a> {
     /// The robot description.
@@ -170,7 +169,7 @@ fn symbols(robot: &Robot) -> Vec<(String, String)> {
     robot.symbols.iter().enumerate().map(|(i, s)| (s.name.clone(), trimmed(&value(s, i)))).collect()
 }
 
-/// The text of a number without zeros at the end of its decimals.
+/// Removes zeros at the end of the decimals of a number.
 fn trimmed(text: &str) -> String {
     if !text.contains('.') || text.contains('e') {
         return text.into();
@@ -287,7 +286,7 @@ fn link_regroupings(robot: &Robot, parameters: &BaseParameters) -> Vec<LinkRegro
 
 fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
-    // An exact rank proves the number of base parameters, unless a base parameter is weak.
+    // An exact rank proves the number of base parameters, unless one of them is weak (has hardly any effect on the torques).
     let certificate = match rank.exact.rank() {
         Some(_) if !parameters.weak.is_empty() => {
             format!("rank {}, numeric: {}", rank.numeric, parameters.evidence_of_rank(robot))
@@ -298,13 +297,13 @@ fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
         ),
         None => format!("rank {}, numeric: {}", rank.numeric, rank.exact),
     };
-    // The gap between kept and dropped columns shows whether the numeric rank is reliable.
+    // The numeric rank is reliable if there is a gap between kept and dropped columns.
     let numbers = format!(
         "in numbers, every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} \
          or less",
         rank.smallest_kept, rank.largest_dropped
     );
-    // The relations between columns are proven in symbols, for all values of the symbols, or only for the values of this robot.
+    // Relations between columns are proven either for all values of the symbols, or only for the values of this robot.
     let relations = match (rank.general_relations, rank.numeric_relations) {
         (0, 0) => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
         (general, numeric) => {

@@ -1,4 +1,4 @@
-//! Renders templates to text. The templates are part of the program, and tests find errors in them.
+//! Renders templates to text. The templates are part of the program, so tests find their errors.
 
 use gate::shown;
 use minijinja::syntax::SyntaxConfig;
@@ -6,7 +6,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, escape_formatter};
 use serde::Serialize;
 
-/// Renders a page from its HTML template and its content. Texts of the content are escaped unless they are marked as safe.
+/// Renders an HTML page from its template and its content. Texts are escaped, unless they are marked as safe.
 pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
@@ -18,7 +18,7 @@ pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// Renders a Markdown template. Each text is escaped; the filter `code` formats a text as code.
+/// Renders a Markdown template. Every text is escaped; the filter `code` formats a text as code.
 pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     let mut environment = environment(AutoEscape::None);
@@ -32,7 +32,7 @@ pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
 fn environment(escape: AutoEscape) -> Environment<'static> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // These options remove the indentation and the lines of template tags from the output.
+    // Removes the indentation and the lines of template tags from the output.
     if let Ok(syntax) = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build() {
         environment.set_syntax(syntax);
     }

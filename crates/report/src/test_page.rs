@@ -1,4 +1,4 @@
-//! A page with every section, for tests of this crate. Its synthetic log has a gap, and rows that the fit does not use.
+//! Data for tests of this crate: a page with every section. Its synthetic log has a gap, and rows that the fit does not use.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use identification::estimate::artefact::Estimate;
@@ -10,14 +10,14 @@ use identification::plot_data::information::{Information, PARTS_OF_TIME};
 use identification::plot_data::{JointPlotData, LogSpan, PlotData};
 use linear_model::unit::Unit;
 
-/// A name that contains markup, closes a script, and reverses the direction of writing.
+/// A joint name that contains markup, ends a script element, and reverses the writing direction.
 pub(crate) const HOSTILE: &str = "q</script><b>\u{202e}";
 
 /// A robot with two revolute joints.
 pub(crate) const ARM: &str = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
                               {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, theta: q2}\n";
 
-/// Plot data of two joints over four seconds, with a gap of one second.
+/// Plot data of two joints over four seconds; one second of it is a gap.
 pub(crate) fn plot_data() -> PlotData {
     let joint = |k: usize| {
         let lines = || Envelope::of_spans(4000);
@@ -35,7 +35,7 @@ pub(crate) fn plot_data() -> PlotData {
         };
         for i in 0..3000 {
             let t = 1e-3 * f64::from(i) + if i < 1500 { 0.0 } else { 1.0 };
-            // The residual is a fast sine. One block of it is not used by the fit.
+            // The residual is a fast sine. The fit does not use one block of it.
             let noise = 0.4 * (917.0 * t).sin();
             if i == 1500 {
                 [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course]
@@ -52,7 +52,7 @@ pub(crate) fn plot_data() -> PlotData {
         }
         joint
     };
-    // Leverages of two joints in two parameters. They are normalised to the sum 1 per parameter.
+    // Leverages of two joints in two parameters, normalised to a sum of 1 per parameter.
     let shares = (0..2 * 2 * PARTS_OF_TIME).map(|i| 1.0 + (i % 7) as f64).collect::<Vec<_>>();
     let whole = |k: usize| shares[k * 2 * PARTS_OF_TIME..(k + 1) * 2 * PARTS_OF_TIME].iter().sum::<f64>();
     let shares = shares.iter().enumerate().map(|(i, x)| x / whole(i / (2 * PARTS_OF_TIME))).collect();
@@ -98,7 +98,7 @@ pub(crate) fn estimate() -> Estimate {
 pub(crate) fn verdict() -> Verdict {
     const ZERO: Topic = Topic("zero");
     const SIGN: Topic = Topic("sign");
-    // The claims produce each kind of cell in the table of grades once.
+    // The claims give each kind of cell in the table of grades once.
     let claims = vec![
         Claim::new(
             Subject::of(SIGN, ["q2"]),

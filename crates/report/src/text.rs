@@ -1,4 +1,4 @@
-//! Escapes text for markup.
+//! Escapes text for XML and HTML.
 
 /// Escapes a text for use in the text and in attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {

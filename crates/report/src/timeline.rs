@@ -1,4 +1,4 @@
-//! Encodes lines over one time axis for the script of a page, which draws a range of them and shows their values.
+//! Encodes lines over one time axis for the script of a page. The script draws a range of them and shows their values.
 //!
 //! ```text
 //! v = low + step c,  c = 0 .. 4094;  c = 4095: no value        two letters per value
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use identification::plot_data::envelope::{Envelope, Span};
 use serde::Serialize;
 
-/// Number of steps between the smallest and the largest value of a line. The next larger code means that there is no value.
+/// Number of steps between the smallest and the largest value of a line. The next code, 4095, means "no value".
 const STEPS: f64 = 4094.0;
 /// Number of letters that encode a time.
 const LETTERS_OF_A_TIME: usize = 4;
@@ -24,7 +24,7 @@ pub(crate) struct Timeline {
     to: f64,
     /// Encoded start time of each span.
     times: String,
-    /// Segments of time without a gap: index of the first span, and end time of the segment, s.
+    /// Segments of the time axis without a gap: index of the first span, and end time of the segment, s.
     pieces: Vec<(usize, f64)>,
     curves: BTreeMap<String, Curve>,
 }
@@ -42,7 +42,7 @@ struct Curve {
 }
 
 impl Timeline {
-    /// Encodes lines, given by key and data, that have the same spans as the first line. A line with other spans is omitted.
+    /// Encodes lines, each given by its key and its data. All must have the time spans of the first line; others are omitted.
     /// `None` without a span.
     pub(crate) fn new<'a>(lines: impl IntoIterator<Item = (String, &'a Envelope)>) -> Option<Timeline> {
         let mut lines = lines.into_iter().peekable();
@@ -74,7 +74,7 @@ impl Timeline {
 
     /// The lines as JSON. It contains no `<`, so it can be inserted into a page.
     pub(crate) fn to_json(&self) -> String {
-        // This cannot fail: the data has only numbers and texts, with texts as keys.
+        // Serialising cannot fail, because the data has only numbers and texts, with texts as keys.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
@@ -98,7 +98,7 @@ fn curve(line: &Envelope) -> Curve {
 /// Encodes a number in `count` letters of 6 bits each, the highest digit first.
 pub(crate) fn letters(number: u32, count: usize) -> String {
     let digit = |k: usize| (number >> (6 * (count - 1 - k))) as u8 & 63;
-    // The backslash is skipped in the alphabet.
+    // The alphabet skips the backslash.
     (0..count).map(digit).map(|d| char::from(62 + d + u8::from(d >= 30))).collect()
 }
 

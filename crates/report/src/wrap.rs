@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first`, the others by `rest`.
-/// A word that is longer than a line is not broken.
+/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first` characters, the others by
+/// `rest`. A word that is longer than a line is not broken.
 pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     let leading = text.chars().take_while(|c| *c == ' ').count();
     let mut s = " ".repeat(first + leading);
     let mut column = first + leading;
     let mut is_first = true;
-    // Blanks between words of a line are kept, because they align columns.
+    // Spaces between words of one line are kept, because they align columns.
     for word in words(&text[leading..]) {
         let length = word.trim_end().chars().count();
         if !is_first && column + length > width {
@@ -25,7 +25,7 @@ pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     s + "\n"
 }
 
-/// The words of a text, each with the blanks after it.
+/// The words of a text, each with the spaces after it.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -41,7 +41,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 /// Indentation of the last column of a table if it is printed below its row.
 const INDENT_BELOW_ROW: usize = 6;
 
-/// A table with left-aligned columns. If it is wider than `width`, the last column is printed below the others.
+/// Writes a table with left-aligned columns. If it is wider than `width`, the last column is printed below its row.
 pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let wide = |c: usize| {
         let cells = rows.iter().map(|row| row[c].chars().count());

@@ -1,7 +1,7 @@
-//! A URDF as YAML, and the identified bodies of a log back in the URDF.
+//! Converts a URDF to YAML, identifies the inertial parameters from a log, and writes them into the URDF.
 //!
-//! `cargo run --package rist --example convert_and_write_back -- robot.urdf log.csv > identified.urdf`; without a log only
-//! the conversion.
+//! `cargo run --package rist --example convert_and_write_back -- robot.urdf log.csv > identified.urdf`; without a log it only
+//! converts.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,5 @@
-//! What a description and an estimate make of a log that neither has seen, drawn for one joint.
+//! Draws the torque of one joint in a log that was not fitted: measured, predicted by the description, predicted by an
+//! estimate.
 //!
 //! `cargo run --package rist --example description_and_estimate > docs/ur5/torque.svg` draws the picture of README.md.
 
@@ -17,7 +18,7 @@ fn main() -> Result<(), Error> {
     };
     let found = identify(&model, &[open("log")?], &IdentifyRequest::default())?.estimate;
 
-    // The bodies of the description, with the friction that was identified, since a URDF has none.
+    // The inertial parameters of the description, with the identified friction, because a URDF gives no friction.
     let mut described: Estimate = found.clone();
     let values = model.nominal_parameters().unwrap_or_default();
     for (parameter, value) in described.parameters.iter_mut().zip(values) {

@@ -1,7 +1,7 @@
-//! The inertial parameters and the friction of a robot, from a log.
+//! Identifies the inertial parameters and the friction of a robot from a log.
 //!
-//! `cargo run --package rist --example identify_log -- robot.urdf log.csv`; without arguments on a log that the example
-//! makes itself: a pendulum of 1 kg at 0.5 m, and nothing that rubs.
+//! `cargo run --package rist --example identify_log -- robot.urdf log.csv`; without arguments the example writes its own log:
+//! of a pendulum of 1 kg at 0.5 m without friction.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-/// A description and a log in the folder for temporary files: 20 s at 200 Hz, q = 1.2 sin(1.7 t).
+/// Writes a description and a log of a pendulum into the folder for temporary files: 20 s at 200 Hz, q = 1.2 sin(1.7 t) rad.
 fn pendulum() -> std::io::Result<(PathBuf, PathBuf)> {
     let folder = std::env::temp_dir().join(format!("rist-example-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
@@ -36,7 +36,7 @@ fn pendulum() -> std::io::Result<(PathBuf, PathBuf)> {
         let t = f64::from(k) / 200.0;
         let (a, w) = (1.2, 1.7);
         let (q, dq, ddq) = (a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin());
-        // (ZZ + IA) ddq + g MX cos q, with ZZ = 1 kg (0.5 m)^2 and MX = 1 kg 0.5 m.
+        // Torque of the pendulum, N m: (ZZ + IA) ddq + g MX cos q, with ZZ = 1 kg (0.5 m)^2, IA = 0 and MX = 1 kg 0.5 m.
         let tau = 0.25 * ddq + 9.81 * 0.5 * q.cos();
         text += &format!("{t},{q},{dq},{tau}\n");
     }

@@ -1,4 +1,4 @@
-//! The base parameters of a robot: names, units and the rules of their regrouping.
+//! Prints the base parameters of a robot: names, units and regrouping rules.
 //!
 //! `cargo run --package rist --example inspect -- models/race.yaml`
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), Error> {
         println!("  {rule}");
     }
 
-    // One row of the regressor: the torque of the first joint per unit of each parameter, at one state.
+    // The first row of the regressor at one state: the torque of the first joint per unit of each parameter.
     let regressor = model.regressor();
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let (q, dq, ddq) = (vec![0.3; n], vec![0.1; n], vec![1.0; n]);

@@ -1,4 +1,4 @@
-//! The experiments of spectrum analysis in simulation: plan, simulate, identify, validate.
+//! Runs the experiments of spectrum analysis in simulation: plan, simulate, identify, validate.
 //!
 //! `cargo run --release --package rist --example plan_and_validate`
 
@@ -17,7 +17,7 @@ fn main() -> Result<(), Error> {
     let planned = plan(&model, &request, &|_, _, _| ())?;
     println!("{}", planned.plan);
 
-    // The robot runs the plan; here a simulated one does, with friction, noise and gains of its own.
+    // A real robot would run the plan. Here it is simulated, with friction, noise and drive gains that the plan does not know.
     let folder = std::env::temp_dir().join(format!("rist-plan-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(Error::new)?;
     let gains = vec![("q1".to_string(), 2.393), ("q2".to_string(), 0.870)];

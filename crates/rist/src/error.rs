@@ -1,19 +1,19 @@
-//! The error of a step. Its text may advise another step: `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
+//! The error type of all steps. Its text may advise another step: `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
 
 use std::fmt;
 
 use robot::Place;
 
-/// The kind of an error: the input is unusable, or the answer is no.
+/// The kind of an error: the input is unusable, or the answer to the user's question is no.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
     /// The input cannot be used.
     Input,
-    /// The input was understood, and the answer to the question is no.
+    /// The input is valid, and the answer to the user's question is no.
     Verdict,
 }
 
-/// A message that says what was found, what was expected and the remedy; the same content is available as fields for programs.
+/// A message with the finding, the expectation and the remedy. Programs can read field, place and remedy separately.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     kind: ErrorKind,
@@ -34,13 +34,12 @@ impl Error {
         Error { kind: ErrorKind::Input, field, place: None, remedy, message }
     }
 
-    /// An error of the kind [`ErrorKind::Verdict`]: the input was understood, but the answer to the question is no.
+    /// An error of the kind [`ErrorKind::Verdict`]: the input is valid, but the answer to the user's question is no.
     pub fn verdict(message: impl fmt::Display) -> Error {
         Error { kind: ErrorKind::Verdict, ..Error::new(message) }
     }
 
-    /// Adds the name of the request's field `field` in front of the message, unless the message already names this field or a
-    /// file.
+    /// Puts the name of the request's field `field` before the message, unless the message already names this field or a file.
     pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {
@@ -49,12 +48,12 @@ impl Error {
         Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
-    /// The file and line that are at fault, if any; the message names them too.
+    /// The file and line of the mistake, if any; the message names them too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
     }
 
-    /// The kind of the error: about the input or about the question.
+    /// Whether the input is unusable, or the answer to the user's question is no.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
@@ -69,7 +68,7 @@ impl Error {
         self.remedy
     }
 
-    /// Whether the input was understood, and the answer to the question is no.
+    /// Whether the input is valid and the answer to the user's question is no.
     pub fn is_verdict(&self) -> bool {
         self.kind == ErrorKind::Verdict
     }
@@ -137,7 +136,7 @@ impl Step {
         Step::named(behind.split([' ', ']']).next()?)
     }
 
-    /// The word of the step in texts.
+    /// The word by which texts name this step, for example `doctor`.
     pub fn word(self) -> &'static str {
         self.0.0
     }

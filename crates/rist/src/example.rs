@@ -1,4 +1,4 @@
-//! A robot with two logs, built into the program for first trials: the UR5 of docs/ur5.
+//! Example files that are built into the program: a UR5 description and two logs, from docs/ur5.
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
-//! From a robot description to an exact model, generated code, and inertial parameters identified from measurements.
+//! Derives an exact model from a robot description, generates code, and identifies inertial parameters from measurements.
 //!
-//! Every step returns what the next one takes:
+//! Each step returns the input of the next step:
 //!
 //! ```text
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
@@ -74,7 +74,7 @@ pub use page::{PageRequest, page};
 pub use request::*;
 pub use write_back::{WrittenBack, write_mjcf, write_urdf};
 
-// Inputs and results of the steps from other packages.
+// Types of other packages that are inputs or results of the steps.
 pub use ::experiments::excitation::artefact::certificate_text;
 pub use ::experiments::excitation::certificate_text::parameters_text;
 pub use ::experiments::excitation::criterion::SearchObjective;

@@ -1,10 +1,10 @@
-//! Writes the output files of a step completely or not at all, and never over its inputs.
+//! Writes the output files of a step completely or not at all, and never overwrites its inputs.
 //!
 //! An input is a file that the user named, or a file that it refers to: an included file, a mesh, a part of a data set
-//! ([`gate::opened`]). A text is written into a new file with a random name in the same folder, which is then moved to the
-//! final name (atomic replacement). If this fails, the new file is removed; files that killed writers left in the folder are
-//! removed by the next writer. A symbolic link is followed and stays a link, even if its target does not exist yet. A read-only
-//! file is not replaced. A path that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
+//! ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is renamed
+//! to the final name (atomic replacement), or removed if writing fails. The next writer removes such files of killed writers. A
+//! symbolic link is followed and stays a link, even if its target does not exist yet. A read-only file is not replaced. A path
+//! that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -15,7 +15,7 @@ use gate::opened;
 
 use crate::error::Error;
 
-/// Fails if the output is one of the inputs, also under another name, or if its directory does not exist.
+/// Fails if the output is one of the inputs, even by another path, or if its directory does not exist.
 pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     if out.as_os_str() == "-" {
         return Err(Error::new("-: the name of a file is expected; without it a text goes to standard output"));
@@ -41,7 +41,7 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     }
 }
 
-/// Writes a file completely or not at all. Fails for the outputs that `check_output` refuses.
+/// Writes a file completely or not at all. Fails if [`check_output`] fails.
 pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
     write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
@@ -50,7 +50,7 @@ pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Re
 fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     let place = match fs::metadata(out) {
         Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(content),
-        // The permissions of the folder would allow the replacement, but those of the file do not.
+        // A read-only file is refused, although the permissions of the folder would allow to replace it.
         Ok(found) if found.permissions().readonly() => {
             let message = "the file is read-only; make it writable, or write elsewhere";
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
@@ -59,11 +59,11 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
         Err(_) => end_of_links(out)?,
     };
     clear_remains(directory_of(&place));
-    // The new file stays locked until it has its final name.
+    // The new file stays locked until it is renamed to its final name.
     let (neighbour, file) = new_neighbour(&place)?;
     let written = fill(&file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
-        // The error of writing is reported; an error of this removal is ignored.
+        // If the removal fails too, only the error of writing is reported.
         let _ = fs::remove_file(&neighbour);
     }
     written
@@ -77,7 +77,7 @@ fn fill(mut file: &File, place: &Path, content: &[u8]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// The file to which a chain of links leads; it need not exist yet.
+/// The target of a chain of links. It need not exist.
 fn end_of_links(out: &Path) -> io::Result<PathBuf> {
     let mut place = out.to_path_buf();
     for _ in 0..LARGEST_LINK_DEPTH {
@@ -89,14 +89,14 @@ fn end_of_links(out: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its links lead in a circle"))
 }
 
-/// Largest number of links in a chain; Linux follows as many.
+/// Largest number of links that are followed; Linux has the same limit.
 const LARGEST_LINK_DEPTH: usize = 40;
 
-/// Extension of a file that is being written.
+/// Extension of files that are being written.
 const PART_EXTENSION: &str = ".rist-part";
 
-/// Removes files that killed writers left in a folder. A running writer holds a lock on its file. If the system has no locks,
-/// nothing is removed.
+/// Removes files that killed writers left in a folder. The file of a running writer is locked, so it stays. On a system without
+/// locks, nothing is removed.
 fn clear_remains(folder: &Path) {
     let is_remains = |path: &PathBuf| {
         let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(PART_EXTENSION));
@@ -108,13 +108,13 @@ fn clear_remains(folder: &Path) {
         if let Ok(file) = OpenOptions::new().write(true).open(&path)
             && file.try_lock().is_ok()
         {
-            // If the permission to remove the file is missing, the file stays.
+            // A file stays if the permission to remove it is missing.
             let _ = fs::remove_file(&path);
         }
     }
 }
 
-/// Creates and locks a new file next to `place`; no existing file is opened and no link is followed.
+/// Creates and locks a new file next to `place`. It never opens an existing file or follows a link.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
     for _ in 0..MOST_TRIES {
@@ -122,7 +122,7 @@ fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
         let random = RandomState::new().build_hasher().finish();
         let neighbour = place.with_file_name(format!(".{name}.{random:016x}{PART_EXTENSION}"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
-            // Another writer may have removed the file before it was locked.
+            // Before the file was locked, another writer may have removed it. Then another name is tried.
             Ok(file) if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && neighbour.exists() => {
                 return Ok((neighbour, file));
             }
@@ -133,14 +133,14 @@ fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::other("no free name in its folder"))
 }
 
-/// Number of names that are tried for a new file.
+/// Largest number of names that are tried for a new file.
 const MOST_TRIES: usize = 8;
 
 pub(crate) fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Fails if a log is given twice, so that no log counts twice.
+/// Fails if a log is given twice, because it would count twice.
 pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<(), Error> {
     let mut read: Vec<&Path> = Vec::new();
     for log in logs {
@@ -152,7 +152,7 @@ pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<
     Ok(())
 }
 
-/// Whether two paths lead to the same file: hard links, symbolic links and files that do not exist yet are considered.
+/// Whether two paths lead to the same file, also by hard links or symbolic links, or if the file does not exist yet.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let name = path.file_name()?;
@@ -238,7 +238,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A file that an input refers to counts as an input only for steps that read this input.
+    /// A file to which an input refers is protected only in steps that read this input.
     #[test]
     fn what_an_input_brings_along_is_not_written_over() {
         let here = folder("brought");
@@ -256,8 +256,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A killed writer leaves a hidden file, which the next writer in the folder removes; files of running writers and of the
-    /// user stay.
+    /// The next writer in a folder removes the hidden file of a killed writer. Files of running writers and of the user stay.
     #[test]
     fn remains_of_killed_writers_go() {
         let here = folder("remains");
@@ -275,7 +274,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A writer does not remove the new file of another running writer.
+    /// A writer does not remove the temporary file of another running writer.
     #[test]
     fn writers_beside_each_other_all_write() {
         let here = folder("beside");

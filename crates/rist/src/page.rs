@@ -1,4 +1,4 @@
-//! Writes the page of an identification, with all given parts, as one HTML file.
+//! Writes the HTML page of an identification. It is one file.
 
 use report::comparison::OtherEstimate;
 use report::identification::{Page, Subject};
@@ -15,10 +15,10 @@ use crate::motion::planning::ExperimentPlan;
 use crate::request::spelling::{Audience, spelled};
 use identification::estimate::artefact::Estimate;
 
-/// The content of the page. A part that is `None` is left out.
+/// The content of the page. Sections for `None` are omitted.
 #[derive(Clone, Copy, Default)]
 pub struct PageRequest<'a> {
-    /// The robot, for rules, meanings, limits and the values of the description.
+    /// The robot. It gives rules and meanings of parameters, limits, and the values of the description.
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
@@ -28,21 +28,22 @@ pub struct PageRequest<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The estimated parameters.
     pub estimate: Option<&'a Estimate>,
-    /// Another estimate of the same model, and the name of its file.
+    /// Another estimate of the same model to compare with, and the name of its file.
     pub against: Option<(&'a str, &'a Estimate)>,
     /// Plot data of predicted logs: [`crate::fit::validation::plot_data`].
     pub plot_data: Option<&'a PlotData>,
-    /// The errors of the estimate on other logs.
+    /// The errors of the estimate on logs that were not fitted.
     pub validation: Option<&'a Validation>,
     /// Whether to trust the estimate.
     pub verdict: Option<&'a Verdict>,
-    /// The date, the version of rist and the command that the page names.
+    /// The date, the version of rist and the command, which the page shows.
     pub origin: Origin<'a>,
-    /// The kind of reader, by which names of options in sentences are spelled.
+    /// The kind of reader. Names of options in sentences are spelled for this reader.
     pub reader: Audience,
 }
 
-/// Fails if the parameters of two estimates have different meanings; `names`: names of their files.
+/// Fails if two estimates were made with different models, because their parameters then differ in meaning. `names`: names of
+/// their files.
 pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(), Error> {
     let [a, b] = estimates.map(|estimate| estimate.fingerprint.as_deref());
     match a.zip(b) {
@@ -57,7 +58,7 @@ pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(
     }
 }
 
-/// The page, and its charts as SVG files: name and text of each.
+/// The text of the page; then its charts as SVG files, with the name and the text of each.
 pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
     let described = request.model.and_then(Model::nominal_parameters);
     let subject = request.model.map(|model| Subject {

@@ -1,7 +1,7 @@
-//! Lets wings extend core, and exports the types of core that appear in the signatures of wings.
+//! Registers wings (optional packages that add functions), and exports the types that wings need.
 //!
-//! A wing is a package that core does not know (core: the packages that need no wing). A program that contains wings passes
-//! them to [`register`], which fills the tables of core once, before the first text is spelled and the first file is read.
+//! A wing is a package on which the other packages, called core, do not depend. A program with wings passes them to
+//! [`register`] once, before it reads a file or prints a text.
 
 use std::sync::Once;
 
@@ -29,18 +29,18 @@ pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
 pub use robot::mesh::MeshFormat;
 
-/// What a wing adds to core. An `Err` is the error text for a function that was not built in.
+/// Functions that a wing adds to core. An `Err` is the error text for a function that this build does not contain.
 #[derive(Default)]
 pub struct Wing {
     /// The requests of the wing.
     pub requests: Vec<WingRequest>,
-    /// Formats of log files.
+    /// Formats of log files that the wing reads.
     pub log_formats: Vec<LogFormat>,
-    /// Formats of meshes.
+    /// Formats of meshes that the wing reads.
     pub mesh_formats: Vec<MeshFormat>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
-    /// Readers of motions from other sources.
+    /// Functions that read motions from other sources.
     pub points: Option<Result<PointReader, &'static str>>,
     /// Functions of a link for generated code.
     pub functions: Vec<FunctionOfLink>,
@@ -48,7 +48,7 @@ pub struct Wing {
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
     /// The search for a plan with a proof of its efficiency.
     pub prove_plan: Option<Result<ProvePlan, &'static str>>,
-    /// The function that repeats the proof of a plan.
+    /// The function that repeats the proof of a plan's efficiency.
     pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 

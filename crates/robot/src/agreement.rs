@@ -1,4 +1,4 @@
-//! Makes numbers in the frames of a URDF equal that differ only by rounding.
+//! Sets angles and lengths in the frames of a URDF to one common value if they differ only by rounding.
 //!
 //! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the angles of
 //! the three fingers of a hand agree to 1e-7 rad, and axes that intersect have a distance of 1e-8 m. Each such difference
@@ -10,9 +10,9 @@ use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// Two lengths count as equal if they differ by at most this, m: the error over 1 m of an angle with six digits.
+/// Two lengths, m, count as equal if they differ by at most this. An angle with six digits causes this error over 1 m.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
-/// A change up to this difference, rad or m, is a rounding error of this program. It gets no note.
+/// A change of at most this, rad or m, only removes a rounding error of this program, so it gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
 /// Sets the angles and lengths that agree to one common value, and adds a note to the robot for each change.

@@ -23,18 +23,18 @@ pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
 /// A length of a file below this is a rounding error of the exporter, m.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// A difference up to this is a rounding error of double precision, rad. It is removed without a note, even if angles are
-/// kept as given.
+/// A difference between two angles of at most this, rad, is a rounding error of double precision. It is removed without a
+/// note, even with [`AngleSnapping::AsGiven`].
 pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation matrix is set to a known value if it differs by at most this. Products of three sines or cosines
 /// have an error of a few units in the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
 /// An axis has no direction if its largest component is below this: files contain unit vectors.
 const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
-/// Bound of the rounding error of values that this program computes from exact values, rad or m: a few operations on
-/// numbers below 10.
+/// A value that this program computes from exact values has at most this rounding error, rad or m. The values are below 10,
+/// and the computation has only a few operations.
 const SNAPPED_VALUE_ROUNDING: f64 = 1e-12;
-/// An angle is only replaced if it is below this multiple of pi/12.
+/// An angle is only replaced if it is below this number times pi/12.
 const MAX_TWELFTHS: f64 = 1e6;
 
 /// Whether rounded angles of a file are replaced by exact values.
@@ -105,7 +105,7 @@ pub(crate) fn computed_length(length: f64) -> Value {
     if length.abs() <= SNAPPED_VALUE_ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
 }
 
-/// A length of a file, m. With `Meant`, a length that is only rounding of the exporter becomes zero.
+/// A length of a file, m. With [`AngleSnapping::Meant`], a length below 1e-9 m (rounding of the exporter) becomes zero.
 pub(crate) fn given_length(length: f64, angles: AngleSnapping) -> f64 {
     if angles == AngleSnapping::Meant && length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
 }

@@ -1,4 +1,5 @@
-//! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
+//! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q. 0T_cut, 0T_twin: poses of the two frames of a
+//! loop in the base frame.
 //!
 //! Both sides are trigonometric polynomials in the coordinates. So if they agree at a few generic configurations, they agree
 //! everywhere. A loop with passive coordinates closes only at solved positions of the passive coordinates, so its gap at
@@ -42,7 +43,7 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
     worst
 }
 
-/// Checks all loops without passive coordinates. The error gives the index of the first loop that does not close, and a message.
+/// Checks that every loop without passive coordinates closes. On failure: index of the first open loop, and a message.
 pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
         let gap = largest_gap(robot, one);

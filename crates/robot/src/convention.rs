@@ -216,7 +216,7 @@ mod tests {
 
     const X: [f64; 10] = [0.31, -0.02, 0.05, 0.42, 0.03, 0.27, 0.4, -0.3, 0.9, 2.5];
 
-    /// Writing and then reading gives the same parameters to 1e-14, and so the same torques.
+    /// Writing parameters and reading them again gives the same parameters to 1e-14.
     #[test]
     fn there_and_back() {
         for convention in Convention::ALL {

@@ -43,13 +43,13 @@ impl Robot {
     }
 }
 
-/// The links between ground and base: six moving links, then the base with its own axes.
+/// The seven links that are added between ground and base: six moving links, then the base, which is fixed to the sixth.
 fn root_links() -> Vec<Link> {
     use JointKind::{Fixed, Prismatic, Revolute};
     let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
     let minus = |v: Value| Value::Neg(Box::new(v));
     let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
-    // Each frame has z along its joint axis: x, y, z of the ground, then z, y, x after the previous rotations.
+    // Each frame has z along its joint axis: first x, y, z of the ground, then the axes of yaw, pitch and roll.
     let forward = || turned(half_pi(), half_pi(), Value::ZERO);
     let root = [
         (forward(), Prismatic),
@@ -58,7 +58,7 @@ fn root_links() -> Vec<Link> {
         (ModifiedDh::ZERO, Revolute),
         (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
         (forward(), Revolute),
-        // The last frame has the axes of the base again.
+        // This fixed frame turns the axes back to the axes of the base.
         (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
     ];
     let link = |(j, (geometry, kind)): (usize, (ModifiedDh, JointKind))| {

@@ -1,5 +1,5 @@
-//! Finds values of a description that are possible but probably not intended: placeholders, copies, masses that do not fit
-//! the shape, limits without effect.
+//! Finds values of a description that are physically possible but probably not intended: placeholders, copies, masses that do
+//! not fit the shape, limits without effect.
 //!
 //! A body of mass m and density of at most rho has at least the radius of gyration of a ball with the same mass and the
 //! density rho: sqrt(2/5) (3 m/(4 pi rho))^(1/3). rho is the density of the densest metal.
@@ -28,7 +28,7 @@ const RADIUS_MARGIN: f64 = 2.0;
 const POINT_MASS_KG: f64 = 0.05;
 /// A limit of at least this absolute value means that there is no limit, rad or m.
 const NO_LIMIT: f64 = 1e5;
-/// Equal bodies count as copies from this number on.
+/// This number of bodies with the same mass and inertia counts as copies of one body.
 const FEWEST_COPIES: usize = 3;
 /// Two full turns, rad. A larger position limit is probably in degrees.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;

@@ -55,7 +55,7 @@ fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: us
         return;
     }
     let shifted = |value: &Value, exact: fn(f64) -> Value| match value {
-        // A value with symbols keeps its symbols: the position is added as a term.
+        // The value may contain symbols, so the position is added as a term of the expression.
         Value::Number(x) => exact(x + part),
         value => Value::Add(Box::new(value.clone()), Box::new(Value::Number(part))),
     };
@@ -71,8 +71,8 @@ mod tests {
     use crate::Drive;
     use crate::format::{read_urdf, read_yaml};
 
-    /// The links have the same poses as in the whole robot with the joint at this position. A joint that follows the locked
-    /// joint is fixed too.
+    /// The links have the same poses as in the unlocked robot with the joint at this position. A joint that follows the locked
+    /// joint becomes fixed too.
     #[test]
     fn a_locked_robot_is_the_robot_at_that_position() {
         let text = "convention: khalil-kleinfinger\nname: arm\nsymbols: {A: 0.2}\nlinks:\n\

@@ -100,7 +100,8 @@ fn opposite(
     steps: &[EquationOrigin],
     notes: &mut Vec<Note>,
 ) -> Result<Vec<EquationOrigin>, String> {
-    // Groups of sides with constant angles to each other: coefficients of the group, sum of its vectors, indices of its sides.
+    // Groups of sides with constant angles to each other. Each group has: coefficients of its angle Phi, sum of its vectors, and
+    // indices of its sides.
     let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
     for (k, side) in polygon.sides.iter().enumerate() {
         let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
@@ -159,7 +160,7 @@ fn parallelogram(
     }
     let n = robot.n_coordinates();
     let start: Vec<f64> = vec![0.0; n].into_iter().chain(robot.passive.iter().map(|p| p.start)).collect();
-    // The relations are substituted, so that only free variables remain.
+    // The relations are substituted into the polygon, so that only free variables remain in it.
     let settled = |(turn, angle): Linear| reduced(relations, (turn, angle));
     let side = |side: &Side| {
         let (turn, angle) = settled((side.turn.clone(), 0.0));
@@ -291,7 +292,7 @@ fn add(
     step: &EquationOrigin,
 ) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is sum c x = constant. So the constant from the substitution moves to the right-hand side.
+    // The equation is `sum coefficient x = constant`. So the constant from the substitution moves to the right-hand side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;

@@ -86,7 +86,7 @@ struct Chain<'a> {
     end: Pose,
 }
 
-/// A moving joint of a branch at zero variables, in the frame of the first link of the branch.
+/// A moving joint of a branch, with all variables at zero, in the frame of the first link of the branch.
 struct MovingJoint {
     axis: Vector3,
     origin: Vector3,

@@ -54,7 +54,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     };
     let solutions: Vec<(Affine, bool)> = (0..total).map(solution).collect();
 
-    // For each passive variable, a note for the user is added.
+    // Adds a note for the user about each passive variable.
     let names: Vec<String> = (0..total).map(|k| robot.coordinate_name(CoordinateId(k)).to_string()).collect();
     let new_name = |k: CoordinateId| if k.0 < n { names[k.0].clone() } else { names[remains[k.0 - n]].clone() };
     for k in n..total {

@@ -1,4 +1,4 @@
-//! The base as a body, mimics without a leader, and the range of numbers.
+//! Tests of the base as a body, of mimic joints without a leader, and of the range of numbers.
 
 use robot::format::{Mimic, ReadOptions, read_urdf, read_urdf_with, read_yaml, write_yaml};
 
@@ -13,7 +13,7 @@ fn a_root_has_a_body_and_may_be_all_there_is() {
     let robot = read_urdf_with(ONE_BODY, "drone.urdf", options).unwrap();
     let floating = robot.floating();
     let base = floating.links[6].inertial.unwrap();
-    // m = 2 at z = 0.1: I_xx = 0.02 + m z^2, MZ = m z.
+    // A mass of 2 kg at z = 0.1 m: I_xx = 0.02 + m z^2, MZ = m z.
     for (found, wanted) in base.iter().zip([0.04, 0.0, 0.0, 0.05, 0.0, 0.025, 0.0, 0.0, 0.2, 2.0]) {
         assert!((found - wanted).abs() < 1e-15, "{base:?}");
     }
@@ -51,7 +51,8 @@ fn numbers_beyond_any_robot_are_refused() {
     assert!(many.contains("more than 2000 links"), "{many}");
 }
 
-/// Names that YAML reads as something else, and loops that are solved numerically, come back.
+/// A robot is written as YAML and read again. Its names would be read as other types (`true`, `1.0`), and it has a loop that
+/// is solved numerically.
 #[test]
 fn what_is_written_is_read_again() {
     let text = "convention: khalil-kleinfinger\nname: fourbar\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
@@ -74,8 +75,8 @@ fn what_is_written_is_read_again() {
     }
 }
 
-/// In a URDF, the velocity limit of a mimic joint, divided by |multiplier|, limits the joint that it follows; soft position
-/// limits narrow the hard ones.
+/// In a URDF, the velocity limit of a mimic joint, divided by |multiplier|, limits the speed of its leader. Soft position
+/// limits narrow the position limits of the joint.
 #[test]
 fn followers_and_soft_limits_narrow_a_coordinate() {
     let read = |soft: &str, velocity: &str| {

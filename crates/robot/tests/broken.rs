@@ -1,6 +1,6 @@
-//! Broken descriptions and the whole message each must give.
+//! Reads broken descriptions, and compares each error message with the expected message.
 //!
-//! testdata/broken/messages.txt: `file: message` a line, the message after the path.
+//! testdata/broken/messages.txt: one line `file: message` per description. The message has no path.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,7 +12,7 @@ fn folder() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/broken")
 }
 
-/// What the reader says, without the path; `None` when it takes the file.
+/// The error message for a file, without its path; `None` if the file can be read.
 fn message(file: &str) -> Option<String> {
     let path = folder().join(file);
     let error = format::read(&path).err()?;
@@ -46,8 +46,7 @@ fn broken_descriptions_give_their_messages() {
     assert!(listed.len() >= 24);
 }
 
-/// Every shipped model, cut off after every byte or with a byte changed, is read or refused, and
-/// never brings the reader down.
+/// No reader panics if a shipped model is cut off at any byte, or if one byte is changed.
 #[test]
 fn damaged_models_do_not_panic() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
@@ -76,7 +75,7 @@ fn damaged_models_do_not_panic() {
     }
 }
 
-/// Texts made to exhaust a reader.
+/// Texts that would use too much time or memory, for example very long or very deep expressions.
 #[test]
 fn hostile_texts_are_refused() {
     let head = "convention: khalil-kleinfinger\nname: x\nlinks:\n  - {link: 1, antecedent: base, theta: q1, d: ";

@@ -1,4 +1,4 @@
-//! Tables of Denavit and Hartenberg and of Craig, in degrees and millimetres: the same robot as that of Khalil.
+//! Tables of Denavit and Hartenberg and of Craig, in degrees and millimetres, give the same robot as a table of Khalil.
 
 mod recursion;
 
@@ -9,13 +9,13 @@ fn read(text: &str) -> Robot {
     read_yaml(text, "arm.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// theta d a alpha of four joints, the third of which slides.
+/// theta d a alpha of four joints, rad and m. The third joint is prismatic.
 const ROWS: [[f64; 4]; 4] =
     [[0.3, 0.4, 0.1, -0.7], [-0.2, 0.15, 0.5, 0.4], [0.9, 0.2, -0.3, 1.1], [0.0, -0.25, 0.2, -1.3]];
-/// Mass and place of three points of each body, in the frame at its far end.
+/// Mass, kg, and position, m, of the three points of each body, in the frame at the far end of its link.
 const POINTS: [(f64, [f64; 3]); 3] = [(1.5, [0.1, 0.2, -0.3]), (0.4, [-0.5, 0.1, 0.7]), (2.0, [0.3, -0.6, 0.2])];
 
-/// XX .. M of the points about the origin of a frame in which they are placed by `pose`.
+/// XX .. M of the points about the origin of a frame a. `pose`: pose of the frame of the points in a.
 fn sums(pose: &Pose) -> [f64; 10] {
     let mut x = [0.0; 10];
     for (m, p) in POINTS {
@@ -28,7 +28,7 @@ fn sums(pose: &Pose) -> [f64; 10] {
     x
 }
 
-/// Tx(a) Rx(alpha).
+/// The pose Tx(a) Rx(alpha) of the frame at the far end of a link.
 fn far_end([_, _, a, alpha]: [f64; 4]) -> Pose {
     let (s, c) = alpha.sin_cos();
     Pose { rotation: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], position: [a, 0.0, 0.0] }
@@ -40,7 +40,7 @@ fn parameters(label: usize, x: [f64; 10]) -> String {
     format!("  {label}: {{{}}}\n", entries.join(", "))
 }
 
-/// The arm with its rows as `row` writes them; the bodies in the frames that `place` gives in Khalil's.
+/// The arm as text, read. `row`: placement keys of link k. `body`: parameters of link k.
 fn arm(head: &str, row: impl Fn(usize) -> String, body: impl Fn(usize) -> String) -> Robot {
     let mut text = format!("{head}\nname: arm\nrotor_inertia: none\nlinks:\n");
     for k in 1..=4 {
@@ -60,13 +60,13 @@ fn same(a: &Robot, b: &Robot) {
         let (x, y) = (recursion::torque(a, &q, &dq, &ddq), recursion::torque(b, &q, &dq, &ddq));
         let scale = x.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
         for (x, y) in x.iter().zip(&y) {
-            // Rounding of two chains of frames.
+            // Allowance for the rounding of two chains of frames.
             assert!((x - y).abs() <= 1e-12 * scale, "{x} {y}");
         }
     }
 }
 
-/// theta or d with the coordinate, in the units of the table.
+/// theta and d of row k as text, in the units of the table. The joint variable contains the coordinate `q{k}`.
 fn moving(k: usize, angle: f64, length: f64) -> [String; 2] {
     let of = |x: f64, moves: bool| if moves { format!("q{k} + {x}") } else { x.to_string() };
     [of(angle, k != 3), of(length, k == 3)]
@@ -91,7 +91,7 @@ fn a_table_of_denavit_and_hartenberg_is_that_of_khalil_with_its_bodies_moved() {
     for word in ["denavit-hartenberg", "standard", "paul"] {
         let found = arm(&format!("convention: {word}"), standard, own);
         same(&found, &wanted);
-        // The frames of the file are those of the table: A_1 A_2 .. .
+        // The frames of the file must equal the frames A_1 A_2 .. of the table.
         let q = [0.2, -0.4, 0.1, 0.7];
         let mut place = Pose::IDENTITY;
         for (j, [theta, d, a, alpha]) in ROWS.into_iter().enumerate() {
@@ -142,13 +142,13 @@ fn degrees_millimetres_and_centres_of_mass_are_converted() {
     let limits = |k: usize| found.coordinates[k].limits.position.unwrap();
     let pi = std::f64::consts::PI;
     assert!((limits(0).0 + pi / 2.0).abs() < 1e-15 && (limits(2).1 - 0.18).abs() < 1e-15);
-    // A right angle in degrees is exact.
+    // A right angle in degrees is read as an exact multiple of pi.
     let right = read(
         "convention: craig\nangles: deg\nname: r\nlinks: [{link: 1, antecedent: base, alpha: -90, theta: q1 + 270}]\n",
     );
     assert_eq!(right.links[0].geometry.alpha.as_multiple_of_pi(&[]), Some((-1, 2)));
     assert_eq!(right.links[0].geometry.theta.as_multiple_of_pi(&[]), Some((3, 2)));
-    // By a symbol, in the unit of the place where it stands.
+    // A symbol has the unit of the place where it is used: degrees in an angle, millimetres in a length.
     let symbol = read(
         "convention: craig\nangles: deg\nlengths: mm\nname: r\nsymbols: {A: 30, L: 250}\nlinks: [{link: 1, antecedent: base, \
          alpha: A, a: L, theta: q1 - 2*A}]\n",
@@ -175,7 +175,7 @@ fn what_is_likely_another_unit_or_table_is_refused_with_the_remedy() {
     }
     let notes = link("convention: khalil-kleinfinger", "theta: q1, r: 400").unwrap();
     assert_eq!(notes[0].text, "a length of it is 400 m: millimetres are read with `lengths: mm`");
-    // A symbol may have any value.
+    // A symbol may have any value, so its angle of more than a full turn is accepted.
     let generic = "convention: khalil-kleinfinger\nsymbols: {A: 7}";
     assert_eq!(link(generic, "theta: q1 + A").unwrap(), []);
     let both = "convention: craig\nname: r\nlinks: [{link: 1, antecedent: base, theta: q1}]\nstandard_parameters: {1: {mass: 1, \

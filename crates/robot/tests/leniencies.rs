@@ -1,4 +1,4 @@
-//! What other readers of URDF take, and what stands beside it: each taken or named, with a note.
+//! URDF texts that other readers accept although they are unusual. Each is read or reported in a note.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ fn a_root_that_floats_is_the_base_where_that_is_asked_for() {
         assert_eq!((robot.n_coordinates(), robot.base.inertial.unwrap()[9]), (1, 3.0));
         assert!(robot.notes.iter().any(|n| n.subject == "root" && n.text.contains("lets the base float")));
     }
-    // A joint that floats elsewhere is none of the base.
+    // A floating joint that does not carry the base is refused.
     let elsewhere = format!("{}{}", root("fixed").replace(ARM, ""), ARM.replace("revolute", "floating"));
     let refused = read(&elsewhere, true).map(|r| r.name).unwrap_err();
     assert!(refused.contains("joint `turn` is floating: only revolute"), "{refused}");
@@ -49,7 +49,7 @@ fn what_stands_twice_or_is_missing_is_taken_as_others_take_it() {
     assert!(read(&root("fixed"), false).unwrap().notes.iter().all(|n| !n.text.contains("without a velocity")));
 }
 
-/// No loop is dropped in silence.
+/// A loop in a URDF extension is not read, and each such loop gets a note.
 #[test]
 fn loops_that_an_extension_states_are_named() {
     for (extension, name) in [
@@ -66,7 +66,7 @@ fn loops_that_an_extension_states_are_named() {
     assert!(read(&gazebo, false).unwrap().notes.iter().all(|n| !n.text.contains("loop")));
 }
 
-/// What testdata/broken has not: each names the way out.
+/// Refused files that are not in testdata/broken. Each error message contains a remedy.
 #[test]
 fn refusals_of_the_field_name_the_way_out() {
     let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);

@@ -1,4 +1,4 @@
-//! The classic mistakes, each with the finding it must give; and no finding where there is none.
+//! Descriptions with usual mistakes must give the expected findings; correct descriptions must give none.
 
 use std::path::Path;
 

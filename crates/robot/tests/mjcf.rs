@@ -1,4 +1,4 @@
-//! MJCF of our own: the torque of each way to say a thing, by a recursion of its own; what is refused, and what is noted.
+//! Tests the MJCF reader: torques from an independent recursion for every form of a model, refused models, and notes.
 
 mod recursion;
 
@@ -21,7 +21,7 @@ fn refused(text: &str) -> String {
     read_as(text, options()).map(|r| r.name).unwrap_err()
 }
 
-/// A model of one hinge about x in a body.
+/// A model with one body and one hinge about its x axis. `compiler`, `body`: attributes. `inside`: elements of the body.
 fn one(compiler: &str, body: &str, inside: &str) -> String {
     format!(
         "<mujoco model=\"one\">\n<compiler {compiler}/>\n<worldbody>\n<body name=\"arm\" {body}>\n<joint name=\"turn\" \
@@ -39,13 +39,13 @@ fn same(a: &Robot, b: &Robot) {
         let (x, y) = (recursion::torque(a, &q, &dq, &ddq), recursion::torque(b, &q, &dq, &ddq));
         let scale = x.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
         for (x, y) in x.iter().zip(&y) {
-            // Rounding of two chains of frames.
+            // Allowance for the rounding of two chains of frames.
             assert!((x - y).abs() <= 1e-12 * scale, "{x} {y}");
         }
     }
 }
 
-/// Each line says the same orientation, inertia or place in another way.
+/// Each pair of models describes the same orientation, inertia or position in two forms.
 #[test]
 fn every_way_to_say_a_thing_is_the_same_robot() {
     let rod = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" diaginertia=\"0.03 0.02 0.01\"/>";
@@ -64,15 +64,15 @@ fn every_way_to_say_a_thing_is_the_same_robot() {
     ] {
         same(&plain, &other);
     }
-    // Intrinsic x y z is extrinsic z y x.
+    // Intrinsic rotations in the order x y z equal extrinsic rotations in the order z y x.
     same(
         &radians("eulerseq=\"xyz\"", "euler=\"0.3 -0.4 0.5\""),
         &radians("eulerseq=\"ZYX\"", "euler=\"0.5 -0.4 0.3\""),
     );
-    // z along (1, 1, 0) by the shortest way, and the same axis and angle.
+    // `zaxis` gives z along (1, 1, 0) by the smallest rotation; `axisangle` gives the same rotation.
     same(&turned("zaxis=\"1 1 0\""), &turned("axisangle=\"-1 1 0 90\""));
     same(&turned("zaxis=\"0 0 -1\""), &turned("axisangle=\"1 0 0 180\""));
-    // Inertia in principal axes, and whole.
+    // The same inertia by principal moments with axes, and as a full matrix.
     let quarter = "<inertial pos=\"0 0.1 0.2\" quat=\"1 0 0 1\" mass=\"2\" diaginertia=\"0.02 0.03 0.01\"/>";
     let full = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" fullinertia=\"0.03 0.02 0.01 0 0 0\"/>";
     for other in [quarter, full] {
@@ -80,7 +80,7 @@ fn every_way_to_say_a_thing_is_the_same_robot() {
     }
 }
 
-/// Bodies that weigh by their shapes, against the inertials worked out by hand.
+/// The masses of bodies follow from their shapes. Expected values: inertials computed by hand.
 #[test]
 fn shapes_weigh_what_their_formulas_say() {
     let pi = std::f64::consts::PI;
@@ -91,7 +91,7 @@ fn shapes_weigh_what_their_formulas_say() {
     let (r, h) = (0.1, 0.3);
     let (cylinder, balls) = (2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r * r * r);
     let (c, b) = (3.0 * cylinder / (cylinder + balls), 3.0 * balls / (cylinder + balls));
-    // Half balls: their centres lie 3/8 r behind their faces.
+    // The centre of mass of a half ball with radius r is at 3/8 r from its plane face.
     let across = c * (r * r / 4.0 + h * h / 3.0) + b * (0.4 * r * r + h * h + 0.75 * h * r);
     let along = c * r * r / 2.0 + b * 0.4 * r * r;
     for (geom, wanted) in [
@@ -109,7 +109,7 @@ fn shapes_weigh_what_their_formulas_say() {
         ("<geom type=\"capsule\" fromto=\"0 0.1 0 0 0.7 0\" size=\"0.1\" mass=\"3\"/>", {
             inertial("0 0.4 0", 3.0, [across, along, across])
         }),
-        // Two shapes, of which one is in a group that does not weigh, and a plane that never does.
+        // The second shape is in a group without mass, and a plane never has a mass.
         (
             "<geom size=\"0.1\" mass=\"5\"/><geom size=\"9\" mass=\"1\" group=\"3\"/><geom type=\"plane\" size=\"1 1 1\"/>",
             inertial("0 0 0", 5.0, ball(5.0, 0.1)),
@@ -124,7 +124,7 @@ fn shapes_weigh_what_their_formulas_say() {
     let x = |compiler: &str, inside: &str| read(&one(compiler, "", inside)).links[0].inertial.unwrap();
     let thin = inertial("0 0 0", 0.5, [0.1, 0.2, 0.9]);
     assert!((x("balanceinertia=\"true\"", &thin)[0] - 0.4).abs() < 1e-15);
-    // The frame of the link has z along x of the body, about which the joint turns.
+    // The z axis of the link frame is the x axis of the body, about which the joint turns.
     assert_eq!(x("boundmass=\"2\" boundinertia=\"0.15\"", &thin)[..6], [0.2, 0.0, 0.0, 0.9, 0.0, 0.15]);
     assert_eq!((x("boundmass=\"2\"", &thin)[9], x("settotalmass=\"4\"", &thin)[9]), (2.0, 4.0));
     assert!((x("settotalmass=\"4\"", &thin)[3] - 7.2).abs() < 1e-14);
@@ -190,7 +190,7 @@ fn joints_take_what_their_classes_and_actuators_say() {
     let limits = |k: usize| robot.coordinates[k].limits;
     assert_eq!((limits(0).position, limits(0).effort), (None, Some(100.0)));
     assert_eq!((limits(1).position, limits(1).effort), (Some((-1.0, 2.0)), Some(9.0)));
-    // Of the links without a mass nothing is unknown.
+    // Links without a mass have known parameters: all are zero.
     assert_eq!(robot.links[0].inertial, Some([0.0; 10]));
     assert_eq!((robot.links[0].name.as_str(), robot.links[1].name.as_str()), ("shoulder_pan", "shoulder"));
     let parts: Vec<&str> = robot.links[3].parts.iter().map(|p| p.name.as_str()).collect();
@@ -203,7 +203,7 @@ fn joints_take_what_their_classes_and_actuators_say() {
     assert_eq!(has(gears), 1, "{notes:?}");
 }
 
-/// Two joints of a body are one in a body inside the other, and `ref` is a shifted coordinate.
+/// Two joints in one body equal one joint each in two nested bodies. `ref` shifts the coordinate.
 #[test]
 fn several_joints_of_a_body_move_it_one_after_the_other() {
     let nested = r#"<mujoco><compiler angle="radian"/><worldbody>
@@ -230,7 +230,7 @@ fn a_joint_equality_is_a_joint_that_follows() {
     let (robot, free) = (read(&text), read(ARM));
     assert_eq!((robot.n_coordinates(), robot.links[3].joint.drive), (3, Drive::Passive));
     let (q, dq, ddq) = ([0.3, -0.7, 0.4], [1.2, 0.5, -0.8], [0.1, -2.0, 3.0]);
-    // bend = 0.1 - 3 (reach - 0.2), since `reach` has the ref 0.2.
+    // The equality means bend = 0.1 - 3 (reach - 0.2), because `reach` has the `ref` 0.2.
     let all = |v: [f64; 3], offset: f64| [v[0], v[1], v[2], -3.0 * v[2] + offset];
     let whole = recursion::torque(&free, &all(q, 0.7), &all(dq, 0.0), &all(ddq, 0.0));
     let found = recursion::torque(&robot, &q, &dq, &ddq);
@@ -248,7 +248,7 @@ fn a_joint_equality_is_a_joint_that_follows() {
     assert!(weld.notes.iter().any(|n| n.subject == "weld `w`" && n.text.contains("is not read")), "{:?}", weld.notes);
 }
 
-/// A four-bar of MJCF closes as that of the YAML does: its poses at the same angle are the same.
+/// A four-bar in MJCF and in YAML: at the same crank angle, the links have the same poses.
 #[test]
 fn a_connect_in_a_plane_is_a_loop() {
     let text = r#"<mujoco><worldbody>
@@ -259,11 +259,12 @@ fn a_connect_in_a_plane_is_a_loop() {
   <equality><connect name="pin" body1="coupler" body2="rocker" anchor="0.6 0.1 0"/></equality>
   <actuator><motor joint="drive"/></actuator></mujoco>"#;
     let robot = read(text);
-    // Of the three that are not driven, the sum of the angles around the loop gives one.
+    // Three joints are undriven: c, r and the hinge of the `<connect>`. The sum of the angles around the loop determines one of
+    // them, so two passive coordinates remain.
     assert_eq!((robot.n_coordinates(), robot.passive.len(), robot.loops.len()), (1, 2, 1));
     assert!(robot::closure::largest_gap(&robot, &robot.loops[0]).position > 0.1, "it closes at some places only");
     let parallelogram = read(&text.replace("anchor=\"0.6 0.1 0\"", "anchor=\"0.5 0 0\""));
-    // Opposite sides are equal: the rocker turns as the crank, and no search is needed.
+    // Opposite sides are equal, so the rocker turns by the angle of the crank. No numerical solution is needed.
     assert!(parallelogram.passive.is_empty(), "{:?}", parallelogram.passive);
     let yaml = read_yaml(
         "convention: khalil-kleinfinger\nname: p\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, antecedent: \
@@ -295,7 +296,7 @@ fn what_floats_is_asked_for() {
     assert_eq!((robot.n_coordinates(), robot.base.inertial.unwrap()[9]), (1, 9.0));
     assert!(robot.notes.iter().any(|n| n.text.contains("left out (ball)")), "{:?}", robot.notes);
     assert_eq!(robot.floating().n_coordinates(), 7);
-    // Beside an arm on the ground, an object that floats is left out.
+    // If the arm is fixed to the ground, a separate floating object is ignored.
     let arm = text.replace("<freejoint name=\"root\"/>", "");
     assert_eq!(read(&arm).n_coordinates(), 1);
 }
@@ -330,7 +331,7 @@ fn what_is_not_read_is_named() {
     }
 }
 
-/// M11 of an arm of MuJoCo, kg m^2, about the y axis of its joint: 0.01 + 1 * 0.1^2 = 0.02, and what its rotors add.
+/// A robot with one joint about y. Without rotors, M11 = 0.01 + 1 * 0.1^2 = 0.02 kg m^2. The actuators add rotor inertias.
 fn geared(joint: &str, actuators: &str) -> Robot {
     read(&format!(
         "<mujoco><default><pid armature=\"3\"/></default><worldbody><body name=\"a\"><joint name=\"j\" axis=\"0 1 0\" {joint}/>
@@ -338,7 +339,7 @@ fn geared(joint: &str, actuators: &str) -> Robot {
     ))
 }
 
-/// M is 0.02 + armature + sum gear^2 armature, the damping likewise (MuJoCo 4.0: 0.31 and 0.7 of the first).
+/// M11 is 0.02 + armature + sum gear^2 armature; the damping likewise. MuJoCo 4.0 gives 0.31 and 0.7 for the first case.
 #[test]
 fn an_actuator_brings_its_rotor_and_its_damping() {
     let motor = "<motor joint=\"j\" gear=\"20\" armature=\"0.0005\" damping=\"0.001\"/>";
@@ -349,7 +350,7 @@ fn an_actuator_brings_its_rotor_and_its_damping() {
         ("", motor, 400.0 * 0.0005, Some(400.0 * 0.001)),
         ("", &format!("{motor}{other}"), 400.0 * 0.0005 + 100.0 * 0.001, Some(400.0 * 0.001)),
         ("", other, 100.0 * 0.001, None),
-        // Its class says the armature.
+        // The actuator gets its armature from its default class.
         ("", pid, 0.25 * 3.0, None),
         ("", "<motor joint=\"j\" gear=\"0\" armature=\"2\"/>", 0.0, None),
     ] {
@@ -357,7 +358,7 @@ fn an_actuator_brings_its_rotor_and_its_damping() {
         let found = robot.links[0].joint.clone();
         let known = if let RotorInertia::Known(x) = found.rotor_inertia { x } else { 0.0 };
         assert!((known - rotor).abs() < 1e-15, "{actuators}: {known}");
-        // A sum of two products rounds by some 1e-17.
+        // A sum of two products has a rounding error of about 1e-17.
         let differ = |(a, b): (f64, f64)| (a - b).abs() > 1e-15;
         assert!(found.friction.viscous.is_some() == viscous.is_some(), "{actuators}");
         assert!(!found.friction.viscous.zip(viscous).is_some_and(differ), "{actuators}: {:?}", found.friction);
@@ -371,7 +372,7 @@ fn an_actuator_brings_its_rotor_and_its_damping() {
     assert!(!said("<motor tendon=\"t\" gear=\"3\" armature=\"0\"/>", "are not read"));
 }
 
-/// With `inertiafromgeom`, a body whose shapes weigh nothing, or stand in no group that weighs, keeps its `<inertial>`.
+/// With `inertiafromgeom`, a body keeps its `<inertial>` if its shapes have no mass or belong to groups without mass.
 #[test]
 fn a_body_without_a_shape_that_weighs_keeps_its_inertial() {
     let own = "<inertial pos=\"0.2 0 0\" mass=\"2\" diaginertia=\"0.02 0.02 0.01\"/>";
@@ -388,11 +389,11 @@ fn a_body_without_a_shape_that_weighs_keeps_its_inertial() {
     ] {
         assert_eq!(of(compiler, shape), kept, "{shape}");
     }
-    // One that weighs stands for it.
+    // A shape with a mass replaces the `<inertial>`.
     assert_eq!(of("", "<geom size=\"0.3\" mass=\"5\"/>")[9], 5.0);
 }
 
-/// A free joint takes the armature of a class, where a freejoint takes none: MuJoCo counts it, and it is named.
+/// A free joint gets the armature of its default class, a `<freejoint>` does not. MuJoCo uses this armature; it gets a note.
 #[test]
 fn what_a_free_joint_has_of_its_class_is_named() {
     let of = |joint: &str| {
@@ -426,7 +427,7 @@ fn a_disabled_equality_ties_nothing() {
         (flag("equality=\"disable\""), "", 2, "disabled in the file (`equality` of <flag>)"),
         (flag("constraint=\"disable\""), "", 2, "disabled in the file (`constraint` of <flag>)"),
         (flag("equality=\"enable\""), "", 1, ""),
-        // The last one counts.
+        // If there are several flags, the last one counts.
         (flag("equality=\"disable\"") + &flag("equality=\"enable\""), "", 1, ""),
         ("".into(), "active=\"false\"", 2, "not active"),
     ] {

@@ -1,4 +1,4 @@
-//! The models shipped are read, close, and say where they come from.
+//! All shipped models can be read, their loops close, and they cite their source.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ fn every_model_is_read_and_cites_its_source() {
     assert!(files.len() >= 12);
     for file in files {
         let robot = format::read(&file).unwrap_or_else(|e| panic!("{e}"));
-        // A second file of a robot is named after its format too.
+        // If a robot has a second file, its name also contains the format.
         let stem = file.file_stem().and_then(|s| s.to_str()).unwrap();
         let extension = file.extension().and_then(|s| s.to_str()).unwrap();
         assert!(robot.name == stem || robot.name == format!("{stem}_{extension}"), "{}", robot.name);
@@ -27,7 +27,7 @@ fn every_model_is_read_and_cites_its_source() {
         if file.extension().is_some_and(|e| e == "yaml") {
             assert!(robot.source.is_some(), "{}", robot.name);
         }
-        // What a .par leaves to its reader, the passive joints and which linkage is meant, is told in notes.
+        // For a .par file, notes tell which relations of passive joints and which type of linkage the reader found.
         let is_of_loops = |text: &str| text.contains("by the loops") || text.contains("taken for the parallelogram");
         let told = robot.notes.iter().all(|n| extension == "par" && is_of_loops(&n.text));
         assert!(told, "{}: {:?}", robot.name, robot.notes);
@@ -59,7 +59,7 @@ fn panda_measures_behind_its_gears() {
     let panda = model("panda.yaml");
     assert!(panda.links.iter().all(|l| l.joint.rotor_inertia == RotorInertia::Absent));
     assert_eq!(panda.coordinates[3].limits.position, Some((-3.0718, -0.0698)));
-    // Flange above the base with the arm straight up, from the data sheet: .333 + .316 + .384 - .107.
+    // Expected height of the flange above the base with the arm straight up, from the data sheet: .333 + .316 + .384 - .107 m.
     let flange = panda.link_poses(&[0.0; 7])[6].position;
     assert!((flange[0] - 0.088).abs() < 1e-12 && (flange[2] - (0.333 + 0.316 + 0.384)).abs() < 1e-12, "{flange:?}");
 }
@@ -73,7 +73,7 @@ fn degrees_become_radians_and_offsets_join_the_geometry() {
     assert_eq!(model("stanford.yaml").links[2].joint.kind, JointKind::Prismatic);
 }
 
-/// Both UR5 files describe the same motion: link by link, the two frames keep their distance.
+/// Both UR5 files describe the same motion: between the two frames of each link, the pose is constant.
 #[test]
 fn the_two_ur5_move_alike() {
     let (yaml, urdf) = (model("ur5.yaml"), model("ur5.urdf"));

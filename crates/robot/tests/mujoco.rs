@@ -1,7 +1,7 @@
-//! MJCF against MuJoCo: mass matrix and bias of the models that packages for Python ship.
+//! Compares mass matrix and bias torque with MuJoCo, for MJCF models in Python packages.
 //!
-//! It needs a Python with mujoco (`python3`, or `RIST_PYTHON`) and models: those of gymnasium, dm_control and robosuite
-//! where they are installed, and of the folders in `RIST_MJCF`. Where there are none, the test says so.
+//! This needs a Python with mujoco (`python3`, or `RIST_PYTHON`) and models: those of gymnasium, dm_control and robosuite if
+//! they are installed, and the models in the folders of `RIST_MJCF`. Without models, the test prints a message.
 
 mod cost;
 mod recursion;
@@ -13,16 +13,17 @@ use std::process::{Command, Stdio};
 use robot::format::{AngleSnapping, Mimic, ReadOptions, read_with};
 use robot::{Error, Robot};
 
-/// What the two may differ by, relative to the largest entry: MuJoCo holds masses by their principal axes.
+/// Largest difference, relative to the largest entry. MuJoCo stores an inertia by its principal axes, which causes rounding.
 const TOLERANCE: f64 = 1e-10;
-/// The same where bodies weigh by meshes: MuJoCo holds vertices in single precision, and leaves out the smallest faces.
+/// Largest relative difference for bodies with masses from meshes. MuJoCo stores vertices in single precision, and omits the
+/// smallest faces.
 const MESH_TOLERANCE: f64 = 1e-5;
 
 fn python(arguments: &[&str], input: &str) -> Option<String> {
     let program = std::env::var("RIST_PYTHON").unwrap_or_else(|_| "python3".into());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/states_of_mujoco.py");
     let mut command = Command::new(program);
-    // MuJoCo writes its warnings into a file where it runs.
+    // MuJoCo writes a file with warnings to its working directory, so a temporary directory is used.
     command
         .arg(script)
         .args(arguments)
@@ -36,7 +37,7 @@ fn python(arguments: &[&str], input: &str) -> Option<String> {
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The robot as MuJoCo has it: every joint a coordinate, angles as given; and whether its base floats.
+/// Reads the robot as MuJoCo does: every joint is a coordinate, and angles are kept as given. Also whether its base floats.
 fn read(path: &str) -> Result<(Robot, bool), Error> {
     let options = ReadOptions { mimic: Mimic::Independent, angles: AngleSnapping::AsGiven, ..ReadOptions::default() };
     match read_with(Path::new(path), options) {
@@ -97,13 +98,14 @@ fn mass_matrix_and_bias_are_those_of_mujoco() {
     assert!(wrong.is_empty() && agree > 0, "{}", wrong.join("\n"));
 }
 
-/// The file, by the folder that it stands in.
+/// Name of a file with the name of its folder, for example `ant/ant.xml`.
 fn called(path: &str) -> String {
     let parts: Vec<&str> = path.rsplit('/').take(2).collect();
     parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
-/// The largest difference of an entry, relative to the largest of its kind.
+/// Largest difference of an entry of the mass matrix or the bias torque, relative to the largest entry of the same quantity.
+/// `line`: q, dq, mass matrix and bias torque of MuJoCo.
 fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
     let numbers: Vec<f64> = line.split(' ').map(|x| x.parse().unwrap()).collect();
     let (q, rest) = numbers.split_at(n);
@@ -117,7 +119,7 @@ fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
     of(&found_mass, mass).max(of(&found_bias, bias))
 }
 
-/// M(q), row by row, and the torque at rates `dq` without acceleration.
+/// M(q), row by row, and the bias torque: the torque at the velocities `dq` with zero acceleration.
 fn mass_matrix_and_bias(robot: &Robot, q: &[f64], dq: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = dq.len();
     let rest = vec![0.0; n];

@@ -1,9 +1,9 @@
-//! Axes that are parallel but for a hair: frames stay near the robot, and what is taken as parallel is said.
+//! Nearly parallel joint axes: the link frames must stay near the robot, and axes that are made parallel must get a note.
 
 use robot::format::{AngleSnapping, ReadOptions, read_urdf_with};
 use robot::{Error, Robot};
 
-/// Three joints, the second tilted against the first, the third against the second.
+/// A robot with three joints. The second axis is tilted relative to the first, and the third relative to the second.
 fn tilted(axis: &str, rpy: &str, angles: AngleSnapping) -> Result<Robot, Error> {
     let inertial = "<inertial><origin xyz='0.1 0 0.05'/><mass value='1'/><inertia ixx='0.02' iyy='0.03' izz='0.025' \
                     ixy='0' ixz='0' iyz='0'/></inertial>";
@@ -19,7 +19,7 @@ fn tilted(axis: &str, rpy: &str, angles: AngleSnapping) -> Result<Robot, Error> 
     read_urdf_with(&(text + "</robot>"), "hair.urdf", ReadOptions { angles, ..ReadOptions::default() })
 }
 
-/// That the frames are those of the file to 1e-9 m and rad is checked by the reader.
+/// The positions of all link frames stay below 3 m. The reader itself checks that the frames agree with the file to 1e-9.
 #[test]
 fn frames_stay_near_the_robot() {
     for tilt in [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 4e-5, 1e-4, 1e-3, 9e-3] {
@@ -30,11 +30,11 @@ fn frames_stay_near_the_robot() {
                 for pose in robot.link_poses(&[0.3, -0.4, 0.5]) {
                     assert!(pose.position.iter().all(|x| x.abs() < 3.0), "{what}: {:?}", pose.position);
                 }
-                // Its bodies are copies of one.
+                // The bodies of this robot are equal, so the finding on copies is expected.
                 let mut odd = robot::lint::lint(&robot);
                 odd.retain(|finding| finding.mistake != robot::lint::Mistake::Copied);
                 assert_eq!(odd, [], "{what}");
-                // What is not taken as parallel is told as nearly so; one of both below a percent, from noise on.
+                // For a tilt between 2e-9 and 0.01 rad, a note states that the axes were made parallel or are nearly parallel.
                 let told = robot.notes.iter().any(|n| n.text.contains("common normal"));
                 assert!(tilt < 2e-9 || told || !robot.snapped.is_empty(), "{what}");
             }
@@ -44,7 +44,7 @@ fn frames_stay_near_the_robot() {
 
 #[test]
 fn an_axis_rounded_to_five_digits_is_taken_as_parallel() {
-    // (0.6, 0, 0.8) turned by the pitch that was meant, 0.643501..., written with five digits.
+    // (0.6, 0, 0.8) turned by the pitch 0.643501..., which is rounded to five digits.
     let robot = tilted("-0.6 0 0.8", "0 0.64350 0", AngleSnapping::Meant).unwrap();
     assert!(robot.snapped.iter().any(|n| n.text.contains("taken as parallel")), "{:?}", robot.snapped);
     assert_eq!(robot.links[1].geometry.alpha, robot::Value::ZERO);

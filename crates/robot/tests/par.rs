@@ -1,4 +1,4 @@
-//! .par files: their content, and the passive joints that follow from their loops.
+//! Tests of .par files: their content, and the relations of passive joints that follow from loops.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn read(text: &str) -> Robot {
     format::read_par(text, "t.par").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// theta or r of every link and cut, as a formula.
+/// theta or r of every link and cut as text.
 fn variables(robot: &Robot) -> Vec<String> {
     let name = |k| robot.coordinate_name(k).to_string();
     let links = robot.links.iter().map(|l| (&l.joint.variable, l.joint.kind, &l.geometry));
@@ -40,7 +40,7 @@ fn sr400_has_one_parallelogram() {
     assert!(robot.notes.iter().any(|n| n.subject == "symbols" && n.text.contains("generic")), "{:?}", robot.notes);
 }
 
-/// The unit of a passive variable is free.
+/// A passive variable may have any factor: the relations of the joints are the same.
 #[test]
 fn a_passive_joint_may_move_by_a_multiple_of_its_variable() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/par/parallelogram4bar.par");
@@ -52,7 +52,7 @@ fn a_passive_joint_may_move_by_a_multiple_of_its_variable() {
     }
 }
 
-/// Three parallelograms that share links: what models/race.yaml says, from the cut frames alone.
+/// Three parallelograms with common links. The relations found from the cut frames equal the relations in models/race.yaml.
 #[test]
 fn race_finds_its_passive_joints() {
     let robot = testdata("race.par");
@@ -84,7 +84,7 @@ fn old_files_are_read() {
     assert_eq!(robot.gravity_number(), [0.0, 0.0, -9.81]);
     let generic: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
     assert_eq!(generic, ["G3"]);
-    // A rotor inertia of 0 is none; the ten of a link are known together or not at all.
+    // A rotor inertia of 0 is read as absent. The inertial parameters of a link are known only if all ten are known.
     let rotors: Vec<RotorInertia> = robot.links.iter().map(|l| l.joint.rotor_inertia).collect();
     assert_eq!(rotors, [RotorInertia::Absent, RotorInertia::Known(0.02)]);
     assert_eq!(robot.links[0].joint.friction.viscous, Some(0.4));
@@ -93,8 +93,8 @@ fn old_files_are_read() {
     assert!(told("link 1") && told("FX") && told("symbols"), "{:?}", robot.notes);
 }
 
-/// A general four-bar has no affine relation but that of its orientation: the cut follows the two
-/// passive joints, which stay.
+/// A general four-bar has only one affine relation, from its orientation: the cut follows two passive joints. These two stay
+/// passive coordinates.
 #[test]
 fn a_general_four_bar_keeps_its_passive_coordinates() {
     let robot = read(
@@ -107,8 +107,8 @@ fn a_general_four_bar_keeps_its_passive_coordinates() {
     assert!(robot.is_implicit(&robot.loops[0]));
 }
 
-/// A YAML's passive joints may be left to the loops; a constant that is no combination of symbols
-/// is a number.
+/// In YAML, the variables of passive joints may be omitted; they follow from the loops. A constant that is no combination of
+/// symbols becomes a number.
 #[test]
 fn yaml_leaves_passive_joints_to_the_loops() {
     let text = "convention: khalil-kleinfinger\nname: x\nsymbols: {A: 0.3, B: 0.2, C: 0.4}\nlinks:\n\
@@ -120,7 +120,7 @@ fn yaml_leaves_passive_joints_to_the_loops() {
     assert!(error.contains("`q2`"), "{error}");
     let robot = format::read_yaml(&text.replace(", theta: q2 + pi", ""), "x.yaml").unwrap();
     assert_eq!(variables(&robot), ["q1", "-q1", "q1", "-q1"]);
-    // The base's side lies askew, by the angle of (B, C).
+    // The side of the base is not along x: its angle is the angle of the vector (B, C).
     let base = "gamma: 'atan2(C, B)', d: sqrt(B*B + C*C)";
     let twin = "gamma: 0.1, d: sqrt(B*B + C*C)";
     let askew = text.replace(", theta: q2 + pi", "").replace("passive, d: B", &format!("passive, {base}"));
@@ -129,7 +129,7 @@ fn yaml_leaves_passive_joints_to_the_loops() {
     assert!(inexact > 0 && robot.passive.is_empty(), "{:?}", robot.notes);
 }
 
-/// The sample files of OpenSYMORO, as they are.
+/// Reads the unchanged sample files of OpenSYMORO.
 #[test]
 fn the_samples_of_opensymoro_are_read() {
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
@@ -145,7 +145,7 @@ fn the_samples_of_opensymoro_are_read() {
     }
 }
 
-/// A frame may stand on the frame of a loop: it is the robot whose frame stands on the link behind that.
+/// A frame may be placed on a loop frame. The result is the same robot as with the frame placed on the link of the loop frame.
 #[test]
 fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/robots/two_loops_on_one_frame.par");
@@ -154,7 +154,7 @@ fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
     assert!(robot.passive.is_empty(), "{:?}", robot.notes);
     let twin = &robot.loops[1].twin;
     assert_eq!(twin.antecedent, robot.loops[0].twin.antecedent);
-    // On the link, and on the cut instead of its twin, which coincide.
+    // The same frame placed on the link, or on the cut instead of its twin. Cut and twin coincide.
     let on_link = text.replace("3, 6, 11}", "3, 6, 6}").replace("L, H, 0}", "L, H, H}");
     let on_link = on_link.replace("0, 0, 0, pi/3}", "0, 0, 0, 0}").replace("th10, 0, 0}", "th10, 0, pi/3}");
     let on_cut = text.replace("3, 6, 11}", "3, 6, 9}");
@@ -169,7 +169,7 @@ fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
         let (a, b) = (twin.geometry.pose(&robot.symbols, 0.0, 0.0), theirs.geometry.pose(&other.symbols, 0.0, 0.0));
         assert_eq!((twin.antecedent, a), (theirs.antecedent, b));
     }
-    // What has no placement is refused, with the way out; so are degrees, as in YAML.
+    // A frame without a possible placement is refused with a remedy. Angles in degrees are refused as in YAML.
     let alphas = "pi/2, 0, 0, 0, 0, 0}";
     for (from, to, wanted) in [
         ("3, 6, 11}", "3, 6, 12}", ["t.par:7:41: the antecedents of frame 12 run in a circle", ""]),

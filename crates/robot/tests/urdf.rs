@@ -1,4 +1,4 @@
-//! Re-framing: every joint is where the file has it, and the parameters are sparse.
+//! Conversion of URDF frames: every joint keeps its pose of the file, and many geometry parameters are zero.
 
 use std::fmt::Write;
 
@@ -21,14 +21,14 @@ fn joint(name: &str, kind: &str, parent: &str, child: &str, place: [&str; 3]) ->
     )
 }
 
-/// gamma, b, alpha, d, theta, r of a link.
+/// gamma, b, alpha, d, theta, r of a link as numbers, rad and m.
 fn geometry(robot: &Robot, j: usize) -> [f64; 6] {
     let g = &robot.links[j].geometry;
     [&g.gamma, &g.b, &g.alpha, &g.d, &g.theta, &g.r].map(|v| v.number(&robot.symbols))
 }
 
-/// The reader holds every re-framed robot against its file and refuses what does not agree: trees
-/// with generic, parallel, opposite, crossing and coincident axes all come through.
+/// Random trees with generic, parallel, opposite, intersecting and coincident axes can be read. The reader itself compares
+/// each converted robot with its file, and fails if they differ.
 #[test]
 fn random_trees_are_reframed() {
     let mut generator = SplitMix(7);
@@ -80,7 +80,7 @@ fn parallel_and_opposite_axes() {
         + &joint("three", "continuous", "c", "d", ["0 0 0.2", "0 0 0", "0 0 -1"]);
     let robot = read(&body);
     let pi = std::f64::consts::PI;
-    // The heights along parallel axes change no torque of the others: they are pushed to the end, and vanish.
+    // The heights along parallel axes have no effect on the torques. They are moved to the last link, where they become zero.
     assert_eq!(geometry(&robot, 0), [0.0; 6]);
     assert_eq!(geometry(&robot, 1), [0.0, 0.0, pi, 0.3, 0.0, 0.0]);
     assert_eq!(geometry(&robot, 2), [0.0; 6]);
@@ -119,7 +119,7 @@ fn fixed_links_are_lumped_and_absent_inertials_told() {
     assert_eq!(labels, ["one", "slide"]);
     assert_eq!((robot.links[0].inertial, robot.links[1].joint.kind), (None, JointKind::Prismatic));
     assert_eq!(robot.links[1].parts.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["c", "d"]);
-    // About the joint frame of the file: both masses at (0, 0.1, 0) of c and (0.5 - 0.1, 0, 0) of d.
+    // First moments about the joint frame of the file: the masses of c and d are at (0, 0.1, 0) and (0.5 - 0.1, 0, 0) m.
     let link = &robot.links[1];
     let x = robot::transform_inertial(&link.inertial.unwrap(), &link.file_frame.inverse());
     for (found, wanted) in x[6..].iter().zip([0.8, 0.2, 0.0, 4.0]) {
@@ -138,8 +138,8 @@ const GRIPPER: &str = "<joint name=\"left\" type=\"prismatic\"><parent link=\"b\
     <joint name=\"thumb\" type=\"revolute\"><parent link=\"d\"/><child link=\"e\"/><mimic joint=\"right\" multiplier=\"3\" offset=\"0.5\"/>\
     <axis xyz=\"1 0 0\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>";
 
-/// q_right = 0.01 - 2 q_left and q_thumb = 0.5 + 3 q_right. The reader itself holds the re-framed
-/// robot against the file at random positions.
+/// q_right = 0.01 - 2 q_left and q_thumb = 0.5 + 3 q_right. The reader itself compares the converted robot with the file at
+/// random positions.
 #[test]
 fn mimic_joints_follow() {
     let body = links(&["a", "b", "c", "d", "e"])
@@ -152,7 +152,7 @@ fn mimic_joints_follow() {
         robot.links.iter().map(|l| (l.label.as_str(), l.joint.variable.terms.iter().map(|t| t.1).collect())).collect();
     assert_eq!(moves, [("one", vec![1.0]), ("left", vec![1.0]), ("right", vec![-2.0]), ("thumb", vec![-6.0])]);
     assert!((robot.links[3].geometry.theta.number(&[]).rem_euclid(std::f64::consts::TAU) - 0.53).abs() < 1e-12);
-    // -0.05 <= 0.01 - 2 q <= 0.04 beside 0 <= q <= 0.04.
+    // The limits -0.05 <= 0.01 - 2 q <= 0.04 of the follower narrow the limits 0 <= q <= 0.04 of the leader.
     let (low, high) = robot.coordinates[1].limits.position.unwrap();
     assert!((low, (high - 0.03).abs() < 1e-12) == (0.0, true), "{low} {high}");
 
@@ -186,7 +186,7 @@ fn a_link_or_a_joint_without_a_name_is_refused() {
     }
 }
 
-/// XML reads a line break in an attribute as a blank: what is looked up by the joint's name stays with it.
+/// XML reads a line break in an attribute as a blank. The data found by the joint's name must still belong to this joint.
 #[test]
 fn a_joint_named_with_a_line_break_keeps_its_limits() {
     let moved = "<joint name=\"j&#10;1\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/>\

@@ -1,4 +1,4 @@
-//! Descriptions with macros: what they stand for, what is refused, and Python's xacro beside it.
+//! Descriptions with macros: their expansion, refused texts, and a comparison with the Python program xacro.
 
 mod cost;
 mod recursion;
@@ -20,13 +20,13 @@ fn read(body: &str, arguments: &[(String, String)]) -> Result<Robot, String> {
     parse_with(&text, Path::new("arm.xacro"), options).map_err(|e| e.to_string())
 }
 
-/// The mass of link b.
+/// The mass of link b, kg.
 fn mass(robot: &Robot) -> f64 {
     let link = robot.links.iter().find(|link| link.inertial.is_some()).expect("a link weighs");
     link.inertial.unwrap()[9]
 }
 
-/// Link a, and b of a mass.
+/// The texts of link a, and of link b with a mass.
 fn links(mass: &str) -> String {
     format!(
         "<link name=\"a\"/><link name=\"b\"><inertial><mass value=\"{mass}\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" \
@@ -34,7 +34,7 @@ fn links(mass: &str) -> String {
     )
 }
 
-/// What a xacro stands for is a URDF of the same robot, without a macro; other texts are as they were.
+/// An expanded xacro is a URDF of the same robot without macros. Texts of other formats are not changed.
 #[test]
 fn a_xacro_is_written_out() {
     let arguments = [("m".to_string(), "3".to_string())];
@@ -53,7 +53,7 @@ fn a_xacro_is_written_out() {
 fn what_macros_stand_for() {
     for (body, asked, expected) in [
         ("<xacro:property name=\"m\" value=\"2\"/>", "${2*m}", 4.0),
-        // A property is evaluated where it is asked for: what it names may come later.
+        // A property is evaluated at its first use, so it may contain properties that are defined later.
         ("<xacro:property name=\"x\" value=\"${m + 1}\"/><xacro:property name=\"m\" value=\"4\"/>", "${x}", 5.0),
         ("<xacro:property name=\"m\" value=\"4\"/><xacro:property name=\"m\" default=\"5\"/>", "${m}", 4.0),
         ("<xacro:arg name=\"m\" default=\"7\"/>", "$(arg m)", 7.0),
@@ -77,7 +77,7 @@ fn macros_take_parameters_blocks_and_conditions() {
         let body = format!("{part}{before}<link name=\"a\"/><xacro:part {call}>{unit}</xacro:part>");
         assert_eq!(mass(&read(&body, &[]).unwrap()), expected, "{call}");
     }
-    // A macro that calls itself, with its own parameter.
+    // This macro calls itself; each call has its own parameter `n`.
     let tower = "<xacro:macro name=\"tower\" params=\"n\"><xacro:if value=\"${n > 0}\"><xacro:property name=\"total\" \
                  value=\"${total + n}\" scope=\"global\"/><xacro:tower n=\"${n - 1}\"/></xacro:if></xacro:macro><xacro:property \
                  name=\"total\" value=\"0\"/><xacro:tower n=\"4\"/>";
@@ -152,11 +152,11 @@ fn what_is_refused_has_its_line() {
     }
     let message = read(&links("1"), &[("x".into(), "1".into())]).unwrap_err();
     assert!(message.contains("the description has no argument `x`; it has none"), "{message}");
-    // An argument that is used and not declared is given as one that is: xacro takes it so.
+    // A value can be given for an argument that the file uses but does not declare, as in the Python program xacro.
     assert_eq!(mass(&read(&links("$(arg x)"), &[("x".into(), "2.5".into())]).unwrap()), 2.5);
 }
 
-/// Python with xacro, and the files below `RIST_XACRO`.
+/// Runs the test script in a Python with xacro, and returns its output. `None` if it fails.
 fn python(arguments: &[&str]) -> Option<String> {
     let program = std::env::var("RIST_PYTHON").unwrap_or_else(|_| "python3".into());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/expand_xacro.py");
@@ -164,7 +164,7 @@ fn python(arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The torques of a robot are those of what Python's xacro makes of its description.
+/// Our expansion and the expansion by the Python program xacro give robots with equal torques.
 #[test]
 fn what_is_written_out_is_what_python_writes() {
     let Ok(root) = std::env::var("RIST_XACRO") else { return println!("NOT looked at: RIST_XACRO names no folder") };
@@ -191,7 +191,7 @@ fn what_is_written_out_is_what_python_writes() {
     assert!(wrong.is_empty() && agree > 0, "{}", wrong.join("\n"));
 }
 
-/// The largest difference of torques at random states, relative to the largest.
+/// Largest difference of a torque at random states, relative to the largest torque. Infinite if the coordinates differ.
 fn difference(ours: &Robot, theirs: &Robot) -> f64 {
     let n = theirs.n_coordinates();
     if ours.n_coordinates() != n

@@ -1,24 +1,24 @@
-//! Times of alternatives, side by side, each held against a truth: what one machine says of another run is worth little,
-//! and the time of a wrong result nothing.
+//! Compares the run times of alternatives in the same process. Times of different runs are not comparable. Each result is also
+//! compared with the true result, because the time of a wrong result has no meaning.
 //!
-//! The alternatives take turns; of each turn's repetitions the median counts, and of the medians the
-//! best: other programs on the machine can only slow a turn down, and seldom all of them.
+//! The alternatives run in turns. A turn has several repetitions, and its time is their median. The result is the smallest of
+//! these medians: other programs can only increase the time of a turn, and seldom of all turns.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 const TURNS: usize = 15;
 const REPETITIONS: usize = 9;
-/// A repetition lasts at least about this long, so that the clock's own time does not count.
+/// A repetition lasts at least about this long, so that the resolution of the clock has no effect.
 const REPETITION: Duration = Duration::from_micros(300);
-/// What takes longer than this gets one turn.
+/// Work that takes longer than this gets only one turn.
 const LONG: Duration = Duration::from_millis(50);
 
-/// A larger difference is no rounding: some ten thousand operations of 1e-16 each on terms that exceed the largest torque
-/// of a joint by a factor of ten.
+/// A larger relative difference is not only rounding: about ten thousand operations with errors of 1e-16, on terms up to ten
+/// times the largest torque of a joint.
 const ROUNDING: f64 = 1e-11;
 
-/// One way to do `units` units of work, and how far it is from the truth.
+/// One implementation of some work (`units` units), and the difference of its result from the true result.
 pub(crate) struct Alternative<'a> {
     name: &'a str,
     units: usize,
@@ -31,17 +31,17 @@ impl<'a> Alternative<'a> {
         Alternative { name, units, work: Ok(Box::new(move || drop(black_box(work())))), difference: None }
     }
 
-    /// What cannot be timed, and why.
+    /// An alternative that cannot be timed. `why`: the reason, which is printed.
     pub(crate) fn not_timed(name: &'a str, why: &'a str) -> Alternative<'a> {
         Alternative { name, units: 1, work: Err(why), difference: None }
     }
 
-    /// Relative difference of what it finds from what is true.
+    /// Adds a function that gives the relative difference of the result from the true result.
     pub(crate) fn held(self, difference: impl Fn() -> f64 + 'a) -> Alternative<'a> {
         Alternative { difference: Some(Box::new(difference)), ..self }
     }
 
-    /// s that so many calls take; infinite where it is not timed.
+    /// Time of this number of calls, s. Infinite if the alternative cannot be timed.
     fn run(&mut self, calls: u32) -> f64 {
         let Ok(work) = &mut self.work else { return f64::INFINITY };
         let start = Instant::now();
@@ -63,8 +63,8 @@ pub(crate) struct Comparison {
 }
 
 impl Comparison {
-    /// Prints a line of each alternative of a work: ns a unit, how many times faster it is than the first that was timed,
-    /// and its difference from the truth.
+    /// Prints a line for each alternative: time per unit, ns; how many times faster than the first alternative that was timed;
+    /// and difference from the true result.
     pub(crate) fn of(&mut self, work: &str, mut alternatives: Vec<Alternative>) {
         let before: Vec<f64> = alternatives.iter().map(Alternative::difference).collect();
         let best = best_times(&mut alternatives);
@@ -83,7 +83,7 @@ impl Comparison {
         }
     }
 
-    /// Fails where something was wrong.
+    /// Ends the program with an error if a result was wrong.
     pub(crate) fn finish(self) {
         if !self.wrong.is_empty() {
             eprintln!("not what the recursion says, beyond rounding: {}", self.wrong.join("; "));
@@ -92,7 +92,7 @@ impl Comparison {
     }
 }
 
-/// s a unit of each alternative; infinite where it is not timed.
+/// Time per unit of each alternative, s. Infinite if it cannot be timed.
 fn best_times(alternatives: &mut [Alternative]) -> Vec<f64> {
     let once: Vec<f64> = alternatives
         .iter_mut()

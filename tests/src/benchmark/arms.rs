@@ -1,4 +1,4 @@
-//! The robots with their drives, controllers, friction and sensors.
+//! The simulated robots with their drives, controllers, friction and sensors.
 
 use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use linear_model::friction::law::FrictionLaw;
@@ -8,12 +8,12 @@ use crate::tape_robot::TapeRobot;
 
 pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
-/// Of R3G and R3B: rad/s, rad/s^2, and N m per sample.
+/// For R3G and R3B: velocity limits, rad/s; `ACCELERATION`: rad/s^2; `NOISE`: standard deviation of the torque per sample, N m.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
 pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];
 pub const NOISE: [f64; 3] = [0.20, 0.15, 0.10];
 
-/// The arm around a robot of three axes: R3G, R3B or the RACE.
+/// A robot with three axes (R3G, R3B or the RACE), with drives, controller, friction and sensors.
 pub fn r3_arm<'a>(name: &'static str, robot: &'a TapeRobot) -> BenchmarkArm<'a> {
     let velocity_pole = std::f64::consts::TAU * 150.0;
     BenchmarkArm {
@@ -36,14 +36,14 @@ pub fn r3_arm<'a>(name: &'static str, robot: &'a TapeRobot) -> BenchmarkArm<'a> 
     }
 }
 
-/// The same around the RACE, with half the friction.
+/// The RACE with the same drives, controller and sensors as R3G, and half its friction.
 pub fn race_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
     let mut arm = r3_arm("RACE", robot);
     arm.friction.iter_mut().for_each(|f| *f = f.scaled(0.5));
     arm
 }
 
-/// The PUMA 560 with drives, friction and sensors of its size.
+/// The PUMA 560 with drives, friction and sensors that fit its size.
 pub fn puma_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
     let law = |f: [f64; 4]| FrictionLaw { smoothing: 0.01, ..FrictionLaw::asymmetric(f[0], f[1], f[2], f[3]) };
     let friction = [

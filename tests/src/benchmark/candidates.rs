@@ -1,4 +1,4 @@
-//! The experiments a plan may choose from.
+//! The candidate experiments from which a plan is chosen.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
@@ -9,23 +9,23 @@ use random::Random;
 use crate::benchmark::arms::{ACCELERATION, NOISE, VELOCITY};
 use crate::tape_robot::TapeRobot;
 
-/// Of R3G and R3B: rad/s.
+/// Velocities of the slow joints of R3G and R3B, rad/s.
 const SLOW: [f64; 3] = [0.5; 3];
 
-/// Four seconds of a bang-bang swing of R3G at the greatest acceleration that respects the velocity.
+/// A bang-bang swing of R3G for four seconds, with the largest acceleration that keeps the velocity limit. `period`: samples.
 pub fn bang_bang(kind: MotionKind, fast: usize, slow: &[usize], centre: [f64; 3], period: usize) -> ExcitingTrajectory {
     let acceleration = ACCELERATION[fast].min(4.0 * VELOCITY[fast] / (period as f64 * 1e-3));
     let joints = MovingJoints { kind, fast, slow, centre: &centre };
     ExcitingTrajectory::swing(&joints, &four_seconds(period, acceleration, &SLOW))
 }
 
-/// The course of four seconds of a bang-bang swing, a sample each millisecond.
+/// The settings of a bang-bang swing of four seconds with a sampling period of 1 ms.
 fn four_seconds(period: usize, acceleration: f64, slow_velocity: &[f64]) -> SwingCourse<'_> {
     let profile = Profile::BangBang;
     SwingCourse { profile, period, acceleration, slow_velocity, duration: 4.0, sample_time: 1e-3 }
 }
 
-/// All experiments: 384 of R3G, or 372 of R3B, without gravity.
+/// All candidate experiments: 384 for R3G, or 372 for R3B (without gravity).
 pub fn r3_candidates(robot: &TapeRobot, gravity: bool) -> Vec<Candidate> {
     r3_trajectories(gravity).into_iter().map(|t| Candidate::new(t, robot, &NOISE)).collect()
 }
@@ -83,7 +83,7 @@ pub fn r3_limits() -> [MotionLimits; 3] {
     [limit(2.6, 5.0, 30.0), limit(1.5, 5.0, 40.0), limit(2.4, 7.0, 60.0)]
 }
 
-/// The experiments of the RACE, within the limits of R3G.
+/// The candidate experiments of the RACE, within the limits of R3G.
 pub fn race_candidates(robot: &TapeRobot) -> Vec<Candidate> {
     let grid = CandidateGrid {
         profile: Profile::BangBang,
@@ -97,7 +97,7 @@ pub fn race_candidates(robot: &TapeRobot) -> Vec<Candidate> {
     candidates(&grid, &r3_limits(), robot, &NOISE)
 }
 
-/// Random configurations of the PUMA 560: 708 experiments for 40 parameters.
+/// Candidate experiments of the PUMA 560 at random configurations: 708 experiments for 40 parameters.
 pub fn puma_candidates(robot: &TapeRobot) -> Vec<Candidate> {
     const LOW: [f64; 6] = [-2.5, -2.5, -2.0, -2.0, -1.6, -2.5];
     const HIGH: [f64; 6] = [2.5, 0.5, 2.6, 2.0, 1.6, 2.5];

@@ -1,8 +1,8 @@
-//! Measured robots and the residuals to reach on them: recipes, and a scoreboard of their results.
+//! Identifies measured robots by recipes, and compares the residuals with those of an independent program.
 //!
-//! A recipe names the logs of a folder, how to read them, what to fit and what to predict, and the
-//! residual that an independent baseline reached with the same columns and split. The recipes stand in
-//! tests/data/datasets; the logs are not part of the repository.
+//! A recipe names the logs in a folder, how they are read, what is fitted and predicted, and the residual that an independent
+//! program (the baseline) reached with the same columns and the same split of the logs. The recipes are in tests/data/datasets;
+//! the logs are not part of the repository.
 
 use std::fmt;
 use std::path::Path;
@@ -24,38 +24,38 @@ use robot::{Drive, RotorInertia};
 use crate::tape_robot::TapeRobot;
 use crate::workspace;
 
-/// A folder of logs of one robot and what to do with them.
+/// A folder with logs of one robot, and the identifications for them.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dataset {
     pub name: String,
-    /// The robot's description: a file of the folder, of models/ or of tests/data/robots/.
+    /// File of the robot description: in the folder, in models/ or in tests/data/robots/.
     pub model: String,
-    /// Whether the regressor must hold the rotor inertias of the joints.
+    /// Whether the rotor inertias of the joints are parameters.
     #[serde(default)]
     pub rotors: bool,
     pub runs: Vec<Run>,
 }
 
-/// One fit and its predictions.
+/// An identification and its predictions.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
     pub title: String,
     #[serde(default)]
     pub options: Options,
-    /// Physically consistent estimation instead of plain least squares.
+    /// If given, physically consistent estimation is used instead of plain least squares.
     #[serde(default)]
     pub consistency: Option<Consistency>,
     pub train: Vec<LogFile>,
     #[serde(default)]
     pub validate: Vec<LogFile>,
-    /// Totals of the baseline: training, then each validation; null for what it did not state.
+    /// Relative residuals of the baseline: training, then each validation log. `None` if the baseline does not state it.
     #[serde(default)]
     pub baseline: Vec<Option<f64>>,
 }
 
-/// A log of the folder, or an interval of it.
+/// A log in the folder, or an interval of a log.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogFile {
@@ -70,14 +70,14 @@ pub struct Score {
     pub title: String,
     pub parameters: usize,
     pub condition_number: f64,
-    /// Training, then each validation, with the names of their logs.
+    /// Residuals of the training and of each validation, with the names of their logs.
     pub residuals: Vec<(String, Residuals)>,
     pub baseline: Vec<Option<f64>>,
     pub seconds: f64,
     pub remarks: Vec<String>,
 }
 
-/// The recipes of tests/data/datasets.
+/// The recipes in tests/data/datasets: name and text.
 const RECIPES: [(&str, &str); 5] = [
     ("panda_gaz2019", include_str!("../../data/datasets/panda_gaz2019.yaml")),
     ("tx40_staubli", include_str!("../../data/datasets/tx40_staubli.yaml")),
@@ -87,7 +87,7 @@ const RECIPES: [(&str, &str); 5] = [
 ];
 
 impl Dataset {
-    /// The recipes of tests/data/datasets.
+    /// Reads all recipes in tests/data/datasets.
     pub fn known() -> Result<Vec<Dataset>, Error> {
         RECIPES.iter().map(|(name, text)| Dataset::from_yaml(&format!("{name}.yaml"), text)).collect()
     }
@@ -96,7 +96,7 @@ impl Dataset {
         serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
     }
 
-    /// The robot of the recipe, from its description; `folder` is that of the set. Fails when there is none.
+    /// The robot of the recipe. `folder`: folder of the data set. Fails if there is no such description.
     pub fn robot(&self, folder: &Path) -> Result<TapeRobot, Error> {
         let places = [folder.to_path_buf(), workspace().join("models"), workspace().join("tests/data/robots")];
         let Some(file) = places.iter().map(|p| p.join(&self.model)).find(|p| p.is_file()) else {
@@ -139,7 +139,8 @@ impl Dataset {
         let seconds = start.elapsed().as_secs_f64();
         let couplings = run.options.transmission.coupled();
         let model = Model::new(robot, &run.options.friction, &couplings);
-        // Baselines are scored on every row, also at standstill, unless the recipe says otherwise.
+        // The residuals of the baseline include rows at standstill, so these rows are also used here, unless the recipe excludes
+        // them.
         let mut scored = run.options.clone();
         scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");

@@ -1,10 +1,10 @@
-//! Defects that the models of R3G and its like lack: drives that ripple, springs, eccentric encoders, joints that bend or
-//! have play, late torques.
+//! Defects that the models of R3G and similar arms do not contain: torque ripple, springs, eccentric encoders, flexible joints,
+//! backlash, delayed torques.
 //!
-//! Joints that bend are simulated in closed loop as two masses each,
-//!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s',
-//! where s is theta - q less the gap where there is play, and zero within the gap. The encoder is at the motor. The
-//! torque J theta'' of the rotor is known and is subtracted from the record.
+//! Flexible joints are simulated in closed loop with two masses per joint, the rotor at theta and the link at q:
+//!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s'.
+//! s: deflection theta - q, reduced by the gap if there is backlash; zero within the gap. The encoder measures theta. The rotor
+//! torque J theta'' is known and is subtracted from the record.
 
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
@@ -19,36 +19,36 @@ use random::Random;
 use crate::benchmark::arms::NO_FRICTION;
 use crate::benchmark::scenario::BenchmarkArm;
 
-/// A defect of all joints, or of one of them.
+/// A defect of one joint or of all joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Defect {
-    /// The torques are logged so many s late.
+    /// The torques are logged with this delay, s.
     Late(f64),
-    /// The gain varies by this share, this many times a turn.
+    /// The drive gain varies by this fraction. Second number: radians of the variation per radian of the joint.
     GainRipple(f64, f64),
-    /// A torque of this share of the greatest torque is added, which varies this many times a turn.
+    /// A periodic torque is added: its amplitude as a fraction of the largest torque, and its periods per turn.
     Ripple(f64, f64),
-    /// A spring of so many N m/rad beside the motor.
+    /// A spring parallel to the motor, N m/rad.
     Spring(f64),
-    /// The encoder reads so many rad times the cosine of the joint too much.
+    /// The encoder has an error of this amplitude times the cosine of the joint angle, rad.
     Eccentric(f64),
-    /// The links swing at so many Hz when the motors are held.
+    /// Flexible joints: the links oscillate at this frequency, Hz, if the motors are blocked.
     Elastic(f64),
-    /// A gap of so many rad, before a spring of `STIFF` Hz.
+    /// Backlash with this gap, rad, in front of a spring with the frequency [`STIFF`].
     Play(f64),
 }
 
 /// Frequency of a stiff joint, Hz.
 const STIFF: f64 = 100.0;
-/// Damping of elastic joints, and of stiff ones, as shares of the critical damping. With the damping of an elastic
-/// joint, a stiff joint oscillates in its loop until the drive saturates (17 N m of scatter in q1 and q3 where q2 alone
-/// bends), and a joint with play rattles.
+/// Damping of flexible joints, and of stiff joints, as fractions of the critical damping. With the damping of a flexible joint, a
+/// stiff joint would oscillate in closed loop until the drive saturates (17 N m of noise in q1 and q3 if only q2 is flexible),
+/// and a joint with backlash would rattle.
 const DAMPING: f64 = 0.02;
 const STIFF_DAMPING: f64 = 0.1;
-/// Inertia of the rotor, as a share of the inertia that the motor sees.
+/// Inertia of the rotor, as a fraction of the inertia that the motor moves.
 const ROTOR: f64 = 0.2;
 
-/// Joints as two masses: motors, then links.
+/// The dynamics of joints with two masses: first the coordinates of all motors, then of all links.
 struct TwoMass<'a> {
     links: &'a dyn Dynamics,
     rotor: Vec<f64>,
@@ -83,7 +83,7 @@ impl Dynamics for TwoMass<'_> {
 }
 
 impl Defect {
-    /// Noise-free experiments of a plan. `joint`: the joint with the defect; `None`: all have it.
+    /// Noise-free experiments of a plan with this defect. `joint`: the joint with the defect; `None`: all joints have it.
     pub fn experiments(
         self,
         arm: &BenchmarkArm,
@@ -91,7 +91,7 @@ impl Defect {
         joint: Option<usize>,
     ) -> Result<Vec<SpectralExperiment>, Stop> {
         let has = |k: usize| joint.is_none_or(|j| j == k);
-        // A feedforward whose parameters are wrong by a fifth, as in the scenarios.
+        // A feedforward with parameters that are wrong by 20 %, as in the other scenarios.
         let mut random = Random::new(77);
         let wrong: Vec<f64> = arm.truth.iter().map(|x| x * if random.uniform() >= 0.5 { 1.2 } else { 0.8 }).collect();
         let mut found = Vec::new();
@@ -109,15 +109,14 @@ impl Defect {
         Ok(found)
     }
 
-    /// Puts a defect that is not simulated into the record of a joint.
+    /// Adds a defect to the record of joint k, if the defect is not part of the simulation.
     fn log(self, arm: &BenchmarkArm, experiment: &mut SpectralExperiment, k: usize) {
         let current = experiment.current[k].clone();
         let n = current.len();
         for i in 0..n {
             let wave = |periods: f64| (periods * experiment.q[k][i] + 0.4 + k as f64).sin();
             experiment.current[k][i] = match self {
-                // The record has whole periods, so the samples shifted out at the end are those that come in at the
-                // start.
+                // The record has whole periods, so the samples that are shifted out at its end are shifted in at its start.
                 Defect::Late(seconds) => {
                     let at = (i as f64 - seconds / arm.sample_time).rem_euclid(n as f64);
                     let (low, share) = (at.floor() as usize % n, at.fract());
@@ -138,7 +137,7 @@ impl Defect {
 
     fn masses<'a>(self, arm: &BenchmarkArm<'a>, has: &dyn Fn(usize) -> bool) -> TwoMass<'a> {
         let n = arm.drives.gain.len();
-        // The controller was tuned to this inertia: Kp = J w^2, Kd = 1.6 J w.
+        // The inertia J for which the controller was tuned: Kp = J w^2, Kd = 1.6 J w.
         let inertia = |k: usize| {
             let (p, d) = (arm.controller.proportional[k], arm.controller.derivative[k]);
             d * d / (1.6 * 1.6 * p)
@@ -202,7 +201,8 @@ impl Defect {
         record.current.truncate(n);
         for k in 0..n {
             let (_, mut acceleration) = circular_differences(&record.q[k], record.sample_time);
-            // The record does not close. A difference across its ends would be a blow of a hundred A in the last sample.
+            // The end of the record differs from its start, so a difference across the ends would give an error of 100 A in the
+            // last sample.
             let last = acceleration.len() - 1;
             acceleration[0] = acceleration[1];
             acceleration[last] = acceleration[last - 1];
@@ -228,7 +228,7 @@ fn rigid(arm: &BenchmarkArm, reference: &Reference, feedforward: &[Vec<f64>]) ->
     }
 }
 
-/// The experiments with the sensor noise of one draw.
+/// Adds the sensor noise of draw `draw` to the experiments.
 pub fn measured(
     experiments: &[SpectralExperiment],
     arm: &BenchmarkArm,

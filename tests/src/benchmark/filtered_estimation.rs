@@ -1,7 +1,7 @@
-//! Filtered least squares on the records of a plan, with which RIST-MH is compared.
+//! Least squares with filtering on the records of a plan, as a reference for RIST-MH.
 //!
-//! The estimator of `identify` is for logs of any motion and may change. This one is fixed, so that a benchmark stays
-//! comparable over the years. tau = D X + equation (5), four friction columns per joint.
+//! The estimator of `identify` accepts any motion and may change. This one is fixed, so that benchmark results of different years
+//! can be compared. The model is tau = D X + equation (5), with four friction columns per joint.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use identification::signals::butterworth::Butterworth;
@@ -11,9 +11,9 @@ use linear_model::regressor::Regressor;
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 
-/// The customary estimator on the same records: zero-phase Butterworth of order 4 at 40 Hz on q,
-/// central differences, columns and torque through a second one at 20 Hz and decimated by 20, the
-/// borders dropped, equation (5) as four columns per joint; sweeps by their centred rows.
+/// The usual estimator on the same records: a zero-phase Butterworth filter of order 4 at 40 Hz on q; central differences; a
+/// second filter at 20 Hz on columns and torque, which are then decimated by 20; the ends are removed. Friction is equation (5)
+/// with four columns per joint. For sweeps, the rows have their mean removed.
 pub fn filtered_least_squares(
     experiments: &[SpectralExperiment],
     regressor: &dyn Regressor,
@@ -67,7 +67,7 @@ pub fn filtered_least_squares(
     solve(&rows.finish()).x[..p].to_vec()
 }
 
-/// The columns of equation (5) at one velocity.
+/// The friction columns of equation (5) at a velocity.
 pub fn friction_row(v: f64, out: &mut [f64]) {
     let positive = f64::from(v > 0.0);
     out.copy_from_slice(&[positive * v, positive, (1.0 - positive) * v, 1.0 - positive]);

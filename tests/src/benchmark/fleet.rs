@@ -1,12 +1,12 @@
-//! Simulates a fleet of robots, some of which carry a load or have more friction. It counts how many of these `rist
-//! compare` finds, and how many of the robots that it names are unchanged.
+//! Simulates a fleet of robots, some of which have an additional load or more friction. Counts how many of them `rist compare`
+//! reports, and how many of the reported robots are unchanged.
 //!
-//! Every robot has logs of its own motions, two sines per joint. Torques have noise of 1 % of the joint's torque, half of
-//! it white, half correlated over a tenth of a second. Friction differs from log to log by 2 %, as it does with
-//! temperature. A changed robot has a load on its last link, or other viscous and Coulomb friction in one joint.
+//! Each robot has logs of its own motions: two sines per joint. The torque noise is 1 % of the joint's torque, half of it white,
+//! half correlated over 0.1 s. Friction varies by 2 % between logs, for example by temperature. A changed robot has a load on its
+//! last link, or other viscous and Coulomb friction in one joint.
 //!
-//! The size of a change is that of the parameter which changes most, in standard deviations of the difference from the
-//! reference. Divided by the root of the number of logs, it is in the standard deviations of one log.
+//! The size of a change is the change of the parameter that changes most, divided by the standard deviation of the difference
+//! from the reference. Divided by the root of the number of logs, it is in standard deviations of one log.
 
 use std::f64::consts::TAU;
 
@@ -21,15 +21,15 @@ use robot::{Inertial, StandardParameter};
 
 use crate::joint_log::even_log;
 
-/// Seconds between samples.
+/// Sampling period, s.
 const PERIOD: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Fleet {
     pub robots: usize,
-    /// Of them, those that changed.
+    /// Number of changed robots.
     pub changed: usize,
-    /// Logs of a robot, and s of one.
+    /// Number of logs of each robot. `seconds`: duration of a log.
     pub logs: usize,
     pub seconds: f64,
     pub reference_logs: usize,
@@ -43,38 +43,38 @@ struct Machine {
     coulomb: Vec<f64>,
 }
 
-/// The findings among the robots of a fleet.
+/// The results of the comparison of a fleet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Found {
-    /// Robots that are said to have changed, and those of them that did.
+    /// Number of robots that are reported as changed. `right_robots`: number of these that did change.
     pub robots: usize,
     pub right_robots: usize,
-    /// Parameters that are said to have moved, and those of them that did.
+    /// Number of parameters that are reported as changed. `right_parameters`: number of these that did change.
     pub parameters: usize,
     pub right_parameters: usize,
     pub changed: usize,
-    /// Parameters that moved by at least the size of the change less a tenth, and those of them that are named.
+    /// Number of parameters that changed by at least 90 % of the size. `named`: number of these that are reported.
     pub moved: usize,
     pub named: usize,
 }
 
 impl Found {
-    /// Share of the robots named that did not change; zero where none is named.
+    /// Share of the reported robots that did not change; zero if no robot is reported.
     pub fn false_robots(&self) -> f64 {
         1.0 - share(self.right_robots, self.robots)
     }
 
-    /// Share of the parameters named that did not move.
+    /// Share of the reported parameters that did not change.
     pub fn false_parameters(&self) -> f64 {
         1.0 - share(self.right_parameters, self.parameters)
     }
 
-    /// Share of the changed robots that are named.
+    /// Share of the changed robots that are reported.
     pub fn power(&self) -> f64 {
         share(self.right_robots, self.changed)
     }
 
-    /// Share of the parameters moved by the full size that are named.
+    /// Share of the parameters with a change of the full size that are reported.
     pub fn parameter_power(&self) -> f64 {
         share(self.named, self.moved)
     }
@@ -84,24 +84,24 @@ fn share(some: usize, of: usize) -> f64 {
     if of > 0 { some as f64 / of as f64 } else { 1.0 }
 }
 
-/// The workshop that makes the robots: a model, the options, and the parameters of a healthy robot.
+/// Makes the robots of a fleet: a model, the options, and the parameters of a robot without changes.
 pub struct Workshop<'a> {
     model: &'a Model,
     options: Options,
     healthy: Machine,
-    /// What a load of a kilogram on the last link adds to the base parameters.
+    /// The change of the base parameters if 1 kg is added to the last link.
     load: Vec<f64>,
-    /// Root mean square of each joint's torque, N m.
+    /// Rms of each joint's torque, N m.
     scale: Vec<f64>,
 }
 
 impl<'a> Workshop<'a> {
-    /// A workshop with the base parameters of the description, and friction in proportion to the torques of a motion.
+    /// Uses the nominal base parameters, and friction in proportion to the torques of a motion.
     pub fn new(model: &'a Model) -> Workshop<'a> {
         let n = model.regressor().coordinates().len();
         let standard = StandardParameter::all(&model.robot);
         let last = standard.iter().map(|s| s.link.0).max().unwrap_or(0);
-        // A kilogram at (0.02, 0.03, 0.08) m in the frame of the link.
+        // 1 kg at (0.02, 0.03, 0.08) m in the frame of the last link.
         let body = |s: &StandardParameter| match s.inertial {
             _ if s.link.0 != last => 0.0,
             Inertial::M => 1.0,
@@ -176,14 +176,15 @@ impl<'a> Workshop<'a> {
         sums
     }
 
-    /// The base parameters, viscous and Coulomb friction of a machine, as the columns of the sums have them.
+    /// The parameters of a robot in the order of the columns of the sums: base parameters, then viscous and Coulomb friction per
+    /// joint.
     fn truth(&self, machine: &Machine) -> Vec<f64> {
         let friction = |j: usize| [machine.viscous[j], machine.coulomb[j], 0.0];
         machine.base.iter().copied().chain((0..machine.viscous.len()).flat_map(friction)).collect()
     }
 
-    /// A changed robot: with a load for even `k`, with other friction of a joint for odd. `sigma`: deviations of
-    /// differences.
+    /// A changed robot: with an additional load if `k` is even, with other friction in one joint if it is odd. `sigma`: standard
+    /// deviation of the difference of each parameter.
     fn changed(&self, k: usize, size: f64, sigma: &[f64]) -> Machine {
         let mut machine = self.healthy.clone();
         let (n, p) = (machine.viscous.len(), machine.base.len());
@@ -199,8 +200,8 @@ impl<'a> Workshop<'a> {
     }
 }
 
-/// Simulates fleets with changes of several sizes, and compares each robot with the reference at this rate. The healthy
-/// robots are the same for all sizes.
+/// Simulates fleets with changes of several sizes, and compares each robot with the reference. `rate`: false discovery rate. The
+/// unchanged robots are the same for all sizes.
 pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f64, Found)> {
     let shop = Workshop::new(model);
     let random = |k: usize| Random::stream(fleet.seed, k as u64);
@@ -223,7 +224,8 @@ pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f
         let named: Vec<(&str, &Accumulator)> = robots.iter().map(|sums| ("robot", *sums)).collect();
         compare(("reference", &reference), &named, Compared::All, rate).unwrap_or_else(|e| panic!("{e}"))
     };
-    // The deviations of differences, each the mean over some robots, because a single one is uncertain by a fifth.
+    // The standard deviations of the differences. Each is a mean over some robots, because a single one has an uncertainty of 20
+    // %.
     let some = compared(&healthy.iter().take(16).collect::<Vec<_>>());
     let columns = some.robots[0].parameters.len();
     let mean = |c: usize| some.robots.iter().map(|r| r.parameters[c].sigma.powi(2)).sum::<f64>();

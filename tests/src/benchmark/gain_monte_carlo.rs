@@ -1,4 +1,4 @@
-//! Drive gains over draws of noise: bias, scatter, and the deviation the estimate claims.
+//! Errors of drive gains over draws of noise: bias, rms error, and mean standard deviation of the estimate.
 
 use std::fmt;
 
@@ -7,23 +7,23 @@ use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 
-/// The gains of one scenario, each figure in % of the gain, one per joint.
+/// The errors of the drive gains in one scenario, in % of the gain, one per joint.
 #[derive(Clone, Debug)]
 pub struct GainComparison {
     pub draws: usize,
     pub bias: Vec<f64>,
-    /// Root mean square error.
+    /// Rms error of each gain, %.
     pub rmse: Vec<f64>,
-    /// Mean of the claimed standard deviation.
+    /// Mean standard deviation that the estimate states, %.
     pub sigma: Vec<f64>,
-    /// Of the parameters.
+    /// Errors of the parameters.
     pub parameters: Figures,
 }
 
 impl Fixture<'_> {
-    /// The gains by RIST-MH with these options.
+    /// Estimates the drive gains by RIST-MH with these options, over several draws of noise.
     ///
-    /// `None` when a draw gives none: no noise can be measured, or the scale is free.
+    /// `None` if some draw gives no gains: the noise cannot be measured, or the scale of the gains is undetermined.
     pub fn compare_gains(
         &self,
         known: &[Gain],

@@ -1,14 +1,14 @@
-//! Logs of a UR5 that differ from the fitted model in one respect, and the parameters behind them.
+//! Simulates logs of a UR5 that differ from the fitted model in one effect, with known true parameters.
 //!
-//! The robot repeats a motion of five harmonics of 0.1 Hz three times. The fit has viscous and Coulomb friction and an
-//! offset. The truth differs as [`Truth`] says. Encoders have 2e-5 rad of noise in steps of 1e-5 rad, velocities 2e-3
-//! rad/s, torques 0.02 N m and 0.5 % of their root mean square. Where friction does not depend on the sign of the
-//! velocity alone, the robot follows its reference in closed loop, because a joint sticks where it reverses:
+//! The robot repeats a motion with five harmonics of 0.1 Hz three times. The fitted model has viscous and Coulomb friction and an
+//! offset; the true robot differs from it by [`Truth`]. Encoder noise is 2e-5 rad with steps of 1e-5 rad; velocity noise is 2e-3
+//! rad/s; torque noise is 0.02 N m and 0.5 % of the rms torque. If friction depends on more than the sign of the velocity, the
+//! robot is simulated in closed loop, because a joint sticks when it reverses:
 //!
 //! u = A_n (ddq_r + Kp (q_r - q) + Kd (dq_r - dq)) + h_n + friction of the reference, held for 1 ms,
 //!
-//! A_n, h_n: those of a robot whose links are wrong by 10 %. The torque of a row is the mean of the torques held before
-//! and after. In the other cases the motion is the reference, and the torque is that of inverse dynamics.
+//! A_n, h_n: inertia matrix and bias torque of a robot whose links are wrong by 10 %. The torque of a row is the mean of the
+//! torques before and after it. In all other cases the motion equals the reference, and the torque is from inverse dynamics.
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,44 +23,44 @@ use robot::RotorInertia;
 use crate::joint_log::even_log;
 use crate::tape_robot::TapeRobot;
 
-/// The respect in which the truth differs from the fit.
+/// The effect by which the true robot differs from the fitted model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
-    /// Nothing: the model is exact but for white noise.
+    /// No effect: the model is exact except for white noise.
     WhiteNoise,
-    /// Torque noise that is correlated over 0.3 s, as strong as the white one beside it.
+    /// Torque noise that is correlated over 0.3 s, with the same rms as the additional white noise.
     SlowNoise,
-    /// Coulomb friction that changes its sign smoothly, within 0.005 rad/s.
+    /// Coulomb friction that changes its sign gradually, within 0.005 rad/s.
     Tanh,
-    /// The same, 30 % more below 0.1 rad/s.
+    /// Gradual Coulomb friction that is 30 % larger below 0.1 rad/s (Stribeck effect).
     Stribeck,
-    /// A bristle that slides after 2 mrad.
+    /// Dahl friction: a bristle that slides after 2 mrad.
     Dahl,
-    /// A bristle that slides after 1 mrad, with Stribeck's excess and damping of its own.
+    /// LuGre friction: a bristle that slides after 1 mrad, with the Stribeck effect and damping of the bristle.
     LuGre,
-    /// 2 % of the torque's root mean square, fifty times a turn and more.
+    /// Torque ripple of 2 % of the rms torque, with 50 and more periods per turn.
     Ripple,
-    /// Play of 1 mrad between the motor, where the encoder is, and the link.
+    /// Backlash of 1 mrad between the motor, which has the encoder, and the link.
     Backlash,
-    /// Torques that are logged so many ms late.
+    /// The torques are logged with this delay, ms.
     Late(u32),
-    /// A velocity behind a low-pass of the first order, Hz.
+    /// The velocity is filtered by a first-order low-pass with this cut-off, Hz.
     LaggingVelocity(u32),
-    /// 2 % of the torque's root mean square, so many times a turn.
+    /// Torque ripple of 2 % of the rms torque, with this number of periods per turn.
     RippleOf(u32),
-    /// Joints that bend behind the encoders, by 10 mrad under the largest torque.
+    /// Flexible joints: the deflection behind the encoder is 10 mrad at the largest torque.
     Bends,
-    /// Friction that grows with the load by a tenth of it.
+    /// Friction grows with the load, by a tenth of the load torque.
     LoadFriction,
-    /// 3 % of the torque of the next joint in that of each.
+    /// The measured torque of each joint contains 3 % of the torque of the next joint.
     CrossTalk,
-    /// A base that yields under the arm: 2e4 N m/rad.
+    /// A flexible base with a stiffness of 2e4 N m/rad.
     Yields,
-    /// A spring of 7.5 N m/rad on the second joint.
+    /// A spring of 7.5 N m/rad at the second joint.
     Spring,
-    /// Encoders of twelve bits.
+    /// Encoders with twelve bits.
     TwelveBits,
-    /// Rows that are 0.2 ms off their clock, in the root mean square.
+    /// The sampling times of the rows have an rms error of 0.2 ms.
     Jitter,
 }
 
@@ -91,35 +91,35 @@ impl Truth {
         Truth::Jitter,
     ];
 
-    /// Whether friction holds a joint where it turns.
+    /// Whether friction holds a joint when it reverses. Then the robot is simulated in closed loop.
     fn sticks(self) -> bool {
         matches!(self, Truth::Tanh | Truth::Stribeck | Truth::Dahl | Truth::LuGre)
     }
 }
 
-/// N m/(rad/s), N m, N m, kg m^2, of each joint.
+/// Viscous friction of each joint, N m/(rad/s). Then Coulomb friction, N m; offset, N m; rotor inertia, kg m^2.
 const VISCOUS: [f64; 6] = [9.1, 6.4, 8.3, 1.9, 1.2, 1.6];
 const COULOMB: [f64; 6] = [5.2, 7.4, 6.6, 0.8, 1.3, 1.1];
 const OFFSET: [f64; 6] = [0.3, -0.4, 0.1, 0.05, -0.08, 0.02];
 const ROTOR: [f64; 6] = [1.2, 0.9, 0.7, 0.2, 0.15, 0.22];
 
-/// s between rows, controller samples in that time, steps of the simulation in one controller sample.
+/// Time between rows, s. `HELD`: controller samples per row. `STEPS`: simulation steps per controller sample.
 const PERIOD: f64 = 2e-3;
 const HELD: usize = 2;
 const STEPS: usize = 4;
 
-/// s, the motion's period, and how often it is repeated.
+/// Period of the motion, s. `REPEATED`: number of periods.
 const MOTION: f64 = 10.0;
 const REPEATED: usize = 3;
 
-/// The robot with its rotors, and the wrong model of it in its controller.
+/// The robot with its rotors, and the wrong model of it that the controller uses.
 pub struct LackOfFit {
     pub robot: TapeRobot,
     nominal: TapeRobot,
 }
 
 impl Default for LackOfFit {
-    /// The UR5 of models/ with rotors.
+    /// The UR5 of models/ with rotor inertias.
     fn default() -> LackOfFit {
         let mut robot = crate::model("ur5.yaml");
         for (link, rotor) in robot.links.iter_mut().zip(ROTOR) {
@@ -132,13 +132,14 @@ impl Default for LackOfFit {
 }
 
 impl LackOfFit {
-    /// The true parameters, in the order of the columns of viscous and Coulomb friction and an offset.
+    /// The true parameters, in the order of the columns: base parameters, then viscous friction, Coulomb friction and offset of
+    /// each joint.
     pub fn truth(&self) -> Vec<f64> {
         let friction = (0..6).flat_map(|k| [VISCOUS[k], COULOMB[k], OFFSET[k]]);
         self.robot.truth.iter().copied().chain(friction).collect()
     }
 
-    /// The log of one draw: motion and noise are its own.
+    /// The log of one draw. Each draw has its own motion and noise.
     pub fn log(&self, truth: Truth, draw: u64) -> Log {
         let random = &mut Random::stream(1414, draw);
         let motion = FourierMotion::random(random);
@@ -152,15 +153,14 @@ impl LackOfFit {
         measured(&clean, truth, self.robot.coordinates(), random)
     }
 
-    /// The reference itself, under Coulomb friction that jumps.
+    /// The noise-free signals if the motion equals the reference, with Coulomb friction that jumps at zero velocity.
     fn prescribed(&self, motion: &FourierMotion, truth: Truth) -> Clean {
         let mut clean = Clean::new();
         let base = self.robot.truth.len();
         let mut y = vec![0.0; 6 * base];
         for i in 0..rows() {
             let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
-            // A drive logs the mean of its torque over a row, so the sign is averaged over the times of both
-            // directions.
+            // The drive logs the mean torque over a row. So the sign of the velocity is averaged over the time of the row.
             const PARTS: usize = 16;
             let parts =
                 (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
@@ -177,7 +177,7 @@ impl LackOfFit {
         clean
     }
 
-    /// The robot under its controller.
+    /// The noise-free signals in closed loop.
     fn closed_loop(&self, motion: &FourierMotion, truth: Truth) -> Clean {
         let (mut clean, mut bristle) = (Clean::new(), [0.0; 6]);
         let [mut q, mut dq, mut ddq] = motion.at(0.0);
@@ -196,12 +196,13 @@ impl LackOfFit {
                 clean.push(&q, &dq, &mean);
             }
             before = Some(u);
-            // Inertia and bias are those at the middle of the coming interval. Only friction changes faster.
+            // Inertia and bias torque are evaluated at the middle of the next interval and kept constant. Only friction changes
+            // faster.
             let middle = |x: &[f64; 6], dx: &[f64; 6]| std::array::from_fn(|k| x[k] + 0.5 * held * dx[k]);
             let held = Held::new(&self.robot, &middle(&q, &dq), &middle(&dq, &ddq), u);
             let start = dq;
             for _ in 0..STEPS {
-                // The midpoint rule. A bristle is integrated exactly at the velocity of the step.
+                // The midpoint rule. A bristle is integrated exactly for a constant velocity during the step.
                 let first = held.acceleration(&dq, truth, &mut bristle, 0.5 * h);
                 let half: [f64; 6] = std::array::from_fn(|k| dq[k] + 0.5 * h * first[k]);
                 let second = held.acceleration(&half, truth, &mut bristle, 0.5 * h);
@@ -216,10 +217,10 @@ impl LackOfFit {
     }
 }
 
-/// The robot under a torque that is held.
+/// The robot during a controller sample, in which the torque is constant.
 struct Held {
     inertia: Cholesky<f64, Const<6>>,
-    /// u - h, N m.
+    /// Controller torque minus bias torque, u - h, N m.
     net: [f64; 6],
 }
 
@@ -231,14 +232,14 @@ impl Held {
         Held { inertia, net: std::array::from_fn(|k| u[k] - bias[k] - OFFSET[k]) }
     }
 
-    /// A^-1 (u - h - friction); also advances the bristles by `step` s.
+    /// The acceleration A^-1 (u - h - friction). Also advances the bristles by `step` s.
     fn acceleration(&self, dq: &[f64; 6], truth: Truth, bristle: &mut [f64; 6], step: f64) -> [f64; 6] {
         let net = SVector::from_fn(|k, _| self.net[k] - friction(truth, k, dq[k], &mut bristle[k], step));
         self.inertia.solve(&net).into()
     }
 }
 
-/// The law of joint k, N m, without its offset; the deflection z of a bristle follows dz/dt = v - |v| z / z_max exactly.
+/// Friction torque of joint k without offset, N m. The bristle deflection z follows dz/dt = v - |v| z / z_max, solved exactly.
 fn friction(truth: Truth, k: usize, v: f64, z: &mut f64, step: f64) -> f64 {
     let excess = 1.0 + 0.3 * (-(v / 0.1) * (v / 0.1)).exp();
     let mut slide = |most: f64| {
@@ -272,7 +273,7 @@ fn rows() -> usize {
     (REPEATED as f64 * MOTION / PERIOD) as usize
 }
 
-/// Signals without noise, one series per joint.
+/// Noise-free signals, one series per joint.
 struct Clean {
     q: Vec<Vec<f64>>,
     dq: Vec<Vec<f64>>,
@@ -293,11 +294,11 @@ impl Clean {
         }
     }
 
-    /// What sensors and what bends make of the signals.
+    /// Changes the signals by the effects of sensors and of flexibility.
     fn sense(&mut self, truth: Truth, random: &mut Random) {
         match truth {
             Truth::Late(ms) => {
-                // A row is 2 ms; between rows the torque goes straight.
+                // Time between rows is 2 ms. Between rows the torque is interpolated linearly.
                 let late = f64::from(ms) * 1e-3 / PERIOD;
                 self.tau.iter_mut().for_each(|tau| {
                     let at = |x: f64| tau[x as usize] + x.fract() * (tau[x as usize + 1] - tau[x as usize]);
@@ -318,7 +319,7 @@ impl Clean {
                 let most = self.tau[k].iter().fold(0.0, |most: f64, tau| most.max(tau.abs()));
                 self.bend(k, 0.01 / most);
             }),
-            // All links but the first turn with the base as they do with the second joint.
+            // All links except the first rotate with the base as they rotate with the second joint.
             Truth::Yields => self.bend(1, 1.0 / 2e4),
             Truth::CrossTalk => {
                 let tau = self.tau.clone();
@@ -338,7 +339,8 @@ impl Clean {
         }
     }
 
-    /// The encoder is before a spring of so many rad/(N m): it is ahead of the link by the torque.
+    /// Adds the deflection of a spring between encoder and link to the measured position of joint k. `yielding`: compliance,
+    /// rad/(N m).
     fn bend(&mut self, k: usize, yielding: f64) {
         let ahead: Vec<f64> = self.tau[k].iter().map(|tau| yielding * tau).collect();
         for i in 0..ahead.len() {
@@ -353,7 +355,7 @@ fn root_mean_square(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// Adds a torque that depends on the angle of the rotor.
+/// Adds torque ripple: a periodic torque of the rotor angle. `times(k)`: periods per turn of joint k.
 fn add_ripple(clean: &mut Clean, random: &mut Random, times: impl Fn(usize) -> f64) {
     for k in 0..6 {
         let (size, phase) = (0.02 * 2f64.sqrt() * root_mean_square(&clean.tau[k]), random.between(0.0, TAU));
@@ -363,14 +365,15 @@ fn add_ripple(clean: &mut Clean, random: &mut Random, times: impl Fn(usize) -> f
     }
 }
 
-/// Adds play: the motor is half the gap ahead of the link on the side that pushes, and crosses within some 10 ms.
+/// Adds backlash: the motor is half the gap ahead of the link on the side that transmits torque, and crosses the gap in about 10
+/// ms.
 fn add_backlash(clean: &mut Clean) {
     for k in 0..6 {
         let share = 1.0 - (-PERIOD / 5e-3f64).exp();
         let (mut side, mut before) = (sign(clean.tau[k][0]), sign(clean.tau[k][0]));
         let (mut slow, mut gap) = (side, Vec::new());
         for tau in &clean.tau[k] {
-            // Two lags in a row: the velocity of the crossing does not jump.
+            // Two low-passes in series, so that the velocity of the crossing does not jump.
             slow += share * (sign(*tau) - slow);
             side += share * (slow - side);
             gap.push((5e-4 * side, 5e-4 * (side - before) / PERIOD));
@@ -383,7 +386,7 @@ fn add_backlash(clean: &mut Clean) {
     }
 }
 
-/// The signals as the sensors measure them.
+/// The log: the signals as the sensors measure them, with noise and rounding.
 fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) -> Log {
     let slow = truth == Truth::SlowNoise;
     let step = if truth == Truth::TwelveBits { TAU / 4096.0 } else { 1e-5 };
@@ -405,7 +408,7 @@ fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) 
     even_log(names, PERIOD, [q, dq, effort])
 }
 
-/// q = c + sum over five harmonics, each joint within 2.4 rad and 2 rad/s.
+/// The motion q = c + sum of five harmonics. Each joint stays within 2.4 rad and 2 rad/s.
 struct FourierMotion {
     sine: [[f64; 5]; 6],
     cosine: [[f64; 5]; 6],
@@ -424,7 +427,7 @@ impl FourierMotion {
         motion
     }
 
-    /// q, dq, ddq.
+    /// The positions q, velocities dq and accelerations ddq at time t, s.
     fn at(&self, t: f64) -> [[f64; 6]; 3] {
         let mut state = [[0.0; 6]; 3];
         for harmonic in 0..5 {

@@ -1,6 +1,6 @@
-//! Robots, experiments and estimators to compare. Benches measure them, and tests check their bounds.
+//! Robots, experiments and estimators for comparisons. Benches print their results, and tests check bounds.
 //!
-//! A recipe of `dataset` runs on measured logs; everything else is simulated.
+//! `dataset` uses measured logs; all other modules use simulated ones.
 
 pub mod arms;
 pub mod candidates;

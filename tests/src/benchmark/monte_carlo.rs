@@ -1,17 +1,17 @@
-//! Estimators compared on the same records: bias, RMSE against the Cramer-Rao bound, validation.
+//! Compares estimators on the same records: bias, rms error relative to the Cramer-Rao bound, and validation.
 //!
-//! A scenario is simulated once, in closed loop and without noise; each draw adds the noise of the
-//! sensors to the same records and runs every estimator on them.
+//! A scenario is simulated once in closed loop without noise. Each draw adds sensor noise to these records and runs all
+//! estimators.
 //!
-//! | figure | is |
+//! | number | meaning |
 //! |---|---|
-//! | bias | mean error over sigma, root mean square over the parameters, and greatest |
-//! | RMSE | root mean square error over sigma, root mean square over the parameters |
-//! | X | median over draws of norm(X^ - X) / norm(X), % |
+//! | bias | mean error / sigma: rms over the parameters, and largest |
+//! | RMSE | rms error / sigma: rms over the parameters |
+//! | X | median over draws of norm(X^ - X) / norm(X), % (X^: estimate, X: true parameters) |
 //! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % |
 //!
-//! sigma is the Cramer-Rao bound for white torque noise alone. It assumes exact motion, every sample of every moving
-//! joint, and four unknown friction coefficients per joint, the same in all experiments.
+//! sigma: Cramer-Rao bound for white torque noise. It assumes that the motion is known exactly, that all samples of all moving
+//! joints are used, and that each joint has four unknown friction coefficients, equal in all experiments.
 
 use std::fmt;
 
@@ -38,11 +38,11 @@ use random::Random;
 pub enum Method {
     PaperEqual,
     PaperWeighted,
-    /// Harmonics with equation (5) alone.
+    /// RIST-MH (harmonics) with only equation (5) as friction.
     HarmonicPlain,
-    /// Harmonics with the friction model chosen and its drift.
+    /// RIST-MH with the friction model that it chooses, and with drift of friction.
     Harmonic,
-    /// Butterworth 40 Hz, decimation by 20, friction columns.
+    /// Least squares with a Butterworth filter at 40 Hz, decimation by 20, and friction columns.
     FilteredLeastSquares,
 }
 
@@ -68,17 +68,17 @@ impl fmt::Display for Method {
     }
 }
 
-/// The deterministic part of a scenario.
+/// The noise-free part of a scenario.
 pub struct Fixture<'a> {
     pub(crate) arm: &'a BenchmarkArm<'a>,
     pub scenario: Scenario,
-    /// Noise-free records, cut.
+    /// Noise-free records, cut to the intervals that are used.
     experiments: Vec<SpectralExperiment>,
-    /// Cramer-Rao bound of each parameter.
+    /// Cramer-Rao bound of each parameter: its standard deviation.
     pub sigma: Vec<f64>,
-    /// D'D of each validation motion, p x p.
+    /// D'D of each validation motion, p x p, D: regressor.
     validation: Vec<Vec<f64>>,
-    /// Greatest tracking error of an experiment, rad.
+    /// Largest tracking error of an experiment, rad.
     pub tracking: f64,
 }
 
@@ -88,9 +88,9 @@ pub struct Figures {
     pub greatest_bias: f64,
     pub rmse: f64,
     pub greatest_rmse: f64,
-    /// %.
+    /// Error of the parameters, %.
     pub parameters: f64,
-    /// %.
+    /// Error of the torque on validation motions, %.
     pub torque: f64,
 }
 
@@ -104,8 +104,8 @@ pub struct Comparison {
 }
 
 impl<'a> Fixture<'a> {
-    /// Simulates the experiments and ten validation motions; `Err` with the time when the simulated
-    /// robot is not physical.
+    /// Simulates the experiments and ten validation motions. Fails with the time at which the simulation stops if the robot is
+    /// not physical.
     pub fn new(
         arm: &'a BenchmarkArm<'a>,
         scenario: Scenario,
@@ -138,8 +138,8 @@ impl<'a> Fixture<'a> {
         Ok(fixture)
     }
 
-    /// The same fixture with the experiments of `plan` done again under a known load, which adds `load` to the base
-    /// parameters. `dynamics` are those of the loaded robot. The feedforward does not include the load.
+    /// Adds the experiments of `plan` with a known load. `load`: its contribution to the base parameters. `dynamics`: dynamics of
+    /// the loaded robot. The feedforward does not contain the load.
     pub fn with_load(
         mut self,
         dynamics: &dyn Dynamics,
@@ -152,7 +152,7 @@ impl<'a> Fixture<'a> {
         Ok(self)
     }
 
-    /// One record an experiment, with the drift of its friction and a feedforward of wrong parameters.
+    /// One record per experiment, with drift of the friction and with a feedforward of wrong parameters.
     fn records(&self, dynamics: &dyn Dynamics, plan: &[ExcitingTrajectory], seed: u64) -> Result<Vec<Record>, Stop> {
         let (mut random, scenario) = (Random::new(seed), &self.scenario);
         let wrong = |x: &f64, up: bool| x * if up { 1.2 } else { 0.8 };
@@ -188,13 +188,13 @@ impl<'a> Fixture<'a> {
         }
     }
 
-    /// The experiments with the noise of one draw; `None`: without noise and rounding.
+    /// The experiments with the noise of one draw. `None`: without noise and rounding.
     pub fn measured(&self, draw: Option<u64>, seed: u64) -> Vec<SpectralExperiment> {
         let Some(draw) = draw else { return self.experiments.clone() };
         measured(&self.experiments, self.arm, &self.scenario.sensing, seed, draw)
     }
 
-    /// The base parameters by one method.
+    /// The base parameters, estimated by one method.
     pub fn estimate(&self, method: Method, experiments: &[SpectralExperiment]) -> Vec<f64> {
         let (arm, gain) = (self.arm, &self.arm.drives.gain);
         let noise = &self.scenario.sensing.torque_noise;
@@ -221,7 +221,7 @@ impl<'a> Fixture<'a> {
         }
     }
 
-    /// The table over `draws` draws of noise.
+    /// The errors of several methods over `draws` draws of noise.
     pub fn compare(&self, methods: &[Method], draws: usize, seed: u64, threads: usize) -> Comparison {
         let one = |experiments: &[SpectralExperiment]| -> Vec<Vec<f64>> {
             methods.iter().map(|&m| self.estimate(m, experiments)).collect()
@@ -237,7 +237,7 @@ impl<'a> Fixture<'a> {
         }
     }
 
-    /// The results of `one` for the experiments of each draw, in the order of the draws.
+    /// Calls `one` with the experiments of each draw. The results are in the order of the draws.
     pub(crate) fn each_draw<T: Send>(
         &self,
         draws: usize,
@@ -289,7 +289,7 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// The results of `one` for each draw, in the order of the draws, whatever the number of threads.
+/// Calls `one` for each draw on several threads. The results are in the order of the draws, for any number of threads.
 pub fn each_draw<T: Send>(draws: usize, threads: usize, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let threads = threads.clamp(1, draws.max(1));
     let of_draw = |d: usize| (d, one(d as u64));
@@ -303,7 +303,7 @@ pub fn each_draw<T: Send>(draws: usize, threads: usize, one: impl Fn(u64) -> T +
     found.into_iter().map(|f| f.1).collect()
 }
 
-/// The motion of a noise-free record by central differences, inside windows.
+/// The motion of a noise-free record by central differences, restricted to windows.
 fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMotion {
     let whole = MeasuredMotion::by_differences(&record.q, record.sample_time);
     let reference = Reference {
@@ -316,7 +316,7 @@ fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMo
     MeasuredMotion::of_reference(&reference)
 }
 
-/// Rows of every sample and moving joint with four friction columns, over the torque noise.
+/// Adds the rows of all samples and moving joints, with four friction columns, divided by the torque noise.
 fn add_information(
     information: &mut TriangleBuilder,
     arm: &BenchmarkArm,
@@ -327,7 +327,7 @@ fn add_information(
     let p = arm.truth.len();
     let mut windows = trajectory.windows();
     let last = record.q[0].len() - 1;
-    // The last sample is left out, because the differences wrap around at the ends of the record.
+    // The last sample is not used, because the differences wrap around at the ends of the record.
     windows.iter_mut().for_each(|w| w.end = w.end.min(last));
     let motion = cut_motion(record, &windows);
     let columns = motion.regressor_columns(arm.regressor);

@@ -1,4 +1,4 @@
-//! Plans for the simulated robots: one that is given, and those that a search finds.
+//! Plans for the simulated robots: a given one, and plans that a search finds.
 
 use experiments::plan::candidates::Candidate;
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
@@ -9,8 +9,8 @@ use random::Random;
 
 use crate::benchmark::candidates::bang_bang;
 
-/// A plan of eight for R3G whose determinant is within one per cent of the best known. The last experiment is a slow
-/// sweep, which shows only gravity.
+/// A plan of eight experiments for R3G, whose determinant is within 1 % of the best known plan. Its last experiment is a slow
+/// sweep, which only determines gravity parameters.
 pub fn golden_plan() -> Vec<ExcitingTrajectory> {
     let third = |i: f64| 2.2 * i / 6.0;
     let one = |q2, i| bang_bang(MotionKind::Mixed, 0, &[1, 2], [0.0, q2, third(i)], 500);
@@ -27,10 +27,10 @@ pub fn golden_plan() -> Vec<ExcitingTrajectory> {
     ]
 }
 
-/// A set of experiments, by their places among the candidates, and the logarithm of its determinant.
+/// A set of experiments as indices of candidates, and the logarithm of its determinant.
 pub type Set = (Vec<usize>, f64);
 
-/// The best eight, and `count` sets of eight by chance.
+/// The best set of eight experiments that a search finds, and `count` random sets of eight.
 pub fn planned_and_random(found: &[Candidate], count: usize) -> (Set, Vec<Set>) {
     let information: Vec<WeightedRows> = found.iter().map(|c| c.information.clone()).collect();
     let search = SearchEffort { starts: 6, ..SearchEffort::default() };
@@ -45,7 +45,7 @@ pub fn planned_and_random(found: &[Candidate], count: usize) -> (Set, Vec<Set>) 
     ((plan.chosen, plan.value), by_chance)
 }
 
-/// The experiments of a set.
+/// The experiments of a set, given by indices of candidates.
 pub fn chosen(found: &[Candidate], set: &[usize]) -> Vec<ExcitingTrajectory> {
     set.iter().map(|&i| found[i].trajectory.clone()).collect()
 }

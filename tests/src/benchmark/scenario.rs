@@ -1,4 +1,4 @@
-//! The robots and the circumstances that estimators are compared on.
+//! The robots and the conditions (scenarios) in which estimators are compared.
 
 use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use experiments::simulate::dynamics::Dynamics;
@@ -14,28 +14,28 @@ pub struct BenchmarkArm<'a> {
     pub drives: Drives,
     pub sensing: Sensors,
     pub friction: Vec<FrictionLaw>,
-    /// Limits for the validation motions: rad, rad/s, rad/s^2.
+    /// Limits for the validation motions: `position`, rad; `velocity`, rad/s; `acceleration`, rad/s^2.
     pub position: Vec<(f64, f64)>,
     pub velocity: Vec<f64>,
     pub acceleration: Vec<f64>,
     pub sample_time: f64,
 }
 
-/// The conditions that are worse than those of the arm.
+/// Conditions in which sensors or friction differ from those of the arm.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,
-    /// Inverse dynamics with every parameter wrong by 20 % is added to the controller.
+    /// Whether inverse dynamics with parameters that are wrong by 20 % is added to the controller output.
     pub feedforward: bool,
     pub sensing: Sensors,
     pub friction: Vec<FrictionLaw>,
-    /// Friction of each joint changes by up to this share between experiments.
+    /// Friction of each joint changes between experiments by up to this fraction.
     pub drift: f64,
 }
 
 impl Scenario {
-    /// S1: the arm as it is. S2: encoder quantum and noise 5 and 6 times, torque noise 3 times. S3: S1
-    /// with Stribeck +50 % and drift 25 %. S4: S1 with Coulomb friction growing 5 % a N m.
+    /// S1: the arm itself. S2: encoder quantum 5 times, encoder noise 6 times, torque noise 3 times. S3: S1 with 50 % more
+    /// Stribeck friction and 25 % drift. S4: S1 with Coulomb friction that grows by 5 % per N m.
     pub fn all(arm: &BenchmarkArm) -> Vec<Scenario> {
         let base = |name, feedforward| Scenario {
             name,

@@ -1,5 +1,5 @@
-//! The scoreboard on measured robots, `cargo xtask datasets DIR`: runs the known recipes and prints residuals beside
-//! their baselines. DIR holds the sets, each in a folder of its name.
+//! `cargo xtask datasets DIR`: runs all recipes on measured robots, and prints the residuals next to those of the baselines. DIR
+//! contains one folder per data set, with its name.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -1,5 +1,5 @@
-//! `mutations PROGRAM SECONDS FOUND`: runs mutants of each file that the program reads for so long, and leaves those that
-//! break it in the folder FOUND. `cargo xtask fuzz` calls it.
+//! `mutations PROGRAM SECONDS FOUND`: changes each file that the program can read at random, for this time, and stores the files
+//! that crash the program in the folder FOUND. `cargo xtask fuzz` calls it.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all mutants kept the law.
+/// Runs the mutations. Returns whether no run of the program broke the rules of `mutation`.
 fn run(program: &Path, seconds: &str, found: &Path) -> Result<bool, String> {
     let told = |path: &Path| format!("{}: it cannot be written", path.display());
     let time = Duration::from_secs(seconds.parse().map_err(|_| format!("{seconds} is no number of seconds"))?);
@@ -32,7 +32,7 @@ fn run(program: &Path, seconds: &str, found: &Path) -> Result<bool, String> {
     std::fs::create_dir_all(&folder).map_err(|_| told(&folder))?;
     let mut seeds = seeds(program, &folder);
     by_time(program, &folder, &mut seeds);
-    // A new seed each time, so that runs add up.
+    // The seed differs in every run, so that several runs test different files.
     let start = Instant::now();
     let since = std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs());
     let (count, broken) = hunt(program, &folder, &seeds, &mut Random(since), |_| start.elapsed() > time);

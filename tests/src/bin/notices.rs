@@ -1,8 +1,8 @@
-//! Writes THIRD_PARTY_NOTICES: the crates that stand in the program and in the package for Python, each with its licence
-//! and the texts that are to go with a binary. With `--check` it compares instead of writing. `cargo xtask notices` calls it.
+//! Writes THIRD_PARTY_NOTICES: the crates in the program and in the Python package, each with its licence and the texts that must
+//! accompany a binary. With `--check`, it only compares. `cargo xtask notices` calls it.
 //!
-//! What macros and build scripts need is in no binary, and not here. Where a crate may be used under MIT, that text is
-//! taken; a text that several crates share stands once. The crates are those of Linux on x86-64, wherever this runs.
+//! Crates of macros and build scripts are not listed, because no binary contains them. If a crate can be used under MIT, the MIT
+//! text is used; a text that several crates share is written once. The list is for Linux on x86-64, on any machine.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,7 +14,7 @@ use tests::workspace;
 const FILE: &str = "THIRD_PARTY_NOTICES";
 const PLATFORM: &str = "x86_64-unknown-linux-gnu";
 
-/// What goes into a binary: the manifest of the lock file, and the package.
+/// The binaries: manifest next to the lock file, and package.
 const BINARIES: [[&str; 2]; 2] = [["Cargo.toml", "cli"], ["crates/python/Cargo.toml", "python"]];
 
 const HEAD: &str = "\
@@ -25,7 +25,7 @@ The program rist and the package rist for Python hold the crates below, each und
 SQLite, which libsqlite3-sys holds, is in the public domain.
 ";
 
-/// First letters of the files that hold a licence or a notice.
+/// The first letters of file names that contain a licence or a notice.
 const NOTICE_FILES: [&str; 6] = ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE", "COPYRIGHT"];
 
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -75,7 +75,7 @@ fn notices() -> Result<String, String> {
     out += "\nCrates and their licences\n\n";
     for one in &crates {
         out += &format!("{} {}: {}\n", one.name, one.version, one.licence);
-        // A crate without a text has that of its neighbours in the repository.
+        // If a crate has no licence text, the text of another crate from the same repository is used.
         let kin = crates.iter().filter(|kin| kin.repository == one.repository && kin.licence == one.licence);
         let texts = std::iter::once(one).chain(kin).map(texts).find(|texts| !texts.is_empty()).unwrap_or_default();
         if texts.is_empty() {
@@ -97,7 +97,7 @@ fn notices() -> Result<String, String> {
     Ok(out)
 }
 
-/// The crates of others that a package links.
+/// The crates of other authors that a package links.
 fn linked(manifest: &Path, package: &str) -> Result<BTreeSet<Linked>, String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut metadata = Command::new(cargo);
@@ -140,7 +140,7 @@ fn linked(manifest: &Path, package: &str) -> Result<BTreeSet<Linked>, String> {
     Ok(found)
 }
 
-/// The texts that are to go with a binary of a crate.
+/// The licence texts that must accompany a binary with this crate.
 fn texts(one: &Linked) -> Vec<String> {
     let entries = std::fs::read_dir(&one.folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();

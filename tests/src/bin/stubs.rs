@@ -1,7 +1,7 @@
-//! Writes what is told elsewhere of the fields of requests: the signatures and docstrings of Python's functions, their
-//! stubs, and the tables of docs/files.md. With `--check` it compares instead of writing. `cargo xtask stubs` calls it.
+//! Writes the documentation of request fields: signatures and docstrings of Python functions, their stubs, and the tables of
+//! docs/files.md. With `--check`, it only compares. `cargo xtask stubs` calls it.
 //!
-//! The positional arguments, the result and all other paragraphs of a docstring stay as they stand in the files.
+//! Positional arguments, results and all other paragraphs of a docstring are not changed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ const STUB: &str = "crates/python/python/rist/__init__.pyi";
 const PAGE: &str = "docs/files.md";
 const FROM: &str = "<!-- from here: cargo xtask stubs -->\n";
 const TO: &str = "<!-- to here -->\n";
-/// Columns of a line of documentation.
+/// Largest number of characters in a line of documentation.
 const WIDTH: usize = 118;
 
-/// An argument by keyword.
+/// A keyword argument of a Python function.
 #[derive(Clone)]
 struct Keyword {
     name: String,
@@ -44,15 +44,15 @@ impl Keyword {
         Keyword { name: field.name.into(), of_type: field.shape.python.clone(), default, doc }
     }
 
-    /// One that is an object of Python, whatever the program takes.
+    /// An argument that is a Python object, whose type differs from the type of the request field.
     fn own(name: &str, of_type: &str, default: &str, doc: &str) -> Keyword {
         Keyword { name: name.into(), of_type: of_type.into(), default: default.into(), doc: doc.into() }
     }
 }
 
-/// A function of Python that takes the fields of a request.
+/// A Python function that takes the fields of a request as keyword arguments.
 struct Function {
-    /// `Model.read`.
+    /// Name in Python, for example `Model.read`.
     name: &'static str,
     file: &'static str,
     keywords: Vec<Keyword>,
@@ -75,7 +75,7 @@ impl Function {
         Function { name, file, keywords }
     }
 
-    /// The class, if it is a method, and the name in Python and in Rust.
+    /// The class (if it is a method), the name in Python, and the name in Rust.
     fn names(&self) -> (Option<&str>, &str, &str) {
         match self.name.split_once('.') {
             Some((class, "__init__")) => (Some(class), "__init__", "new"),
@@ -122,7 +122,7 @@ fn functions() -> Vec<Function> {
     ]
 }
 
-/// A default as Python writes it; what is empty counts as absent.
+/// A default value in Python notation. An empty value is written as None.
 fn literal(value: &Value) -> String {
     match value {
         Value::Bool(true) => "True".into(),
@@ -133,7 +133,7 @@ fn literal(value: &Value) -> String {
     }
 }
 
-/// Words in lines, all but the first indented.
+/// Divides a text into lines. All lines except the first are indented.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -154,7 +154,7 @@ fn paragraph(keywords: &[Keyword]) -> Vec<String> {
     ["Options:".to_string()].into_iter().chain(keywords.iter().flat_map(of_one)).collect()
 }
 
-/// The source of Python's functions with this one written anew, and the docstring that it has then.
+/// The Rust source with the signature and docstring of this function replaced; and the new docstring.
 fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), String> {
     let (class, _, rust) = function.names();
     let missing = |what: &str| format!("crates/python/src/{}: {what} of {} is missing", function.file, function.name);
@@ -168,7 +168,7 @@ fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), S
     let defaults: Vec<String> = function.keywords.iter().map(|k| format!("{}={}", k.name, k.default)).collect();
     let signed = format!("{before}*, {})\")]", defaults.join(", "));
     let is_doc = |line: &str| line.trim().starts_with("///");
-    // The options of a class stand in the docstring of the class.
+    // The options of a constructor are in the docstring of its class.
     let end = match class.filter(|_| rust == "new") {
         None => (0..signature).rev().find(|&i| is_doc(lines[i])).map_or(signature, |i| i + 1),
         Some(class) => {
@@ -191,7 +191,7 @@ fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), S
     Ok((all.join("\n") + "\n", doc))
 }
 
-/// A docstring with the paragraph of its options written anew; it stands last where there was none.
+/// A docstring with the paragraph of its options replaced, or appended if there was none.
 fn with_options(doc: Vec<String>, keywords: &[Keyword]) -> Vec<String> {
     let found = paragraph(keywords);
     let Some(start) = doc.iter().position(|line| line.starts_with("Options")) else {
@@ -210,7 +210,7 @@ fn in_stub(text: &str, function: &Function, doc: &[String]) -> Result<String, St
     let head = format!("\n{indent}def {python}(");
     let start = behind + text[behind..].find(&head).ok_or_else(|| missing("the function"))? + 1;
     let (positional, _) = text[start..].split_once("*,").ok_or_else(|| missing("`*,`"))?;
-    // The arguments end where the result is told.
+    // The arguments end at the result type.
     let close = start + text[start..].find(") -> ").ok_or_else(|| missing("the result"))?;
     let colon = close + text[close..].find(":").ok_or_else(|| missing("the result"))?;
     let result = &text[close..=colon];
@@ -228,7 +228,7 @@ fn in_stub(text: &str, function: &Function, doc: &[String]) -> Result<String, St
     });
     let arguments: String =
         positional.chain(["*".into()]).chain(keywords).map(|x| format!("{indent}    {x},\n")).collect();
-    // The docstring of a class is that of `__init__`.
+    // The docstring of a class is written as the docstring of `__init__`.
     let doc = doc.join(&format!("\n{indent}    ")).replace(&format!("\n{indent}    \n"), "\n\n");
     let head = &text[..start];
     Ok(format!("{head}{name}(\n{arguments}{indent}{result}\n{indent}    \"\"\"{doc}\"\"\"{rest}"))
@@ -262,7 +262,7 @@ fn tables() -> String {
     text + "\n"
 }
 
-/// A page with its tables between the two marks written anew.
+/// A page with the tables between its two marks replaced.
 fn in_page(text: &str) -> Result<String, String> {
     let missing = || format!("{PAGE}: the lines `{}` and `{}` are missing", FROM.trim(), TO.trim());
     let (before, rest) = text.split_once(FROM).ok_or_else(missing)?;

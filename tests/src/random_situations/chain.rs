@@ -1,4 +1,4 @@
-//! A tree of rigid bodies, its torque by Newton and Euler and its energy, all in plain f64 in the base frame.
+//! A tree of rigid bodies. Computes its torques by Newton-Euler and its energy, in plain f64 in the base frame.
 //!
 //! ```text
 //! outward   w = w_i + a dq,  dw = dw_i + a ddq + w_i x a dq         (revolute; a: axis in the base frame)
@@ -6,50 +6,50 @@
 //! of a body F = m c'',  N = I dw + w x I w  about its centre of mass c
 //! inward    the wrench of what hangs on a link is added, with its lever
 //! ```
-//! Gravity enters as the acceleration -g of the base [Luh, Walker, Paul 1980]. Frames are those of a URDF: a fixed
-//! placement, then the motion along an axis. Nothing here is of rist, nor of `recursion`, whose frames are those of rist.
+//! Gravity is included as the acceleration -g of the base [Luh, Walker, Paul 1980]. Frames are as in a URDF: a fixed placement,
+//! then the motion along an axis. This file uses no code of rist, and no code of `recursion`, which has the frames of rist.
 
 pub type Vector = [f64; 3];
-/// Rows.
+/// A 3 x 3 matrix, row by row.
 pub type Matrix = [Vector; 3];
 
 pub const UNIT: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Standard gravity of a URDF, m/s^2.
+/// Gravity in a URDF, m/s^2.
 pub const GRAVITY: Vector = [0.0, 0.0, -9.81];
 
-/// A rigid body in the frame of its link.
+/// A rigid body, in the frame of its link.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// Centre of mass, m.
+    /// Centre of mass in the frame of the link, m.
     pub centre: Vector,
-    /// About the centre of mass, kg m^2.
+    /// Inertia about the centre of mass, kg m^2.
     pub inertia: Matrix,
 }
 
 /// A link and the joint that moves it.
 #[derive(Clone, Debug)]
 pub struct Joint {
-    /// The link that it hangs on; `None`: the base.
+    /// Index of the parent link; `None`: the base.
     pub parent: Option<usize>,
     pub rotation: Matrix,
-    /// m.
+    /// Origin of the link frame in the frame of the parent link, m.
     pub origin: Vector,
-    /// Unit vector in the frame of the link.
+    /// Joint axis: a unit vector in the frame of the link.
     pub axis: Vector,
     pub slides: bool,
     pub body: Body,
-    /// Of the motor, at the joint, kg m^2 (kg).
+    /// Inertia of the motor as seen from the joint, kg m^2 (kg).
     pub rotor: f64,
-    /// Limits to both sides, rad (m); rad/s (m/s); N m (N).
+    /// Largest magnitude of the position, rad (m). `speed`: of the velocity, rad/s (m/s). `effort`: of the torque, N m (N).
     pub range: f64,
     pub speed: f64,
     pub effort: f64,
 }
 
-/// The tree, parents first.
+/// The tree of links. A parent comes before its children.
 #[derive(Clone, Debug)]
 pub struct Chain {
     pub joints: Vec<Joint>,
@@ -85,7 +85,7 @@ pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
     a.map(|row| columns.map(|column| inner(row, column)))
 }
 
-/// The rotation by an angle about a unit vector (Rodrigues).
+/// The matrix of the rotation by `angle`, rad, about a unit vector (Rodrigues' formula).
 pub fn about(axis: Vector, angle: f64) -> Matrix {
     let (s, c) = angle.sin_cos();
     let [x, y, z] = axis;
@@ -147,7 +147,7 @@ impl Chain {
         links
     }
 
-    /// The torque that the bodies take, without rotors, N m (N).
+    /// The joint torques for the bodies without the rotors, N m (N).
     pub fn torque(&self, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
         let links = self.moving(q, dq, ddq);
         let mut wrenches: Vec<(Vector, Vector)> =
@@ -180,7 +180,7 @@ impl Chain {
         (kinetic, potential)
     }
 
-    /// Diagonal of the inertia matrix, without rotors.
+    /// Diagonal of the inertia matrix of the bodies without the rotors.
     pub fn own_inertia(&self, q: &[f64]) -> Vec<f64> {
         let zero = vec![0.0; self.len()];
         let still = self.torque(q, &zero, &zero);
@@ -192,7 +192,7 @@ impl Chain {
         (0..self.len()).map(of).collect()
     }
 
-    /// The same with the point mass `mass` at `place` added to the last link.
+    /// The tree with a point mass added to the last link. `place`: its position in the frame of the link, m.
     pub fn loaded(&self, mass: f64, place: Vector) -> Chain {
         let mut chain = self.clone();
         if let Some(last) = chain.joints.last_mut() {
@@ -203,7 +203,7 @@ impl Chain {
 }
 
 impl Body {
-    /// The body and a point mass together.
+    /// The body with a point mass added to it.
     pub fn with_point(&self, mass: f64, place: Vector) -> Body {
         let total = self.mass + mass;
         let centre = times(plus(times(self.centre, self.mass), times(place, mass)), 1.0 / total);
@@ -219,7 +219,7 @@ impl Body {
     }
 }
 
-/// What moves a body so: force, and moment about the origin of its link.
+/// Force, and moment about the origin of the link, for the motion of a body.
 fn wrench(link: &Moving, body: &Body) -> (Vector, Vector) {
     let s = turned(&link.rotation, body.centre);
     let of_centre = plus(link.acceleration, plus(cross(link.dw, s), cross(link.w, cross(link.w, s))));

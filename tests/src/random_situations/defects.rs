@@ -1,4 +1,4 @@
-//! What a log or a machine has that a fit does not know of: defects, and faults of a description or of columns.
+//! Defects of a machine or a log that the fitted model does not contain, and gross faults of a description or of columns.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -8,7 +8,7 @@ use super::draw::Draw;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    // Of the machine: its torque is another on every motion.
+    // Defects of the machine: they change the torque of every motion.
     Stribeck,
     Bristle,
     LoadFriction,
@@ -16,7 +16,7 @@ pub enum Kind {
     TorqueRipple,
     Spring,
     Flexible,
-    // Of the sensors.
+    // Defects of the sensors.
     Late,
     TorqueLag,
     EncoderRipple,
@@ -28,7 +28,7 @@ pub enum Kind {
     RepeatedRows,
     QuantisedTorque,
     Saturation,
-    // Gross: of the description, of columns and units.
+    // Gross faults of the description, of columns or of units.
     Tilt,
     Zero,
     ScaleOfJoint,
@@ -37,20 +37,20 @@ pub enum Kind {
     Negated,
     Degrees,
     Payload,
-    /// All columns of the first half of the joints stand under the names of the second half, and theirs under the first's. It needs
-    /// two arms, so it is no random one.
+    /// The columns of the first half of the joints have the names of the second half, and vice versa. This needs two equal arms,
+    /// so it is never drawn at random.
     Sides,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub struct Defect {
     pub kind: Kind,
-    /// The joint, where it is of one; the other one of two.
+    /// The joint with the defect, if it concerns one joint. `other`: the second joint, if it concerns two.
     pub joint: usize,
     pub other: usize,
-    /// In the unit of the kind.
+    /// Size of the defect, in the unit of its kind.
     pub size: f64,
-    /// A number of [0, 1) for what else is random.
+    /// A random number in [0, 1) for other random properties of the defect.
     pub more: f64,
 }
 
@@ -84,12 +84,12 @@ impl Kind {
         Kind::Payload,
     ];
 
-    /// Whether it is one of the gross faults.
+    /// Whether the defect is a gross fault.
     pub fn is_gross(self) -> bool {
         self >= Kind::Tilt
     }
 
-    /// Smallest and largest size, and their unit.
+    /// Smallest size, largest size, and unit.
     fn sizes(self) -> (f64, f64, &'static str) {
         match self {
             Kind::Stribeck => (0.1, 0.8, "of Coulomb friction more at rest"),
@@ -121,7 +121,7 @@ impl Kind {
 }
 
 impl Defect {
-    /// One of this kind, of random size, on a random joint of n.
+    /// A defect of this kind with a random size, on a random joint of n joints.
     pub fn of(kind: Kind, n: usize, draw: &mut Draw) -> Defect {
         let (low, high, _) = kind.sizes();
         let joint = draw.below(n);
@@ -129,7 +129,7 @@ impl Defect {
         Defect { kind, joint, other, size: draw.log(low, high), more: draw.uniform(0.0, 1.0) }
     }
 
-    /// None, one, two or three of a situation; at most one of them is gross.
+    /// Zero to three random defects. At most one of them is gross.
     pub fn some(n: usize, draw: &mut Draw) -> Vec<Defect> {
         let fine: Vec<Kind> = Kind::ALL.into_iter().filter(|k| !k.is_gross()).collect();
         let gross: Vec<Kind> = Kind::ALL.into_iter().filter(|k| k.is_gross()).collect();
@@ -148,12 +148,12 @@ impl Defect {
         defects
     }
 
-    /// Up or down by `size`, in the logarithm.
+    /// A factor exp(size) or exp(-size).
     pub fn factor(&self) -> f64 {
         if self.more < 0.5 { self.size.exp() } else { (-self.size).exp() }
     }
 
-    /// Gravity in a base that is mounted otherwise than described.
+    /// Gravity in the frame of a base that is tilted relative to the description.
     pub fn tilted(&self, gravity: Vector) -> Vector {
         let (s, c) = (TAU * self.more).sin_cos();
         super::chain::turned(&about([c, s, 0.0], self.size), gravity)

@@ -1,4 +1,4 @@
-//! What `rist identify` says of a situation, and whether it is so.
+//! Runs `rist identify` on a situation, and compares its answers with the true values.
 
 use claims::{Claim, EvidenceLevel, Subject};
 use identification::estimate::artefact::Estimate;
@@ -20,32 +20,32 @@ use super::sensors::zero;
 use super::torque::{FINE, series, standing};
 use super::truth::{Truth, truth};
 
-/// A size with the name of what it is of.
+/// An error, and the name of the joint or parameter with this error.
 pub type Worst = (String, f64);
 
 pub struct Judgement {
-    /// |predicted - true torque| / |true torque| on the motion of use, all that the motors give.
+    /// Relative torque error |predicted - true| / |true| on the motion of use, for the whole motor torque.
     pub torque: f64,
-    /// The same in the units of the torques as logged: where a scale is wrong, beside the true torque times that scale.
+    /// The relative error in the unit of the logged torques: the true torque is multiplied by the wrong scale of the log.
     pub as_logged: f64,
-    /// The same of the torque that bodies and rotors take.
+    /// Relative error of the torque of bodies and rotors only.
     pub rigid: f64,
-    /// The joint with the largest error over its own torque.
+    /// The joint with the largest relative torque error.
     pub worst_joint: Worst,
-    /// The parameter that is most deviations off.
+    /// The parameter with the largest error in standard deviations.
     pub worst_sigma: Worst,
-    /// The same in the units of the torques as logged: where all have one wrong scale, of the true parameters times that scale.
+    /// The same in the unit of the logged torques: if all have the same wrong scale, true parameters are multiplied by it.
     pub worst_sigma_as_logged: Worst,
-    /// Of each parameter: name, value, deviation, truth.
+    /// For each parameter: name, value, standard deviation, true value.
     pub parameters: Vec<(String, f64, f64, f64)>,
-    /// What the true bodies leave of the torque in the columns of the model: a rounding.
+    /// Relative residual of the true torques with the columns of the model. It must be only a rounding error.
     pub left: f64,
-    /// Rotors that the columns of the model cannot say.
+    /// Number of rotors that the columns of the model cannot represent.
     pub unsaid: usize,
 }
 
 pub struct Outcome {
-    /// `None`: an error, no verdict.
+    /// The level of trust; `None` if the program ended with an error.
     pub trust: Option<Trust>,
     pub verdict: Option<Verdict>,
     pub said: String,
@@ -61,43 +61,43 @@ impl Outcome {
         self.trust == Some(Trust::WithCare)
     }
 
-    /// Whether the torque on another motion is more than 5 % wrong.
+    /// Whether the torque on another motion has an error of more than 5 %.
     pub fn predicts_wrong(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.torque, 0.05))
     }
 
-    /// Whether it is so even in the units of the torques as logged.
+    /// Whether the torque error also exceeds 5 % in the unit of the logged torques.
     pub fn predicts_wrong_as_logged(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.as_logged, 0.05))
     }
 
-    /// Whether the torque of the bodies is more than 5 % wrong.
+    /// Whether the torque of the bodies has an error of more than 5 %.
     pub fn bodies_wrong(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.rigid, 0.05))
     }
 
-    /// Whether a parameter is beyond five of its deviations.
+    /// Whether a parameter has an error of more than five standard deviations.
     pub fn is_oversure(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma.1, 5.0))
     }
 
-    /// Whether it is so even in the units of the torques as logged.
+    /// Whether a parameter has such an error also in the unit of the logged torques.
     pub fn is_oversure_as_logged(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma_as_logged.1, 5.0))
     }
 
-    /// Torque within 2 %, and all within four deviations.
+    /// Whether the torque is within 2 %, and all parameters are within four standard deviations.
     pub fn is_good(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| j.torque <= 0.02 && j.worst_sigma.1 <= 4.0)
     }
 }
 
-/// Whether an error is beyond a bound, or no number.
+/// Whether an error exceeds a bound or is NaN.
 fn beyond(error: f64, bound: f64) -> bool {
     error.is_nan() || error > bound
 }
 
-/// The rotors that a claim says to be part of parameters.
+/// The rotors that some parameters include according to a claim.
 fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
     let is_said = |k: &usize| {
         let rotor = Subject::of(ROTOR, [format!("joint_{}", k + 1)]);
@@ -108,8 +108,8 @@ fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
 }
 
 impl Situation {
-    /// What the program says of the situation, by its defaults, and what the truth is. `fits_all`: all logs are fitted;
-    /// otherwise the first is, which then predicts the other.
+    /// Runs the program with default options, and compares its answers with the truth. `fits_all`: all logs are fitted; otherwise
+    /// only the first one, which predicts the other.
     pub fn outcome(&self, fits_all: bool) -> Outcome {
         let model = self.model();
         match self.identified(&model, fits_all) {
@@ -144,7 +144,7 @@ impl Situation {
         Ok(Outcome { trust, verdict: Some(judged.verdict), said, judgement: Some(judgement) })
     }
 
-    /// The estimate beside the truth. `within`: rotors that parameters contain, as the program says.
+    /// Compares the estimate with the truth. `within`: rotors that some parameters include according to the program.
     pub fn judgement(&self, model: &Model, estimate: &Estimate, within: &[usize]) -> Judgement {
         let options = estimate.options.clone().unwrap_or_default();
         let couplings = options.transmission.coupled();
@@ -156,7 +156,7 @@ impl Situation {
         let (torque, rigid, worst_joint) = errors(&vec![1.0; joints]);
         let scales: Vec<f64> = (0..joints).map(|k| self.logged_scale(k)).collect();
         let (as_logged, ..) = errors(&scales);
-        // Parameters are those of the model that they are of, whose base may be taken as it leans.
+        // The parameters belong to the model of the estimate, whose base may be tilted by the program.
         let as_modelled = Chain { gravity: model.robot.gravity_number(), ..chain };
         let true_base = truth(&as_modelled, model.regressor(), within);
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
@@ -169,7 +169,7 @@ impl Situation {
             let worst = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
             worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)))
         };
-        // One factor of all torques is one of all parameters.
+        // If all torques have the same wrong scale, all parameters have this scale too.
         let of_all = if scales.iter().all(|scale| *scale == scales[0]) { scales[0] } else { 1.0 };
         let (worst_sigma, worst_sigma_as_logged) = (worst(1.0), worst(of_all));
         Judgement {
@@ -185,8 +185,9 @@ impl Situation {
         }
     }
 
-    /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint. `load`: the base parameters
-    /// that predict the load, where friction grows with it. `units`: of each joint, by which the true torque counts.
+    /// Errors of the torque on the motion of use: of the whole torque, of the bodies, and of the worst joint. `load`: base
+    /// parameters that predict the load torque, if friction depends on it. `units`: for each joint, the factor of the true
+    /// torque.
     fn torque_errors(
         &self,
         linear: &LinearModel,
@@ -195,7 +196,7 @@ impl Situation {
         load: &[f64],
         units: &[f64],
     ) -> (f64, f64, Worst) {
-        /// Steps of the fine grid between two states.
+        /// Number of fine time steps between two states.
         const EVERY: usize = 20;
         let n = chain.len();
         let series = series(&self.machine, chain, &self.of_use, &self.defects);
@@ -237,13 +238,13 @@ impl Situation {
         (total, (of_bodies / bodies).sqrt(), (format!("joint_{}", worst + 1), of_joint(worst)))
     }
 
-    /// By what the torque of joint k is logged too large.
+    /// The factor by which the torque of joint k is logged too large.
     fn logged_scale(&self, k: usize) -> f64 {
         let is_scale = |d: &&Defect| d.kind == Kind::ScaleOfAll || d.kind == Kind::ScaleOfJoint && d.joint == k;
         self.defects.iter().filter(is_scale).map(Defect::factor).product()
     }
 
-    /// The true value of a parameter; `None` where it has none, as FS of a machine whose friction is of another law.
+    /// The true value of a parameter. `None` if there is none, for example FS if the friction of the machine follows another law.
     fn true_value(&self, id: &ParameterId, model: &Model, truth: &Truth, terms: &[FrictionTerm]) -> Option<f64> {
         let has = |kind: Kind| self.defects.iter().any(|d| d.kind == kind);
         match id {
@@ -256,7 +257,7 @@ impl Situation {
                     [Kind::Stribeck, Kind::Bristle, Kind::LoadFriction, Kind::Asymmetric].into_iter().any(has);
                 let coordinates = model.regressor().coordinates();
                 let k = coordinates.iter().position(|c| ParameterId::friction(*parameter, c) == *id)?;
-                // Beside a term of another law none of a joint's friction is that of the machine.
+                // If a joint has a term of another friction law, none of its friction parameters has a true value.
                 let is_alone = |term: &FrictionTerm| !matches!(term, FrictionTerm::At(number, _) if *number == k + 1);
                 if is_other || !terms.starts_with(&FrictionTerm::STANDARD) || !terms.iter().all(is_alone) {
                     return None;

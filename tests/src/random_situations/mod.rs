@@ -1,9 +1,8 @@
-//! Random situations of a user with a robot, a description and one log or two, and whether what `rist identify` says of
-//! them can be believed.
+//! Random situations of a user with a robot, a description and one or two logs. They test whether the answers of `rist identify`
+//! are correct.
 //!
-//! The machine is simulated by mechanics of its own ([`chain`]), on motions that are prescribed exactly; the sensors stand
-//! behind ([`sensors`]). Nothing of `experiments::simulate` and nothing of `identification` takes part in it.
-//! A situation follows from its seed alone.
+//! The machine is simulated by independent mechanics ([`chain`]) on prescribed motions; then sensor errors are added
+//! ([`sensors`]). `experiments::simulate` and `identification` are not used. The seed determines the whole situation.
 
 pub mod chain;
 pub mod defects;
@@ -30,21 +29,21 @@ use motion::Motion;
 use robots::Machine;
 use sensors::Sensors;
 
-/// A machine, what is wrong with it, and what it did.
+/// A machine, its defects, and its motions.
 pub struct Situation {
     pub seed: u64,
     pub machine: Machine,
     pub defects: Vec<Defect>,
     pub sensors: Sensors,
-    /// One or two that are logged.
+    /// The one or two motions that are logged.
     pub motions: Vec<Motion>,
-    /// The motion on which the estimate is judged.
+    /// The motion on which the estimate is evaluated.
     pub of_use: Motion,
 }
 
 impl Situation {
-    /// The situation of a seed. Of twenty one each is of a gantry, of a SCARA, of two arms whose sides may be exchanged, and of a
-    /// single joint that moves.
+    /// The situation for a seed. Each of these is one of twenty situations: a gantry; a SCARA; two arms, possibly with exchanged
+    /// sides; and a machine of which only one joint moves.
     pub fn of(seed: u64) -> Situation {
         let sort = Draw::of(seed, 6).below(20);
         let draw = &mut Draw::of(seed, 1);
@@ -70,7 +69,7 @@ impl Situation {
         situation
     }
 
-    /// The situation of a seed with other defects.
+    /// The situation for a seed, with this machine and these defects.
     pub fn with(seed: u64, machine: Machine, defects: Vec<Defect>) -> Situation {
         let count = 1 + Draw::of(seed, 3).below(2);
         let motion = |i: usize| Motion::recorded(&machine.chain, &mut Draw::of(seed, 10 + i as u64));
@@ -80,14 +79,14 @@ impl Situation {
         Situation { seed, machine, defects, sensors, motions, of_use }
     }
 
-    /// Whether the machine of log i carries a load that the description does not know of. The load is there always, or
-    /// in the second log only.
+    /// Whether the machine in log i carries a load that the description does not contain. The load is present in all logs, or
+    /// only in the second one.
     pub fn is_loaded(&self, i: usize) -> bool {
         let payload = self.defects.iter().find(|d| d.kind == Kind::Payload);
         payload.is_some_and(|d| d.more < 0.5 || i > 0 || self.motions.len() == 1)
     }
 
-    /// Whether the second log is of another machine than the first.
+    /// Whether the load differs between the two logs.
     pub fn changes(&self) -> bool {
         self.motions.len() > 1 && self.is_loaded(0) != self.is_loaded(1)
     }

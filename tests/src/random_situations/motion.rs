@@ -7,30 +7,31 @@ use super::draw::Draw;
 use crate::random::State;
 
 pub enum Track {
-    /// About a middle: (amplitude, rad/s, phase) of each sine.
+    /// Sines about a middle position: (amplitude, angular frequency in rad/s, phase) of each sine.
     Sines(f64, Vec<(f64, f64, f64)>),
-    /// From point to point by a polynomial of fifth degree, then a rest: points, seconds of a move, of move and rest.
+    /// Moves from point to point by a polynomial of fifth degree, each followed by a rest: points; duration of a move, s; of move
+    /// and rest, s.
     Points(Vec<f64>, f64, f64),
 }
 
 pub struct Motion {
     pub tracks: Vec<Track>,
-    /// s.
+    /// Duration, s.
     pub duration: f64,
     pub said: String,
 }
 
 impl Motion {
-    /// q, dq, ddq at t, s.
+    /// q, dq, ddq at time t, s.
     pub fn at(&self, t: f64) -> State {
         let of: Vec<[f64; 3]> = self.tracks.iter().map(|track| track.at(t)).collect();
         let pick = |i: usize| of.iter().map(|x| x[i]).collect();
         State { q: pick(0), dq: pick(1), ddq: pick(2) }
     }
 
-    /// A motion as somebody may record it: from slow and small to the limits, of few or many periods.
+    /// A motion as a user may record it: from slow and small to the limits, with few or many periods.
     pub fn recorded(chain: &Chain, draw: &mut Draw) -> Motion {
-        // A third is poor: small, or slow, or both.
+        // Some motions are poor: 20 % are small, and 20 % are slow.
         let (small, slow) = (draw.chance(0.2), draw.chance(0.2));
         let reach = if small { draw.log(0.1, 0.4) } else { draw.uniform(0.4, 0.95) };
         let speed = if slow { draw.log(0.08, 0.3) } else { draw.uniform(0.3, 1.0) };
@@ -41,7 +42,7 @@ impl Motion {
         }
     }
 
-    /// A motion of one joint, while the others stand still somewhere in their range.
+    /// A motion of a single joint. All other joints are at rest somewhere in their ranges.
     pub fn of_one_joint(chain: &Chain, draw: &mut Draw) -> Motion {
         let alone = draw.below(chain.len());
         let mut motion = Motion::fourier(chain, 0.7, 0.6, |k| k != alone, draw);
@@ -49,7 +50,7 @@ impl Motion {
         motion
     }
 
-    /// A motion that shows what an estimate is worth: most of the range, at six tenths of the speed.
+    /// A motion for the evaluation of an estimate: 70 % of the range, with up to 60 % of the speed.
     pub fn of_use(chain: &Chain, draw: &mut Draw) -> Motion {
         Motion::fourier(chain, 0.7, 0.6, |_| false, draw)
     }
@@ -83,7 +84,7 @@ impl Motion {
 
     fn points(chain: &Chain, reach: f64, speed: f64, still: usize, draw: &mut Draw) -> Motion {
         let count = 5 + draw.below(12);
-        // The peak of a polynomial of fifth degree is 1.875 times its mean speed.
+        // The largest speed of a polynomial of fifth degree is 1.875 times its mean speed.
         let needed = |j: &super::chain::Joint| 1.875 * 1.3 * reach * j.range / (speed * j.speed);
         let travel = chain.joints.iter().map(needed).fold(0.3, f64::max).min(4.0);
         let rest = draw.uniform(0.05, 0.5);

@@ -1,4 +1,4 @@
-//! The robots of situations: of random geometry, or a shipped one with other bodies.
+//! The robots of the situations: random geometries, or shipped models with other bodies.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use super::chain::{
 };
 use super::draw::Draw;
 
-/// Shipped models that are trees of joints of their own.
+/// Shipped models that are trees in which each joint has its own coordinate.
 const SHIPPED: [&str; 9] = [
     "ur5.urdf",
     "ur5.yaml",
@@ -25,29 +25,29 @@ const SHIPPED: [&str; 9] = [
 const X: Vector = [1.0, 0.0, 0.0];
 const Z: Vector = [0.0, 0.0, 1.0];
 
-/// Friction of a joint as the standard fit has it.
+/// The friction of a joint, with the law of the standard fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Friction {
-    /// N m s/rad (N s/m), N m (N), N m (N).
+    /// Viscous friction, N m s/rad (N s/m). `coulomb`: Coulomb friction, N m (N). `offset`: N m (N).
     pub viscous: f64,
     pub coulomb: f64,
     pub offset: f64,
 }
 
-/// A machine as it is, and as its description says that it is.
+/// A machine with its true parameters, and with the parameters of its description.
 pub struct Machine {
     pub name: String,
     pub chain: Chain,
     pub friction: Vec<Friction>,
-    /// Size of the torque of each joint, N m (N).
+    /// Rms torque of each joint, N m (N).
     pub size: Vec<f64>,
-    /// `None`: the description has no bodies.
+    /// The bodies in the description; `None`: it has no inertial parameters.
     pub described: Option<Vec<Body>>,
-    /// How the description relates to the machine.
+    /// How the description differs from the machine, in words.
     pub description: &'static str,
 }
 
-/// A machine of a situation: a shipped one or a random one.
+/// A machine for a situation: a shipped model or a random one.
 pub fn machine(draw: &mut Draw) -> Machine {
     let (name, chain) = match draw.chance(0.5) {
         true => shipped(SHIPPED[draw.below(SHIPPED.len())], draw),
@@ -61,7 +61,7 @@ pub fn scara(draw: &mut Draw) -> Machine {
     machine_of(name, chain, draw)
 }
 
-/// Three sliding axes at right angles, the last one upright, and a wrist of none to two turning joints.
+/// A gantry: three prismatic joints at right angles, the last one vertical, and a wrist with zero to two revolute joints.
 pub fn gantry(draw: &mut Draw) -> Machine {
     let mut mass = draw.log(3.0, 20.0);
     let wrist = draw.below(3);
@@ -91,9 +91,10 @@ pub fn gantry(draw: &mut Draw) -> Machine {
     machine_of(format!("gantry_{}", 3 + wrist), chain, draw)
 }
 
-/// Two arms, the second the mirror image of the first in the plane y = 0; their bodies differ by some per cent, as cables and screws do.
+/// Two arms. The second is the mirror image of the first in the plane y = 0. Their bodies differ by some per cent, because of
+/// cables and screws.
 ///
-/// With M = diag(1, -1, 1) a rotation R becomes M R M, a place p becomes M p, and an inertia I becomes M I M.
+/// M = diag(1, -1, 1). A rotation R becomes M R M, a position p becomes M p, and an inertia I becomes M I M.
 pub fn mirrored_arms(draw: &mut Draw) -> Machine {
     const MIRROR: Matrix = [X, [0.0, -1.0, 0.0], Z];
     let across = |m: &Matrix| product(&product(&MIRROR, m), &MIRROR);
@@ -114,7 +115,7 @@ pub fn mirrored_arms(draw: &mut Draw) -> Machine {
     machine_of(format!("two_arms_{n}"), chain, draw)
 }
 
-/// The machine of a geometry: rotors, friction, limits of effort and a description are drawn.
+/// A machine with this geometry. Rotors, friction, effort limits and the description are random.
 fn machine_of(name: String, mut chain: Chain, draw: &mut Draw) -> Machine {
     let geared = draw.chance(0.6);
     let n = chain.len();
@@ -145,14 +146,14 @@ fn friction(draw: &mut Draw, size: f64, speed: f64) -> Friction {
     }
 }
 
-/// A body whose mass, moments and centre are wrong by some 15 %; it can exist.
+/// A body whose mass, moments and centre differ by up to 15 %. It remains physically possible.
 fn off(body: &Body, draw: &mut Draw) -> Body {
     let (mass, moments) = (1.0 + draw.uniform(-0.15, 0.15), 1.0 + draw.uniform(-0.15, 0.15));
     let inertia = body.inertia.map(|row| times(row, mass * moments));
     Body { mass: body.mass * mass, centre: body.centre.map(|c| c * (1.0 + draw.uniform(-0.15, 0.15))), inertia }
 }
 
-/// RMS torque at states of half the limits, and of no joint below a fiftieth of the largest of its kind.
+/// Rms torque at random states with half of the limits, N m (N). At least 1/50 of the largest torque of a joint of the same type.
 fn torque_size(chain: &Chain, draw: &mut Draw) -> Vec<f64> {
     const STATES: usize = 100;
     let n = chain.len();
@@ -170,7 +171,7 @@ fn torque_size(chain: &Chain, draw: &mut Draw) -> Vec<f64> {
     square.iter().map(|s| s.sqrt().max(0.02 * largest)).collect()
 }
 
-/// A body of a link of this length: a box somewhere along it.
+/// The body of a link with this length: a box somewhere along the link.
 fn body(draw: &mut Draw, mass: f64, length: f64) -> Body {
     let sides = [0, 1, 2].map(|_| draw.uniform(0.3, 1.0) * (0.06 + 0.6 * length));
     let squares = sides.map(|s| mass * s * s / 12.0);
@@ -216,7 +217,7 @@ fn shipped(file: &str, draw: &mut Draw) -> (String, Chain) {
     let mut mass = draw.log(3.0, 15.0);
     for joint in &mut chain.joints {
         let length = joint.origin.iter().map(|x| x * x).sum::<f64>().sqrt().min(0.5);
-        // A body that the model has is perturbed; one that it has not, or that is a point, is drawn.
+        // A body of the model is changed. If the model has no body or only a point mass, the body is random.
         let is_body = joint.body.mass > 0.0 && (0..3).all(|i| joint.body.inertia[i][i] > 1e-6);
         joint.body = match is_body {
             true => {
@@ -233,9 +234,9 @@ fn shipped(file: &str, draw: &mut Draw) -> (String, Chain) {
     (file.replace('.', "_"), chain)
 }
 
-/// The geometry and the bodies of a description that has one coordinate a joint, by the numbers of its file.
+/// The geometry and the bodies of a description in which each joint has its own coordinate.
 ///
-/// [Khalil, Kleinfinger 1986]: Rz(gamma) Tz(b) Rx(alpha) Tx(d) stand before the joint, Rz(theta) Tz(r) with it.
+/// [Khalil, Kleinfinger 1986]: Rz(gamma) Tz(b) Rx(alpha) Tx(d) is before the joint; Rz(theta) Tz(r) moves with the joint.
 pub fn chain_of(robot: &Robot) -> Chain {
     let joint = |link: &robot::Link| {
         let number = |v: &robot::Value| v.number(&robot.symbols);
@@ -260,7 +261,7 @@ pub fn chain_of(robot: &Robot) -> Chain {
     chain
 }
 
-/// Turns the base such that gravity is that of a URDF.
+/// Rotates the base such that gravity is along -z, as in a URDF.
 fn stand_upright(chain: &mut Chain) {
     let g = times(chain.gravity, 1.0 / chain.gravity.iter().map(|x| x * x).sum::<f64>().sqrt());
     let down = [0.0, 0.0, -1.0];
@@ -278,7 +279,7 @@ fn stand_upright(chain: &mut Chain) {
     chain.gravity = GRAVITY;
 }
 
-/// A body about its centre of mass from XX XY XZ YY YZ ZZ MX MY MZ M about the origin.
+/// Converts XX XY XZ YY YZ ZZ MX MY MZ M about the origin to a body about its centre of mass.
 fn body_of(x: [f64; 10]) -> Body {
     let mass = x[9];
     if mass <= 0.0 {

@@ -1,4 +1,4 @@
-//! What is logged of the series of a machine.
+//! Converts the signals of a machine to a log, with sensor errors and defects.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,22 +13,22 @@ use super::torque::{FINE, Series};
 pub enum Noise {
     None,
     White,
-    /// Correlated over so many s.
+    /// Noise that is correlated over this time, s.
     Slow(f64),
-    /// One row in a hundred is off by twenty deviations.
+    /// White noise; in addition, one row in a hundred has an error of twenty standard deviations.
     Spikes,
 }
 
 #[derive(Clone, Debug)]
 pub struct Sensors {
-    /// Rows a second; divides the fine grid.
+    /// Sampling rate, Hz. It divides the rate of the fine time grid.
     pub rate: f64,
     pub noise: Noise,
-    /// Deviation of the torques, of their size.
+    /// Standard deviation of the torque noise, as a fraction of the rms torque.
     pub level: f64,
-    /// Bits a turn of the encoders; of a sliding joint a turn is 0.1 m. `None`: exact.
+    /// Resolution of the encoders, bits per turn (for a prismatic joint: per 0.1 m). `None`: exact positions.
     pub bits: Option<u32>,
-    /// Deviation of logged velocities, of the speed limit; `None`: they are not logged.
+    /// Standard deviation of the logged velocities, as a fraction of the speed limit. `None`: velocities are not logged.
     pub speed: Option<f64>,
 }
 
@@ -160,7 +160,7 @@ impl Sensors {
                 let mut x = *tau;
                 for defect in defects.iter().filter(|d| d.joint == k || d.kind == Kind::ScaleOfAll) {
                     match defect.kind {
-                        // It warms up within a quarter of a minute to a minute.
+                        // The drive gain changes while the drive warms up, with a time constant of 15 to 60 s.
                         Kind::GainDrift => {
                             x *= 1.0 + defect.size * (1.0 - (-times[r] / (15.0 + 45.0 * defect.more)).exp())
                         }
@@ -184,14 +184,14 @@ impl Sensors {
     }
 }
 
-/// By how much the logged position of joint k is below the true one, rad (m).
+/// Zero error of joint k: true position minus logged position, rad (m).
 pub fn zero(machine: &Machine, defects: &[Defect], k: usize) -> f64 {
     let of_joint = defects.iter().find(|d| d.kind == Kind::Zero && d.joint == k);
     let unit = if machine.chain.joints[k].slides { 0.1 } else { 1.0 };
     of_joint.map_or(0.0, |d| unit * d.size * if d.more < 0.5 { 1.0 } else { -1.0 })
 }
 
-/// Numbers of deviation 1, but for spikes.
+/// Noise with standard deviation 1 (spikes excepted).
 struct Noisy {
     noise: Noise,
     rate: f64,
@@ -218,7 +218,7 @@ impl Noisy {
     }
 }
 
-/// Rows that are missing, and rows that repeat the one before but for their time.
+/// Removes some rows, and replaces some rows by the previous row, except for their time.
 fn lose_rows(columns: &mut [Vec<f64>], defects: &[Defect], draw: &mut Draw) {
     let share = |kind: Kind| defects.iter().find(|d| d.kind == kind).map_or(0.0, |d| d.size);
     let (dropped, repeated) = (share(Kind::DroppedRows), share(Kind::RepeatedRows));
@@ -240,7 +240,7 @@ fn lose_rows(columns: &mut [Vec<f64>], defects: &[Defect], draw: &mut Draw) {
     }
 }
 
-/// A series of the fine grid at a time: linear between its steps, exact on them.
+/// A signal of the fine time grid at time t, s, by linear interpolation.
 fn at(series: &[f64], t: f64) -> f64 {
     let place = (t * FINE).clamp(0.0, (series.len() - 1) as f64);
     let nearest = place.round();
@@ -251,7 +251,8 @@ fn at(series: &[f64], t: f64) -> f64 {
     series[i] + (place - i as f64) * (series[i + 1] - series[i])
 }
 
-/// First-order low-pass, from rest at the first value, exact for a value that is held over each of so many steps a second.
+/// A first-order low-pass, initially at rest at the first value. It is exact for a signal that is constant during each step.
+/// `rate`: steps per second.
 pub fn low_pass(series: &[f64], cutoff: f64, rate: f64) -> Vec<f64> {
     let keep = (-TAU * cutoff / rate).exp();
     let mut y = series[0];

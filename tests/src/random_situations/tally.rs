@@ -1,4 +1,4 @@
-//! Counts of outcomes.
+//! Counts the outcomes of situations.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,19 +14,20 @@ pub struct Counts {
     pub yes: usize,
     pub with_care: usize,
     pub no: usize,
-    /// The program ended with an error.
+    /// Number of situations in which the program ended with an error.
     pub errors: usize,
-    /// Of "yes": the torque on another motion is more than 5 % wrong.
+    /// Of "yes": number with a torque error of more than 5 % on another motion.
     pub yes_torque: usize,
-    /// Of "yes": it is so even in the units of the torques as logged.
+    /// Of "yes": number with such an error also in the unit of the logged torques.
     pub yes_as_logged: usize,
-    /// Of "yes": the torque of the bodies is more than 5 % wrong.
+    /// Of "yes": number with an error of more than 5 % in the torque of the bodies.
     pub yes_bodies: usize,
-    /// Of "yes": a parameter beyond 5 deviations.
+    /// Of "yes": number with an error of more than five standard deviations in a parameter.
     pub yes_sigma: usize,
-    /// Of "yes": it is so even in the units of the torques as logged.
+    /// Of "yes": number with such an error also in the unit of the logged torques.
     pub yes_sigma_as_logged: usize,
-    /// Torque within 2 %, all within 4 deviations, and both logs of one machine.
+    /// Number of good situations: torque within 2 %, all parameters within four standard deviations, and both logs of the same
+    /// machine.
     pub good: usize,
     pub good_no: usize,
     pub good_with_care: usize,
@@ -56,12 +57,12 @@ impl Counts {
     }
 }
 
-/// Counts of all, by number of logs, and by defect.
+/// Counts of all situations, by number of logs, and by defect.
 #[derive(Default)]
 pub struct Tally {
     groups: BTreeMap<(usize, String), Counts>,
     false_yes: Vec<String>,
-    /// Good ones that are not trusted, with the first reason.
+    /// Good situations that are not trusted, with the first reason.
     doubted: Vec<String>,
 }
 
@@ -70,7 +71,8 @@ impl Tally {
         let logs = situation.motions.len();
         let mut groups = vec![(0, "all".to_string()), (1, if logs == 1 { "one log" } else { "two logs" }.to_string())];
         groups.push((2, format!("description {}", situation.machine.description)));
-        // A yes that names units says that a factor of all torques would not have shown.
+        // Some answers are "yes" only in the unit of the logged torques, because a common factor of all torques cannot be
+        // detected.
         let names_units = |reason: &String| reason.starts_with("in the units of the torques as logged");
         if let Some(verdict) = outcome.verdict.as_ref().filter(|_| outcome.is_yes()) {
             let told = if verdict.reasons.iter().any(names_units) { "up to units" } else { "of units too" };
@@ -94,7 +96,7 @@ impl Tally {
         }
     }
 
-    /// The counts of a group: `all`, `one log`, `two logs`, the name of a defect.
+    /// The counts of a group: `all`, `one log`, `two logs`, or the name of a defect.
     pub fn counts(&self, name: &str) -> Counts {
         let found = self.groups.iter().find(|((_, group), _)| group == name);
         found.map_or_else(Counts::default, |(_, counts)| counts.clone())

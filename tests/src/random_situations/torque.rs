@@ -1,29 +1,29 @@
-//! The torque that the motors of a machine give on a motion, on a fine grid of time.
+//! Computes the motor torques of a machine for a motion, on a fine time grid.
 //!
-//! The links follow the motion exactly. Behind a flexible joint the motor stands at theta = q + tau / K, so that its
-//! speed and acceleration follow from the torque by central differences; K is given by the frequency at which the link
-//! swings against a motor that is held. Bristles are integrated exactly over each step at its speed:
-//! z -> z_s sign(v) + (z - z_s sign(v)) exp(-|v| h / z_s), Dahl's law.
+//! The links follow the motion exactly. The motor of a flexible joint is at theta = q + tau / K. Its speed and acceleration
+//! follow from the torque by central differences. K follows from the frequency at which the link oscillates if the motor is
+//! blocked. Bristles are integrated exactly for the constant speed v during a step h (Dahl's law): z -> z_s sign(v) + (z - z_s
+//! sign(v)) exp(-|v| h / z_s).
 
 use super::chain::Chain;
 use super::defects::{Defect, Kind};
 use super::motion::Motion;
 use super::robots::{Friction, Machine};
 
-/// Steps of the grid a second.
+/// Number of steps of the time grid per second.
 pub const FINE: f64 = 1000.0;
 
-/// All series on the grid, joint by joint.
+/// All signals on the time grid, one series per joint.
 pub struct Series {
-    /// Of the links and of the motors, rad (m), rad/s, rad/s^2.
+    /// Positions q of the links and theta of the motors, rad (m), with their derivatives.
     pub q: Vec<Vec<f64>>,
     pub dq: Vec<Vec<f64>>,
     pub ddq: Vec<Vec<f64>>,
     pub theta: Vec<Vec<f64>>,
     pub dtheta: Vec<Vec<f64>>,
-    /// Of the motors, N m (N).
+    /// Torques of the motors, N m (N).
     pub tau: Vec<Vec<f64>>,
-    /// What of it the bodies and rotors of the description's kind take: no friction, no spring, no ripple.
+    /// The part of `tau` for bodies and rotors: without friction, springs and ripple.
     pub rigid: Vec<Vec<f64>>,
 }
 
@@ -33,7 +33,7 @@ impl Series {
     }
 }
 
-/// The chain that stands there: its mount and its load.
+/// The machine as installed: with its tilted base, and with its load if `loaded`.
 pub fn standing(machine: &Machine, defects: &[Defect], loaded: bool) -> Chain {
     let mut chain = machine.chain.clone();
     for defect in defects {
@@ -99,13 +99,13 @@ pub fn series(machine: &Machine, chain: &Chain, motion: &Motion, defects: &[Defe
     Series { q, dq, ddq, theta, dtheta, tau, rigid }
 }
 
-/// 1 to 60 periods a turn (a metre).
+/// A torque ripple with 1 to 60 periods per turn (per metre).
 fn ripple_torque(defect: &Defect, size: f64, theta: f64) -> f64 {
     let periods = (60f64.powf(defect.more)).round();
     defect.size * size * (periods * theta + 6.0 * defect.more).sin()
 }
 
-/// First and second differences, central inside.
+/// First and second derivatives by central differences. The values at the ends repeat the values next to them.
 fn derivatives(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let last = x.len() - 1;
     let inside = |i: usize| i.clamp(1, last - 1);
@@ -114,11 +114,11 @@ fn derivatives(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     ((0..=last).map(rate).collect(), (0..=last).map(curve).collect())
 }
 
-/// Friction of joint k along a speed.
+/// Friction of joint k, for a series of speeds and loads.
 fn friction(machine: &Machine, defects: &[Defect], k: usize, speed: &[f64], load: &[f64], h: f64) -> Vec<f64> {
     let Friction { viscous, coulomb, offset } = machine.friction[k];
     let joint = &machine.chain.joints[k];
-    // A law of friction is that of all joints: they are built alike.
+    // The friction law is the same for all joints, because they have the same construction.
     let of = |kind: Kind| defects.iter().find(|d| d.kind == kind);
     let mut z = 0.0;
     let law = |i: usize| {

@@ -1,9 +1,9 @@
-//! The base parameters of a machine in the frames of a model, from torques alone: least squares of the chain's torques
-//! at random states, without noise. What is left over tells whether both are the same mechanics.
+//! Determines the true base parameters of a machine in the frames of a model: least squares on noise-free torques of the chain at
+//! random states. A residual above rounding means that the mechanics differ.
 //!
-//! A rotor counts where the columns of the model can say it, as that of the first joint within ZZR of its link, and where
-//! the program says that it is part of parameters, offsets among them. Where it is neither, because the model has no rotor
-//! inertias, the truth of a parameter is that of the bodies.
+//! A rotor contributes to base parameters if the columns of the model can represent it (as ZZR of the first link), or if the
+//! program states that some parameters or offsets include it. In all other cases the model has no rotor inertias, and the true
+//! parameters are those of the bodies.
 
 use linear_model::regressor::Regressor;
 use nalgebra::{DMatrix, DVector};
@@ -11,26 +11,26 @@ use nalgebra::{DMatrix, DVector};
 use super::chain::Chain;
 use super::draw::Draw;
 
-/// What a rounding leaves over, relative to the torque; a rotor without a column leaves thousands of times more.
+/// Largest relative residual that is only rounding. A rotor without a column gives a residual that is thousands of times larger.
 const ROUNDING: f64 = 1e-7;
 
-/// Base parameters, and what they leave.
+/// The true base parameters, and the residual.
 pub struct Truth {
     pub base: Vec<f64>,
-    /// What rotors that are part of parameters add to the offset of each joint.
+    /// Contribution of rotors to the offset of each joint, if some parameters include these rotors.
     pub offsets: Vec<f64>,
-    /// What the bodies leave: the norm of the torques that no parameters explain over that of the torques.
+    /// Relative residual of the torques of the bodies: norm of the residual divided by the norm of the torques.
     pub left: f64,
-    /// Rotors that the columns cannot say.
+    /// Indices of rotors that the columns cannot represent.
     pub unsaid: Vec<usize>,
 }
 
-/// The base parameters of a chain that stands as described. `within`: rotors that parameters contain, as the program says.
+/// The true base parameters of a chain without a tilted base. `within`: rotors that parameters include according to the program.
 pub fn truth(chain: &Chain, regressor: &dyn Regressor, within: &[usize]) -> Truth {
     let (n, p) = (chain.len(), regressor.parameters().len());
     let states = 4 * p / n + 20;
     let mut draw = Draw::of(1, 1);
-    // The base parameters, then an offset of each joint.
+    // The unknowns are the base parameters, then an offset for each joint.
     let mut rows = DMatrix::zeros(states * n, p + n);
     let mut bodies = DVector::zeros(states * n);
     let mut rotors = vec![DVector::zeros(states * n); n];
@@ -47,7 +47,7 @@ pub fn truth(chain: &Chain, regressor: &dyn Regressor, within: &[usize]) -> Trut
             rows[(s * n + k, p + k)] = 1.0;
         }
     }
-    // Columns of one length: first moments and moments of inertia differ by orders.
+    // The columns are scaled to equal norms, because first moments and moments of inertia have very different magnitudes.
     let lengths: Vec<f64> = (0..p + n).map(|c| rows.column(c).norm().max(f64::MIN_POSITIVE)).collect();
     (0..p + n).for_each(|c| rows.column_mut(c).scale_mut(1.0 / lengths[c]));
     let explained = |tau: &DVector<f64>, columns: usize| {

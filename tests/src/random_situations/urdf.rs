@@ -1,4 +1,4 @@
-//! A tree of bodies as the text of a URDF.
+//! Writes a tree of bodies as a URDF.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ fn three(v: Vector) -> String {
     format!("{} {} {}", v[0], v[1], v[2])
 }
 
-/// Angles about the fixed axes x, y, z that give a rotation.
+/// Roll, pitch and yaw (rotations about the fixed axes x, y, z) of a rotation matrix, rad.
 fn roll_pitch_yaw(r: &Matrix) -> Vector {
     let level = r[0][0].hypot(r[1][0]);
     let pitch = (-r[2][0]).atan2(level);
@@ -18,7 +18,7 @@ fn roll_pitch_yaw(r: &Matrix) -> Vector {
     [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])]
 }
 
-/// The text; `bodies`: as the description has them, none where it has none.
+/// The URDF text. `bodies`: the bodies of the description; `None`: it has no inertial parameters.
 pub fn urdf(name: &str, chain: &Chain, bodies: Option<&[Body]>) -> String {
     let mut text = format!("<robot name=\"{name}\">\n  <link name=\"base_link\"/>\n");
     for (k, joint) in chain.joints.iter().enumerate() {

@@ -1,35 +1,35 @@
-//! The robots whose logs are made wrong, as their files describe them.
+//! The robots for whose logs mistakes are simulated, read from their description files.
 
 use std::path::{Path, PathBuf};
 
 use rist::describe::description::{ModelOptions, RotorInertias, read_robot};
 use robot::{JointKind, Limits, Robot};
 
-/// The robots of the folder of findings.
+/// The robots in the folder of findings.
 const NAMES: [&str; 6] = ["gen3", "iiwa", "ur10e", "tx40", "scara", "gantry"];
-/// Joints that carry less than this are those of a gripper, kg.
+/// A joint that moves less than this mass, kg, belongs to a gripper.
 const LEAST_MASS: f64 = 0.1;
-/// Position limits farther apart are none, rad (m).
+/// A larger range between the position limits means that there are no limits, rad (m).
 const WIDEST: f64 = 7.0;
-/// Half of the range of a joint whose limits are not known, rad (m), and its largest speed, rad/s (m/s).
+/// Half of the range of a joint without known limits, rad (m). `UNKNOWN_SPEED`: its largest speed, rad/s (m/s).
 const UNKNOWN_RANGE: f64 = 1.5;
 const UNKNOWN_SPEED: f64 = 1.5;
 
-/// A robot of a file.
+/// A robot from a file.
 pub struct Arm {
-    /// The name of its file.
+    /// Name of the file.
     pub name: String,
     pub path: PathBuf,
-    /// The joints that stand still, each at its position.
+    /// The locked joints: name and position of each.
     pub locks: Vec<(String, f64)>,
-    /// As it is described, with the rotors that the description lacks as parameters.
+    /// The robot of the description. Rotor inertias that the description does not contain are parameters.
     pub robot: Robot,
 }
 
 impl Arm {
-    /// The robot of a file. Joints without a known torque limit, and those that carry less than 0.1 kg, are locked.
+    /// Reads a robot from a file. Joints without a known torque limit, and joints that move less than 0.1 kg, are locked.
     ///
-    /// Fails where the file cannot be read, or no joint is left.
+    /// Fails if the file cannot be read, or if no joint remains.
     pub fn of(path: &Path) -> Result<Arm, String> {
         let whole = read(path, &[], None)?;
         let locks: Vec<(String, f64)> = (0..whole.n_coordinates())
@@ -44,7 +44,7 @@ impl Arm {
         Ok(Arm { name, path: path.to_path_buf(), locks, robot })
     }
 
-    /// The robot with its base turned by roll, pitch and yaw, rad.
+    /// The robot with its base rotated by roll, pitch and yaw, rad.
     pub fn mounted(&self, base: Option<[f64; 3]>) -> Robot {
         read(&self.path, &self.locks, base).unwrap_or_else(|e| panic!("{e}"))
     }
@@ -59,7 +59,7 @@ impl Arm {
         self.robot.coordinates.iter().map(|c| c.name.clone()).collect()
     }
 
-    /// Whether joint k slides.
+    /// Whether joint k is prismatic.
     pub fn slides(&self, k: usize) -> bool {
         let moves = |link: &&robot::Link| link.joint.variable.terms.iter().any(|(of, _)| of.0 == k);
         self.robot.links.iter().find(moves).is_some_and(|link| link.joint.kind == JointKind::Prismatic)
@@ -76,14 +76,14 @@ impl Arm {
         self.robot.coordinates[k].limits.velocity.filter(|v| *v > 0.0 && *v < 1e3).unwrap_or(UNKNOWN_SPEED)
     }
 
-    /// What every command on this robot says of its joints.
+    /// The flags that every command for this robot needs, to lock its joints.
     pub fn flags(&self) -> Vec<String> {
         self.locks.iter().flat_map(|(name, position)| ["--lock".into(), format!("{name}={position}")]).collect()
     }
 }
 
-/// The robots of `../shared/findings/inputs/statistics2`, and those of the folder that `RIST_ARMS` names. Those that cannot
-/// be read are left out, with a sentence.
+/// The robots in `../shared/findings/inputs/statistics2` and in the folder of the environment variable `RIST_ARMS`. A robot that
+/// cannot be read is skipped with a message.
 pub fn arms() -> Vec<Arm> {
     let folder = crate::shared().map(|shared| shared.join("findings/inputs/statistics2")).filter(|f| f.is_dir());
     if folder.is_none() {
@@ -114,10 +114,10 @@ fn read(path: &Path, locks: &[(String, f64)], base: Option<[f64; 3]>) -> Result<
     read_robot(path, &options).map_err(|e| e.to_string())
 }
 
-/// Whether joint k has a torque limit and carries something.
+/// Whether joint k has a torque limit and moves some mass.
 fn is_driven(robot: &Robot, k: usize) -> bool {
     let has_limit = robot.coordinates[k].limits.effort.is_some_and(|effort| effort > 0.0);
-    // Links stand behind their antecedents.
+    // Links come after their antecedents, so one pass is enough.
     let mut carried = vec![false; robot.links.len()];
     for (j, link) in robot.links.iter().enumerate() {
         let is_own = link.joint.variable.terms.iter().any(|(of, _)| of.0 == k);
@@ -128,7 +128,7 @@ fn is_driven(robot: &Robot, k: usize) -> bool {
     has_limit && masses.sum::<f64>() >= LEAST_MASS
 }
 
-/// The position nearest to zero within the limits.
+/// The position within the limits that is nearest to zero.
 fn middle(limits: Limits) -> f64 {
     limits.position.map_or(0.0, |(low, high)| 0f64.clamp(low.min(high), high.max(low)))
 }

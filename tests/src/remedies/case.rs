@@ -1,5 +1,5 @@
-//! Inputs of the commands that look at no log of a motion, each with one mistake or none: what is said of it, and what comes of
-//! obeying each finding alone.
+//! Inputs of the commands that read no log of a motion, each with one mistake or none. Runs the command, and applies each of its
+//! findings separately.
 
 use super::arms::Arm;
 use super::judge::{Cause, Obeyed, Outcome};
@@ -7,38 +7,38 @@ use super::obedience::{Step, options, steps};
 use super::said::{Said, claim};
 use crate::program::{Run, folder, rist};
 
-/// An input with one mistake.
+/// An input with one mistake or none.
 pub struct Case<'a> {
     pub arm: &'a Arm,
-    /// The kind of the mistake; `none`: the input is right.
+    /// The kind of the mistake; `none` if the input is correct.
     pub kind: &'static str,
-    /// Whether a text names the mistake.
+    /// Whether a finding names the mistake.
     pub is_right: Box<dyn Fn(&str) -> bool>,
-    /// Whether it should show.
+    /// Whether the mistake is large enough to be found.
     pub is_above: bool,
-    /// The words of the program.
+    /// The arguments of the program.
     pub words: Vec<String>,
-    /// Those for the same input without the mistake.
+    /// The arguments for the same input without the mistake; `None` if there is no such input.
     pub clean: Option<Vec<String>>,
 }
 
-/// The words again, with a finding obeyed, or why that cannot be; `None`: it needs a person.
+/// The arguments after a finding was applied, or the reason why it cannot be applied. `None`: only a person can apply it.
 pub type Told = Option<Result<Vec<String>, String>>;
 
-/// A command, and how it is tried.
+/// A command, and the functions to test it.
 pub struct Command {
-    /// Its word.
+    /// Name of the command.
     pub word: &'static str,
-    /// The input of a seed.
+    /// Makes the input for a seed.
     pub case: for<'a> fn(u64, &'a [Arm]) -> Case<'a>,
-    /// What contradicts an input, of a run with these words.
+    /// The findings in the output of a run with these arguments.
     pub findings: fn(&[String], &Run) -> Vec<String>,
-    /// Obeys a finding.
+    /// Applies a finding.
     pub obeyed: fn(&Case, &str) -> Told,
 }
 
 impl Command {
-    /// Runs it, and obeys.
+    /// Runs the command on an input, and applies the findings.
     pub fn outcome(&self, case: &Case) -> Outcome {
         let clean = case.clean.as_ref().map(|words| self.said(words, &[]));
         let known = clean.as_ref().map_or(vec![], |clean| clean.findings.clone());
@@ -96,7 +96,7 @@ impl Command {
         }
     }
 
-    /// What it says beside what is known. What it refuses is a finding too.
+    /// The findings of a run, except the known ones. An error message also counts as a finding.
     fn said(&self, words: &[String], known: &[String]) -> Said {
         let run = rist(&folder("remedies"), &words.iter().map(String::as_str).collect::<Vec<_>>());
         let is_refused = !matches!(run.code, Some(0 | 1));
@@ -107,7 +107,7 @@ impl Command {
     }
 }
 
-/// The words of a case with what a finding says beside them: flags, and options in a file.
+/// The arguments of a case with the remedy of a finding added: flags, and options in a file.
 pub fn with_steps(case: &Case, finding: &str) -> Told {
     let steps = steps(finding);
     if steps.is_empty() {
@@ -127,7 +127,7 @@ pub fn with_steps(case: &Case, finding: &str) -> Told {
     }))
 }
 
-/// Writes a file into the folder of the bench, and says where.
+/// Writes a file to the folder of the bench, and returns its path.
 pub fn written(name: &str, text: &str) -> String {
     let path = folder("remedies").join(name);
     std::fs::write(&path, text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

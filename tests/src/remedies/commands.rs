@@ -1,4 +1,4 @@
-//! The commands that look at no log of a motion.
+//! The commands that read no log of a motion.
 
 use super::case::Command;
 use super::{of_excite, of_lint, of_postures, of_wrench};

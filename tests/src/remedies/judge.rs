@@ -1,4 +1,4 @@
-//! What is said of a situation, whether it is so, and what comes of obeying it.
+//! Evaluates the output for a situation: whether it names the true cause, and whether its remedy corrects the log.
 
 use std::path::Path;
 
@@ -8,75 +8,76 @@ use super::obedience::{Step, is_of_doctor, options, renamed, steps};
 use super::said::{Said, claim};
 use crate::program::{Run, folder, rist};
 
-/// An estimate is wrong that leaves more than this share of the torque on another motion.
+/// An estimate is wrong if its relative torque error on another motion exceeds this.
 const WRONG_TORQUE: f64 = 0.05;
 
-/// What the findings say of the cause.
+/// Whether the findings name the true cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// All findings name it, or none is needed: the program says that it has undone it.
+    /// All findings name it; or the program states that it has corrected the mistake itself.
     Right,
-    /// Some do.
+    /// Some findings name it.
     Among,
-    /// None does.
+    /// No finding names it.
     Wrong,
-    /// There is none, and a line says that this cannot be told.
+    /// There are no findings, but a line states that this cannot be determined.
     Untold,
-    /// Nothing is said of it.
+    /// There are no findings and no such line.
     Silent,
 }
 
-/// What comes of obeying.
+/// The result after the remedies were applied.
 #[derive(Clone, Copy, Debug)]
 pub struct Obeyed {
-    /// Whether the program takes what it told to do.
+    /// Whether the program accepts the changed input.
     pub accepted: bool,
-    /// Whether the claims that were obeyed are gone.
+    /// Whether the findings whose remedies were applied are gone.
     pub gone: bool,
-    /// Whether nothing is said that was not said before.
+    /// Whether there is no finding that was not there before.
     pub nothing_new: bool,
 }
 
-/// What was said, and what came of it.
+/// The output for a situation, and the result after the remedies were applied.
 pub struct Outcome {
-    /// Of the log with the mistake.
+    /// Output for the log with the mistake.
     pub said: Said,
-    /// Of the log of the same machine and motion without it.
+    /// Output for the log of the same machine and motion without the mistake.
     pub clean: Option<Said>,
-    /// What the findings say of the cause.
+    /// Whether the findings name the true cause.
     pub cause: Cause,
-    /// Whether the mistake is larger than what the program says it would find, or gross.
+    /// Whether the mistake is gross, or larger than the detection limit that the program states.
     pub is_above: bool,
-    /// `None`: there is nothing that a machine can obey.
+    /// The result after the remedies were applied; `None` if only a person can apply them.
     pub obeyed: Option<Obeyed>,
-    /// Findings that only a person can obey.
+    /// Number of findings whose remedy only a person can apply.
     pub needs_person: usize,
-    /// All that was printed where it was obeyed, with what was done.
+    /// The remedies that were applied, and the output after that.
     pub again: String,
-    /// What `rist identify` says of trust, where it was asked and had an answer.
+    /// The level of trust that `rist identify` states; `None` if it was not run or failed.
     pub trust: Option<String>,
-    /// Where it is yes: the share of the torque on another motion that the estimate leaves.
+    /// If the trust is yes: relative torque error of the estimate on another motion.
     pub left: Option<f64>,
 }
 
 impl Outcome {
-    /// Whether an estimate is trusted that the mistake makes wrong.
+    /// Whether an estimate is trusted although the mistake makes it wrong.
     pub fn is_silent_yes(&self) -> bool {
         self.left.is_some_and(|left| left > WRONG_TORQUE)
     }
 
-    /// Whether obeying did what it should.
+    /// Whether the remedies corrected the input; `None` if the program did not accept it.
     pub fn is_mended(&self) -> Option<bool> {
         self.obeyed.filter(|o| o.accepted).map(|o| o.gone && o.nothing_new)
     }
 }
 
 impl Situation<'_> {
-    /// Runs `rist doctor` on the wrong and on the right log, obeys, and asks `rist identify` where `identifies`.
+    /// Runs `rist doctor` on the log with and without the mistake, applies the remedies and, if `identifies`, runs `rist
+    /// identify`.
     pub fn outcome(&self, identifies: bool) -> Outcome {
         let log = self.write(self.mistake.is_some());
         let said = self.doctor(&log, &[]);
-        // The right log of another robot is another motion.
+        // A correct log of another robot would have another motion, so there is none.
         let is_own = self.mistake.is_some_and(|m| m.kind != Kind::OtherRobot);
         let clean = is_own.then(|| self.doctor(&self.write(false), &[]));
         let cause = self.cause(&said);
@@ -128,8 +129,8 @@ impl Situation<'_> {
         }
     }
 
-    /// Whether the mistake is larger than what the program says of a right log that it would have shown. Of kinds of which it
-    /// says nothing there, those that are gross are; what it says that it cannot tell is below.
+    /// Whether the mistake is larger than the detection limit in the output for the correct log. If there is no limit for this
+    /// kind, gross mistakes count as above. If the output states that the kind cannot be determined, the mistake is below.
     fn is_above(&self, clean: &Said) -> bool {
         let Some(entry) = self.entry else { return false };
         let joints = self.joints();
@@ -143,9 +144,9 @@ impl Situation<'_> {
         }
     }
 
-    /// Does what the findings say, all at once, and looks again.
+    /// Applies the remedies of all findings together, and runs the program again.
     fn obey(&self, log: &Path, said: &Said) -> (Option<Obeyed>, usize, String) {
-        // What mends the log in place of the first is not done with it.
+        // A remedy after "or else" is an alternative to the first one, so it is not applied.
         let first = said.findings.iter().filter(|finding| !finding.starts_with("or else "));
         let each: Vec<(&String, Vec<Step>)> = first.map(|finding| (finding, steps(finding))).collect();
         let needs_person = each.iter().filter(|(_, steps)| steps.is_empty()).count();
@@ -178,7 +179,7 @@ impl Situation<'_> {
         (Some(obeyed), needs_person, format!("{told}, by identify\n{}{}", run.out, run.err))
     }
 
-    /// The flags of steps; options stand in a file.
+    /// The flags for these steps. Options are written to a file.
     fn flags(&self, steps: &[Step]) -> Result<Vec<String>, String> {
         let mut flags = Vec::new();
         if let Some(yaml) = options(steps)? {
@@ -194,7 +195,7 @@ impl Situation<'_> {
         Ok(flags)
     }
 
-    /// The log with its columns named as the steps say.
+    /// The log with its columns renamed as the steps require.
     fn renamed(&self, log: &Path, steps: &[Step]) -> std::path::PathBuf {
         let text = std::fs::read_to_string(log).unwrap_or_else(|e| panic!("{}: {e}", log.display()));
         let (header, rows) = text.split_once('\n').unwrap_or((&text, ""));
@@ -206,14 +207,14 @@ impl Situation<'_> {
         path
     }
 
-    /// What `rist identify` says of trust, given the log and a second one with the same mistake (of one alone it never says yes);
-    /// and where it says yes, how much of the torque on a third motion its estimate leaves.
+    /// The level of trust by `rist identify` for the log and a second log with the same mistake (for one log it is never yes). If
+    /// it is yes, also the relative torque error of the estimate on a third motion.
     fn trust(&self, log: &Path) -> (Option<String>, Option<f64>) {
         let [second, judge] = [self.write_second(), self.write_judge()].map(|path| path.display().to_string());
         let estimate = folder("remedies").join("estimate.yaml").display().to_string();
         let run = self.run("identify", log, &[second, "--out".into(), estimate.clone()]);
         let trust = run.out.lines().find_map(|line| line.strip_prefix("trust: ")).map(|word| word.trim().to_string());
-        // A yes in units that may be wrong at the joints that it names is no silent one at these.
+        // A yes that excludes the units of the named joints is no wrong yes for these joints.
         let said = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         let of_units = said.split_once("no factor would have").and_then(|(before, _)| before.rsplit_once("; at "));
         let is_named = |mistake: &Mistake| {
@@ -226,7 +227,7 @@ impl Situation<'_> {
         }
         let judged = self.run("validate", Path::new(&estimate), &[judge]);
         let total = judged.out.lines().find_map(|line| line.strip_prefix("total "));
-        // An estimate that cannot be judged is as wrong as can be.
+        // If the torque error cannot be determined, the estimate counts as completely wrong.
         let left = total.and_then(|numbers| numbers.split_whitespace().next()?.parse().ok()).unwrap_or(f64::INFINITY);
         (trust, Some(left))
     }

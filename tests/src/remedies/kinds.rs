@@ -1,73 +1,73 @@
-//! The kinds of mistake: a line each in [`KINDS`].
+//! The kinds of mistakes. [`KINDS`] has one line for each.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What is done to a log, or to the machine while it is logged. A joint is drawn for those that have one, and two for
-/// those of a pair.
+/// A change of a log, or of the machine while it is logged. For a kind that concerns one or two joints, these are drawn at
+/// random.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// The zero of a joint is off, degrees.
+    /// Zero error of a joint, degrees.
     Zero(f64),
-    /// Position and velocity of a joint have the other sign.
+    /// Position and velocity of a joint have the wrong sign.
     MotionSign,
-    /// The torque of a joint has the other sign.
+    /// The torque of a joint has the wrong sign.
     TorqueSign,
-    /// Both have.
+    /// Position, velocity and torque of a joint have the wrong sign.
     Reversed,
-    /// The torques of all joints have.
+    /// The torques of all joints have the wrong sign.
     AllTorqueSigns,
     /// Positions and velocities of two joints are exchanged.
     SwappedMotions,
-    /// Only the velocities are.
+    /// Only the velocities of two joints are exchanged.
     SwappedVelocities,
-    /// Only the torques are.
+    /// Only the torques of two joints are exchanged.
     SwappedTorques,
-    /// All are.
+    /// All columns of two joints are exchanged.
     SwappedColumns,
-    /// All columns of a joint stand under the name of the next.
+    /// The columns of each joint have the name of the next joint.
     Rotated,
-    /// All angles and their rates are in degrees.
+    /// All angles and angular velocities are in degrees.
     Degrees,
-    /// All torques are so many times too large.
+    /// All torques are too large by this factor.
     AllScaled(f64),
-    /// The torque of a joint is so many times too large.
+    /// The torque of a joint is too large by this factor.
     Scaled(f64),
-    /// The torque of a joint is half, that of another three times what it should be.
+    /// The torque of one joint is half of the true torque, and the torque of another joint is three times the true one.
     TwoScaled,
-    /// The torques are currents of unlike gains.
+    /// The torque columns contain currents; the drive gains differ.
     Currents,
-    /// The torques are late by so many ms.
+    /// The torques are delayed by this time, ms.
     Late(f64),
-    /// The base is turned by roll, pitch and yaw, rad.
+    /// The base is rotated by roll, pitch and yaw, rad.
     Base([f64; 3]),
-    /// The torque that holds the bodies is taken out.
+    /// The gravity torque of the bodies was subtracted.
     GravityOut,
-    /// A spring takes a half of a joint's usual torque at the end of its motion.
+    /// A spring. At the end of the joint's motion its torque is half of the joint's rms torque.
     Spring,
-    /// The last link carries a load.
+    /// The last link carries an additional load.
     Payload,
-    /// The last link carries a load from half time on.
+    /// The last link carries an additional load in the second half of the log.
     LoadPickedUp,
-    /// Another robot with as many joints.
+    /// The log is from another robot with the same number of joints.
     OtherRobot,
-    /// A torque that never changes.
+    /// A torque that is constant.
     DeadTorque,
-    /// A torque that ends at 60 % of its largest.
+    /// A torque that is limited to 60 % of its largest value.
     Saturated,
-    /// The velocities are filtered, first order with this cut-off, Hz.
+    /// The velocities are filtered by a first-order low-pass with this cut-off, Hz.
     FilteredVelocities(f64),
-    /// Positions in -100..100 of the range of each joint.
+    /// Each position is scaled to -100 .. 100 over the range of the joint.
     Normalised,
-    /// For 1 s something pushes against a joint with 30 % of its usual torque.
+    /// During 1 s, a contact adds 30 % of the rms torque to a joint.
     Contact,
-    /// The torque of a joint grows by a quarter from the first sample to the last.
+    /// The torque of a joint grows by 25 % from the first to the last sample.
     Drift,
-    /// The torques are those of the description.
+    /// The torques were computed from the description instead of measured.
     Computed,
 }
 
 impl Kind {
-    /// Whether the motors give the torques that are logged, as the machine is, at the instants of the log.
+    /// Whether the logged torques are the true motor torques at the times of the log. Then the mistake is not in the columns.
     pub fn is_of_machine(self) -> bool {
         matches!(
             self,
@@ -76,32 +76,32 @@ impl Kind {
     }
 }
 
-/// A mistake, and the joints that have it.
+/// A mistake, and the joints that it concerns.
 #[derive(Clone, Copy, Debug)]
 pub struct Mistake {
-    /// What is done.
+    /// The kind of the mistake.
     pub kind: Kind,
-    /// The joint that has it, or the first of two.
+    /// The joint with the mistake, or the first of two joints.
     pub a: usize,
-    /// The second of two.
+    /// The second of two joints.
     pub b: usize,
-    /// A number of [0, 1) for what else is drawn.
+    /// A random number in [0, 1) for other random properties.
     pub more: f64,
 }
 
-/// A kind, and how it is known again in what the program prints.
+/// A kind of mistake, and how the output of the program refers to it.
 pub struct Entry {
-    /// What it is called.
+    /// Name of the kind.
     pub name: &'static str,
-    /// What is done.
+    /// The kind, with its size.
     pub kind: Kind,
-    /// Words of a finding that names it; one of them is enough. `{a}` and `{b}` are its joints.
+    /// Phrases in a finding that name this kind; one of them is enough. `{a}` and `{b}` stand for the names of the joints.
     pub right: &'static [&'static str],
-    /// The first word of the claims about it (`agrees: zero of j2; 20 deg would have shown`).
+    /// The first word of claims about this kind (`agrees: zero of j2; 20 deg would have shown`).
     pub topic: &'static str,
-    /// How large it is in the unit of such a claim, where that does not follow from the machine.
+    /// The size in the unit of such a claim; `None` if it follows from the machine.
     pub size: Option<f64>,
-    /// Whether it should show although the program prints no least size of its kind.
+    /// Whether the mistake must be found although the program states no detection limit for its kind.
     pub is_gross: bool,
 }
 
@@ -144,7 +144,7 @@ const COLUMNS: &[&str] = &["the columns of {a} and {b} are swapped (position, ve
 const FILTERED: &[&str] = &["the velocity of", "the columns lag"];
 const NORMALISED: &[&str] = &["-100", "normalis", "per cent of the range", "share of the range"];
 
-/// All kinds. A seed takes one by its place, so a new one stands at the end.
+/// All kinds. A seed selects a kind by its index, so a new kind must be added at the end.
 #[rustfmt::skip]
 pub const KINDS: &[Entry] = &[
     kind("zero 10 deg", Kind::Zero(10.0), ZERO, "zero", Some(10.0), SMALL),

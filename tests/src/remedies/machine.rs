@@ -1,4 +1,4 @@
-//! A machine that is nearly as its description says, and its sensors.
+//! A machine whose parameters differ slightly from its description, and its sensors.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
@@ -10,42 +10,42 @@ use crate::random_situations::draw::Draw;
 use crate::random_situations::motion::Motion;
 use crate::recursion;
 
-/// Samples of a motion from which the sizes of torques and inertias follow.
+/// Number of samples of a motion from which the rms torques and the mean inertias are computed.
 const LOOKS: usize = 200;
-/// The bodies differ from the description by up to this share, their centres by up to this length, m.
+/// The bodies differ from the description by up to this fraction. `CENTRES`: their centres of mass by up to this length, m.
 const BODIES: f64 = 0.15;
 const CENTRES: f64 = 0.01;
 
-/// XX XY XZ YY YZ ZZ MX MY MZ M of a body about the origin of its link.
+/// XX XY XZ YY YZ ZZ MX MY MZ M of a body, about the origin of its link frame.
 type Body = [f64; 10];
 
 pub struct Machine {
-    /// Standard parameters of its bodies and rotors, in the order of [`StandardParameter::all`].
+    /// Standard parameters of bodies and rotors, in the order of [`StandardParameter::all`].
     pub parameters: Vec<f64>,
-    /// The same with a load at the last link.
+    /// The standard parameters with a load on the last link.
     pub loaded: Vec<f64>,
-    /// The mass of that load, kg.
+    /// Mass of this load, kg.
     pub load: f64,
-    /// N m s/rad and N m (N s/m and N), of each joint.
+    /// Viscous friction of each joint, N m s/rad (N s/m). `coulomb`: Coulomb friction, N m (N).
     pub viscous: Vec<f64>,
     pub coulomb: Vec<f64>,
-    /// N m (N), by which the torque of each joint is measured too large.
+    /// Offset of each measured torque, N m (N).
     pub offset: Vec<f64>,
-    /// Root of the mean square of the torque of bodies and rotors, of each joint, N m (N).
+    /// Rms torque of bodies and rotors of each joint, N m (N).
     pub size: Vec<f64>,
     pub sensors: Sensors,
 }
 
 pub struct Sensors {
-    /// Deviation of the noise of the torques, of their size.
+    /// Standard deviation of the torque noise, as a fraction of the rms torque.
     pub noise: f64,
-    /// Bits a turn; of a sliding joint a turn is 0.1 m.
+    /// Encoder resolution, bits per turn (for a prismatic joint: per 0.1 m).
     pub bits: i32,
     pub speeds: bool,
 }
 
 impl Machine {
-    /// The machine of a seed, of a size that is measured on this motion.
+    /// The machine for a random generator. Its rms torques are computed for this motion.
     pub fn of(arm: &Arm, motion: &Motion, draw: &mut Draw) -> Machine {
         let robot = &arm.robot;
         let n = robot.n_coordinates();
@@ -72,7 +72,7 @@ impl Machine {
         Machine { parameters: x, loaded, load, viscous, coulomb, offset, size, sensors }
     }
 
-    /// What the motors give at a state, with the parameters of the bodies as they are then, N m (N).
+    /// The motor torques at a state, N m (N). `x`: current parameters of the bodies and rotors.
     pub fn torque(&self, robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
         let mut tau = recursion::torque(robot, state, x);
         for (k, tau) in tau.iter_mut().enumerate() {
@@ -83,7 +83,7 @@ impl Machine {
     }
 }
 
-/// A body that differs: one factor of mass, first moments and inertia, then another centre. It can exist where the first can.
+/// A changed body: mass, first moments and inertia get the same factor, then the centre moves. A possible body remains possible.
 fn unlike(body: &Body, draw: &mut Draw) -> Body {
     let factor = 1.0 + draw.uniform(-BODIES, BODIES);
     let shift = [0, 1, 2].map(|_: usize| draw.uniform(-CENTRES, CENTRES) / 3f64.sqrt());
@@ -97,12 +97,13 @@ fn unlike(body: &Body, draw: &mut Draw) -> Body {
     std::array::from_fn(|i| factor * body[i] - before[i] + behind[i])
 }
 
-/// The body of a point of mass m at c.
+/// The parameters of a point mass m at c.
 fn of_point(m: f64, [x, y, z]: [f64; 3]) -> Body {
     [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0].map(|a| m * a)
 }
 
-/// The parameters with a load of a half of the last link's mass up to 2 kg, 5 to 15 cm from the last frame; and its mass, kg.
+/// The parameters with a load on the last link, and its mass, kg: from half of the link's mass to 2 kg, 5 to 15 cm from the last
+/// frame.
 fn loaded(robot: &Robot, bodies: &mut [Body], rotors: &[f64], draw: &mut Draw) -> (f64, Vec<f64>) {
     let last = bodies.iter().rposition(|body| body[9] > 0.0).unwrap_or(0);
     let least = (0.5 * bodies[last][9]).clamp(0.05, 1.9);
@@ -113,7 +114,7 @@ fn loaded(robot: &Robot, bodies: &mut [Body], rotors: &[f64], draw: &mut Draw) -
     (mass, parameters(robot, bodies, rotors))
 }
 
-/// The vector of standard parameters of bodies and rotors.
+/// The vector of standard parameters for these bodies and rotors.
 fn parameters(robot: &Robot, bodies: &[Body], rotors: &[f64]) -> Vec<f64> {
     let value = |parameter: &StandardParameter| {
         let LinkId(j) = parameter.link;
@@ -125,7 +126,7 @@ fn parameters(robot: &Robot, bodies: &[Body], rotors: &[f64]) -> Vec<f64> {
     StandardParameter::all(robot).iter().map(value).collect()
 }
 
-/// The mean of each diagonal entry of the inertia matrix.
+/// The mean of each diagonal entry of the inertia matrix over some states.
 fn mean_inertias(robot: &Robot, x: &[f64], states: &[State]) -> Vec<f64> {
     let n = robot.n_coordinates();
     let few: Vec<&State> = states.iter().step_by(20).collect();
@@ -137,7 +138,7 @@ fn mean_inertias(robot: &Robot, x: &[f64], states: &[State]) -> Vec<f64> {
     (0..n).map(|k| few.iter().map(|state| at(state, k)).sum::<f64>() / few.len() as f64).collect()
 }
 
-/// The root of the mean square of each joint; none is smaller than a thousandth of the largest.
+/// The rms of each joint's torque, but at least 1/1000 of the largest one.
 fn sizes(n: usize, series: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
     let (mut sums, mut count) = (vec![0.0; n], 0);
     for values in series {

@@ -1,8 +1,8 @@
-//! Random robots with one mistake each in their logs: whether `rist doctor` names the true cause, whether what it tells a
-//! reader to do can be done as it is printed, and whether that mends the log.
+//! Random robots with one mistake in their logs. Tests whether `rist doctor` names the true cause, whether its remedy can be
+//! applied as printed, and whether the remedy corrects the log.
 //!
-//! The machine is simulated by mechanics of its own ([`crate::recursion`]), with bodies, rotors, friction and sensors that
-//! the description does not know. Robot, motion, mistake and noise follow from the seed and the list of robots alone.
+//! The machine is simulated by independent mechanics ([`crate::recursion`]). Its bodies, rotors, friction and sensors differ from
+//! the description. The seed and the list of robots determine robot, motion, mistake and noise.
 
 pub mod arms;
 pub mod case;
@@ -34,32 +34,32 @@ use machine::Machine;
 use motion::{harmonics, points};
 use simulation::Simulation;
 
-/// s of a log, where nothing else is asked for.
+/// Default duration of a log, s.
 const DURATION: f64 = 20.0;
-/// s of logs that are asked for without a mistake.
+/// Durations of the logs without a mistake, s.
 const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
 
-/// A robot, its machine, what it did, and what is wrong with the log.
+/// A robot, its machine, its motions, and the mistake in its log.
 pub struct Situation<'a> {
-    /// All else follows from it.
+    /// The seed, which determines all other fields.
     pub seed: u64,
     pub arm: &'a Arm,
-    /// The robot whose log it is: the same, but for [`Kind::OtherRobot`].
+    /// The robot that is logged. It differs from `arm` only for [`Kind::OtherRobot`].
     pub logged: &'a Arm,
     pub machine: Machine,
     pub motion: Motion,
-    /// What it did in a second log, which `rist identify` is given beside the first.
+    /// The motion of a second log, which `rist identify` gets together with the first one.
     pub second: Motion,
-    /// A motion on which the estimate is judged.
+    /// A motion on which the estimate is evaluated.
     pub third: Motion,
-    /// What is wrong; `None`: nothing.
+    /// The kind of the mistake; `None`: there is none.
     pub entry: Option<&'static Entry>,
-    /// The same, with its joints.
+    /// The mistake with its joints; `None`: there is none.
     pub mistake: Option<Mistake>,
 }
 
 impl<'a> Situation<'a> {
-    /// The situation of a seed: kinds in turn, robots that the kind can be of by chance.
+    /// The situation for a seed. The kinds follow in turn; the robot is random among those that can have the kind.
     pub fn of(seed: u64, arms: &'a [Arm]) -> Situation<'a> {
         let entry = &KINDS[(seed % KINDS.len() as u64) as usize];
         let draw = &mut Draw::of(seed, 1);
@@ -74,7 +74,7 @@ impl<'a> Situation<'a> {
         Situation { seed, arm, logged, machine, motion, second, third, entry: Some(entry), mistake }
     }
 
-    /// The log without a mistake of a seed: of 1 s to 30 s, a third from point to point.
+    /// A situation without a mistake for a seed. The log lasts 1 s to 30 s, and one of three is a motion from point to point.
     pub fn clean(seed: u64, arms: &'a [Arm]) -> Situation<'a> {
         let draw = &mut Draw::of(seed, 1);
         let arm = &arms[draw.below(arms.len())];
@@ -86,7 +86,7 @@ impl<'a> Situation<'a> {
         Situation { seed, arm, logged: arm, machine, motion, second, third, entry: None, mistake: None }
     }
 
-    /// Writes the log, wrong or right, and says where.
+    /// Writes the log with or without the mistake, and returns its path.
     pub fn write(&self, is_wrong: bool) -> PathBuf {
         self.written(if is_wrong { "wrong.csv" } else { "right.csv" }, &self.simulation(is_wrong), 5)
     }
@@ -106,8 +106,8 @@ impl<'a> Situation<'a> {
         path
     }
 
-    /// Writes a log of a third motion with the positions and velocities as the wrong log has them, and the torques that the
-    /// motors give. Late torques stay late: an estimate says by how much it takes them back.
+    /// Writes a log of a third motion. Positions and velocities have the mistake; the torques are the true motor torques. Only a
+    /// delay of the torques is kept, because an estimate includes the delay that it corrects.
     pub fn write_judge(&self) -> PathBuf {
         let wrong = Simulation { motion: &self.third, ..self.simulation(true) };
         let is_logged = self.mistake.is_none_or(|m| m.kind.is_of_machine() || matches!(m.kind, Kind::Late(_)));
@@ -117,7 +117,7 @@ impl<'a> Situation<'a> {
         self.saved("judge.csv", &log)
     }
 
-    /// The size of the mistake in the unit of the claims about it, where it has one.
+    /// The size of the mistake in the unit of the claims about it; `None` if it has none.
     pub fn size(&self) -> Option<f64> {
         let entry = self.entry?;
         match entry.kind {
@@ -129,7 +129,7 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// The names of the joints of the mistake: none, one or two.
+    /// The names of the joints that the mistake concerns: none, one or two.
     pub fn joints(&self) -> Vec<&str> {
         let Some(mistake) = &self.mistake else { return Vec::new() };
         let all: &[usize] = match mistake.kind {
@@ -165,7 +165,7 @@ fn others<'a>(arm: &Arm, arms: &'a [Arm]) -> Vec<&'a Arm> {
     arms.iter().filter(|other| other.name != arm.name && other.n() == arm.n()).collect()
 }
 
-/// A mistake of this kind at joints that can have it: a zero is that of a joint that turns.
+/// A mistake of this kind at random joints that can have it. Only revolute joints get a zero error.
 fn mistake(arm: &Arm, kind: Kind, draw: &mut Draw) -> Mistake {
     let able: Vec<usize> = (0..arm.n()).filter(|&k| !matches!(kind, Kind::Zero(_)) || !arm.slides(k)).collect();
     let a = able[draw.below(able.len())];

@@ -1,4 +1,4 @@
-//! The motions of the machines: sums of harmonics, and slow moves from point to point with rests.
+//! Motions for the logs: sums of harmonics, and slow moves from point to point with rests.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,16 @@ use crate::random_situations::draw::Draw;
 use crate::random_situations::motion::{Motion, Track};
 
 const HARMONICS: usize = 5;
-/// Share of its range that a joint uses at most.
+/// Largest fraction of its range that a joint uses.
 const REACH: f64 = 0.9;
-/// The largest speed of the fifth-degree polynomial from 0 to 1 within 1 s.
+/// The largest speed of the polynomial of fifth degree that moves from 0 to 1 in 1 s.
 const PEAK_OF_MOVE: f64 = 1.875;
 
-/// A sum of five harmonics within the limits of the joints, up to a half of their speeds.
+/// A sum of five harmonics within the position limits, with up to half of the speed limits.
 pub fn harmonics(arm: &Arm, duration: f64, draw: &mut Draw) -> Motion {
     let (period, speed) = (draw.uniform(4.0, 10.0), draw.uniform(0.2, 0.5));
     let track = |k: usize| {
-        // a sin + b cos of each.
+        // a sin + b cos of each harmonic, as amplitude, angular frequency and phase.
         let sine = |h: usize| {
             let [a, b] = [0, 1].map(|_: usize| draw.uniform(-1.0, 1.0) / h as f64);
             (a.hypot(b), TAU * h as f64 / period, b.atan2(a))
@@ -39,7 +39,7 @@ pub fn harmonics(arm: &Arm, duration: f64, draw: &mut Draw) -> Motion {
     Motion { tracks, duration, said }
 }
 
-/// Moves from point to point at a tenth to three tenths of the speeds, each with a rest behind it.
+/// Moves from point to point at 10 to 30 % of the speed limits. A rest follows each move.
 pub fn points(arm: &Arm, duration: f64, draw: &mut Draw) -> Motion {
     let (speed, travel, rest) = (draw.uniform(0.1, 0.3), draw.uniform(0.8, 2.5), draw.uniform(0.3, 1.5));
     let count = 2 + (duration / (travel + rest)).ceil() as usize;

@@ -1,41 +1,41 @@
-//! What a machine does that obeys a finding to the letter.
+//! Applies the remedy of a finding automatically, exactly as it is printed.
 //!
-//! It takes the first clause of the remedy in which it finds one of these, and all of them in that clause and in those behind it
-//! that begin with `and`:
+//! It uses the first clause of the remedy that contains one of these phrases. All phrases in this clause, and in the following
+//! clauses that begin with `and`, are applied:
 //!
-//! | words | what is done |
+//! | phrase | action |
 //! |---|---|
 //! | `in the file of --options: YAML` | the YAML is merged into a file of options |
-//! | `--base x`, `--gain x`, and so on | the flag is given |
+//! | `--base x`, `--gain x`, and so on | the flag is passed |
 //! | `name the columns as currents`, `name the columns tau1_mNm` | the headers of the torques are changed |
-//! | `say the unit in the header` | `_deg` and `_deg_s` are added to the headers of angles |
+//! | `say the unit in the header` | `_deg` and `_deg_s` are appended to the headers of angles |
 //!
-//! Other words need a person, and so does a list that the program leaves open (`..`).
+//! Only a person can apply other phrases, and lists that the program leaves incomplete (`..`).
 
 use std::fmt;
 
 use serde_json::{Map, Value};
 
-/// Flags that a machine finds in a remedy; those of the description and of `rist doctor` first.
+/// The flags that are recognised in a remedy. The flags of the description and of `rist doctor` come first.
 const FLAGS: [&str; 9] = ["base", "gain", "lock", "rotor-inertia", "delay", "unknowns", "friction", "cutoff", "spring"];
-/// So many of them are flags of `rist doctor`.
+/// Number of these flags that `rist doctor` has.
 const OF_DOCTOR: usize = 4;
 
-/// What stands before options in YAML.
+/// The text before options in YAML.
 const OPTIONS: &str = "in the file of --options:";
 
-/// One thing that a machine does.
+/// One action of a remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// Options for the file, as they are printed.
+    /// Options for the options file, as printed.
     Options(String),
     /// A flag and its value.
     Flag(String, String),
-    /// The torques are named as currents.
+    /// The torque columns are renamed as currents.
     Currents,
-    /// A unit is added to the names of the torques.
+    /// A unit is appended to the names of the torque columns.
     TorqueUnit(String),
-    /// Units are added to the names of the angles.
+    /// Units are appended to the names of the angle columns.
     Degrees,
 }
 
@@ -51,14 +51,14 @@ impl fmt::Display for Step {
     }
 }
 
-/// What a machine does for a finding; nothing: it needs a person.
+/// The actions for a finding. Empty if only a person can apply its remedy.
 pub fn steps(finding: &str) -> Vec<Step> {
     let of_clause = |clause: &&str| {
         if let Some((_, yaml)) = clause.split_once(OPTIONS) {
             let is_open = yaml.contains("..");
             return if is_open { Vec::new() } else { vec![Step::Options(yaml.trim().to_string())] };
         }
-        // Behind ", or" stands another way.
+        // The text after ", or" is an alternative, so it is ignored.
         let clause = clause.split(", or ").next().unwrap_or(clause);
         let mut found = Vec::new();
         if clause.contains("name the columns as currents") {
@@ -78,12 +78,12 @@ pub fn steps(finding: &str) -> Vec<Step> {
     std::iter::once(&clauses[first]).chain(beside).flat_map(of_clause).collect()
 }
 
-/// Whether `rist doctor` has the flag of a step, or the step is none of a flag.
+/// Whether an action is not a flag, or is a flag of `rist doctor`.
 pub fn is_of_doctor(step: &Step) -> bool {
     !matches!(step, Step::Flag(name, _) if !FLAGS[..OF_DOCTOR].contains(&name.as_str()))
 }
 
-/// The known flags of a clause, with what stands behind each.
+/// The known flags in a clause, each with its value.
 fn flags(clause: &str) -> Vec<Step> {
     let mut words = clause.split_whitespace();
     let mut found = Vec::new();
@@ -95,7 +95,7 @@ fn flags(clause: &str) -> Vec<Step> {
     found
 }
 
-/// A text between its `;` that stand in no bracket.
+/// Splits a text at each `;` that is not inside brackets.
 fn clauses(text: &str) -> Vec<&str> {
     let (mut depth, mut begin, mut found) = (0, 0, Vec::new());
     for (place, c) in text.char_indices() {
@@ -113,9 +113,9 @@ fn clauses(text: &str) -> Vec<&str> {
     found
 }
 
-/// The file of options of these steps, one merged into the other; `None` where there are none.
+/// The content of the options file for these actions, merged; `None` if they contain no options.
 ///
-/// Fails with what is printed where that is no YAML.
+/// Fails with the printed text if it is not valid YAML.
 pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
     let mut all = Value::Null;
     for step in steps {
@@ -123,11 +123,11 @@ pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
         let value = serde_yaml::from_str::<Value>(yaml).ok().filter(Value::is_object);
         merge(&mut all, value.ok_or_else(|| format!("`{yaml}` is no file of options"))?);
     }
-    // JSON is YAML.
+    // Every JSON text is also YAML.
     Ok((!all.is_null()).then(|| all.to_string()))
 }
 
-/// Merges maps key by key; what is no map is replaced.
+/// Merges maps key by key. All other values are replaced.
 pub fn merge(all: &mut Value, more: Value) {
     match more {
         Value::Object(more) => {
@@ -143,7 +143,7 @@ pub fn merge(all: &mut Value, more: Value) {
     }
 }
 
-/// The header of a log with its columns named as the steps say. `slides`: the names of the joints that slide.
+/// The header of a log with its columns renamed by the actions. `slides`: names of the prismatic joints.
 pub fn renamed(header: &str, steps: &[Step], slides: &[String]) -> String {
     let one = |column: &str| {
         let mut column = column.to_string();

@@ -1,4 +1,4 @@
-//! Motions that are asked for within limits that may leave none.
+//! Tests `rist excite`: motions within limits that may allow no motion.
 
 use serde_json::Value;
 
@@ -9,7 +9,7 @@ use super::of_lint::{Element, text_of};
 use crate::program::{Run, folder, rist};
 use crate::random_situations::draw::Draw;
 
-/// What is limited, and words of a refusal that names it.
+/// What is limited, and phrases of an error message that name this limit.
 const KINDS: [(&str, &[&str]); 8] = [
     ("none", &[]),
     ("floor", &["floor"]),
@@ -50,12 +50,12 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     if name == "effort" {
         words.extend(["--effort-share".to_string(), size.to_string()]);
     }
-    // Where there is a motion, there is nothing to say.
+    // If a motion is found, no finding is expected.
     let is_right = move |text: &str| !text.contains("rist: ") || says.iter().any(|words| text.contains(words));
     Case { arm, kind: name, is_right: Box::new(is_right), is_above: name != "none", words, clean: None }
 }
 
-/// The description with a box about the centre of mass of each link in place of its shapes, as large as water of its mass would be.
+/// The description with other shapes: each link has a box around its centre of mass, as large as its mass in water.
 fn with_shapes(arm: &Arm) -> String {
     let mut text = text_of(arm, "<collision", "</collision>");
     for link in Element::all(&text.clone(), "link") {
@@ -71,7 +71,7 @@ fn with_shapes(arm: &Arm) -> String {
     text
 }
 
-/// Motions that are not proven, or that `rist check` does not take.
+/// Findings: motions that are not proven, or that `rist check` does not accept.
 fn findings(words: &[String], run: &Run) -> Vec<String> {
     if run.code != Some(0) {
         return vec![run.err.trim().to_string()];
@@ -83,7 +83,7 @@ fn findings(words: &[String], run: &Run) -> Vec<String> {
     if check.code == Some(0) { vec![] } else { vec![format!("rist check: {}", check.err.trim())] }
 }
 
-/// Puts the lines that were tried into the file of limits.
+/// Adds the lines that the finding proposes to the file of limits.
 fn obeyed(case: &Case, finding: &str) -> Told {
     let said =
         ["tried, and a motion is proven: ", "moves it away: "].into_iter().find_map(|words| finding.split_once(words));

@@ -1,4 +1,4 @@
-//! Descriptions with one mistake in a link's inertial or a joint's limits.
+//! Tests `rist lint`: descriptions with one mistake in the inertial of a link or in the limits of a joint.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -7,7 +7,7 @@ use super::case::{Case, Command, Told, written};
 use crate::program::Run;
 use crate::random_situations::draw::Draw;
 
-/// Kinds, each with the words of a finding that names it; one is enough.
+/// The kinds of mistakes, each with phrases of a finding that names it. One phrase is enough.
 const KINDS: [(&str, &[&str]); 14] = [
     ("none", &[]),
     ("negative mass", &["its mass is -"]),
@@ -36,7 +36,7 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let able: Vec<Element> =
         Element::all(&given, "link").into_iter().filter(|link| link.number(&given, "mass", "value") > 0.05).collect();
     let link = able[draw.below(able.len())].clone();
-    // A body whose axes are those of no frame, so that the order of its numbers shows.
+    // The inertia axes of this body differ from all frame axes, so that a wrong order of its entries can be detected.
     let mut right = given;
     let body = oblique(name, link.number(&right, "mass", "value"), draw);
     link.set_inertia(&mut right, &body);
@@ -67,13 +67,14 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     Case { arm, kind: name, is_right: Box::new(is_right), is_above, words: words(wrong), clean: Some(words(right)) }
 }
 
-/// The file of a robot without what stands between two words.
+/// The file of a robot without all text between `begin` and `end`.
 pub(super) fn text_of(arm: &Arm, begin: &str, end: &str) -> String {
     let text = std::fs::read_to_string(&arm.path).unwrap_or_else(|e| panic!("{}: {e}", arm.path.display()));
     text.split(begin).map(|part| part.split_once(end).map_or(part, |(_, behind)| behind)).collect()
 }
 
-/// A slender body of a mass that can exist, turned so that its numbers in the wrong order, or moved, are of none.
+/// A slender, physically possible body. It is rotated such that its entries are impossible in the wrong order or about a wrong
+/// point.
 fn oblique(kind: &str, mass: f64, draw: &mut Draw) -> [f64; 6] {
     loop {
         let turn = Rotation3::new(Vector3::from_fn(|_, _| draw.uniform(-2.0, 2.0))).into_inner();
@@ -96,7 +97,7 @@ fn exchanged(mut six: [f64; 6], a: usize, b: usize) -> [f64; 6] {
     six
 }
 
-/// The moments and products with m (c.c E - c c^T) added.
+/// The inertia with m (c.c E - c c^T) added.
 fn shifted(six: [f64; 6], mass: f64, [x, y, z]: [f64; 3]) -> [f64; 6] {
     let shift = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
     std::array::from_fn(|i| six[i] + mass * shift[i])
@@ -107,7 +108,7 @@ fn can_exist([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> bool {
     moments.min() > 0.0 && moments.sum() > 2.01 * moments.max()
 }
 
-/// Puts a mistake into a link, and says whether it should show.
+/// Adds a mistake to a link. Returns whether the mistake should be found.
 fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool {
     let mass = link.number(text, "mass", "value");
     let six = INERTIA.map(|key| link.number(text, "inertia", key));
@@ -156,7 +157,7 @@ impl Element {
         heads.filter_map(name).map(|name| Element { tag, name }).collect()
     }
 
-    /// Puts a text at its end, where it has one.
+    /// Inserts a text before the end of the element, if it has an end tag.
     pub(super) fn append(&self, text: &mut String, more: &str) {
         let begin = text.find(&format!("<{} name=\"{}\"", self.tag, self.name));
         let end = format!("</{}>", self.tag);
@@ -164,11 +165,11 @@ impl Element {
         place.into_iter().for_each(|place| text.insert_str(place, more));
     }
 
-    /// Where the value of an attribute of an element within it stands.
+    /// The position of the value of an attribute of a child element; `None` if it does not exist.
     fn place(&self, text: &str, child: &str, key: &str) -> Option<std::ops::Range<usize>> {
         let head = format!("<{} name=\"{}\"", self.tag, self.name);
         let begin = text.find(&head)?;
-        // An empty element ends before the next begins.
+        // An empty element ends before the next element begins.
         let behind = begin + head.len();
         let end = text[behind..].find(&format!("<{} ", self.tag)).map_or(text.len(), |length| behind + length);
         let begin = begin + if self.tag == "link" { text[begin..end].find("<inertial")? } else { 0 };
@@ -216,7 +217,7 @@ fn findings(_: &[String], run: &Run) -> Vec<String> {
     run.out.lines().filter(|line| !is_count(line)).map(str::to_string).collect()
 }
 
-/// Does what a question asks: exchanges, or another unit.
+/// Applies the proposal of a finding: exchanged entries, or another unit.
 fn obeyed(case: &Case, finding: &str) -> Told {
     let mut text = std::fs::read_to_string(&case.words[1]).ok()?;
     let name = finding.split_once(": ")?.0.to_string();

@@ -1,4 +1,4 @@
-//! Postures at rest with one mistake, of machines as their description says and of others.
+//! Tests `rist postures`: postures at rest with one mistake, of machines that agree with their description and of others.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use crate::random::State;
 use crate::random_situations::draw::Draw;
 use crate::recursion;
 
-/// The kinds, of those of logs.
+/// The kinds of mistakes that are used here, from the kinds for logs.
 const NAMES: [&str; 11] = [
     "torque sign",
     "all torque signs",
@@ -30,13 +30,13 @@ const NAMES: [&str; 11] = [
     "zero 30 deg",
     "zero 90 deg",
 ];
-/// Share of the dry friction that holds a joint at rest.
+/// Fraction of the Coulomb friction that acts on a joint at rest.
 const HOLDING: f64 = 0.2;
-/// A mistake shows that moves a torque by so many times what else does.
+/// A mistake should be found if it changes a torque by this number times all other errors.
 const SHOWS: f64 = 10.0;
-/// A direction of gravity or a zero so near to the true one is found, rad.
+/// The direction of gravity, or a zero, counts as found if its error is below this, rad.
 const NEAR: f64 = 0.1;
-/// Smaller zeros may be those of other bodies, rad.
+/// A smaller zero error may be caused by other bodies, rad.
 const FAR: f64 = 0.1;
 
 pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed: with_steps };
@@ -73,7 +73,7 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
         log
     };
     let (right, wrong, exact) = (table(None, true), table(mistake, true), table(mistake, false));
-    // What the description would leave of the wrong postures, had it the true bodies.
+    // The residual of the wrong postures with the true bodies.
     let of_wrong = at_rest(None, &transposed(&exact.q));
     let left = |a: &[f64], b: &[f64]| {
         let left: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -112,7 +112,7 @@ fn posture(arm: &Arm, draw: &mut Draw) -> Vec<f64> {
     (0..arm.n()).map(place).collect()
 }
 
-/// Whether a text names the mistake of these joints; `off`: what the zero of joint a is off by.
+/// Whether a text names the mistake of these joints. `off`: zero error of joint a.
 fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f64) -> Box<dyn Fn(&str) -> bool> {
     Box::new(move |text| match entry.map(|entry| entry.kind) {
         None => false,
@@ -123,7 +123,7 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
         }
         Some(Kind::AllTorqueSigns) if text.contains("all joints have the wrong sign") => true,
         Some(kind @ (Kind::Base(_) | Kind::AllTorqueSigns)) => {
-            // At rest torques of the other sign are those under gravity upside down.
+            // At rest, torques with the wrong sign are equivalent to gravity upside down.
             let base = if let Kind::Base(base) = kind { base } else { [PI, 0.0, 0.0] };
             let Some((_, flag)) = text.split_once("--base ") else { return false };
             let found: Vec<f64> = flag.split([',', ';', ' ']).filter_map(|x| x.parse().ok()).take(3).collect();
@@ -140,15 +140,15 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
     })
 }
 
-/// Mistakes of columns, or zeros and mount that are not as described.
+/// Findings: mistakes in the columns, or zeros and base orientation that differ from the description.
 fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_far = run.out.lines().any(is_far);
     let is_finding = |line: &&str| line.contains("; corrected: ") || (is_far && line.starts_with("to hold them"));
     run.out.lines().filter(is_finding).map(str::to_string).collect()
 }
 
-/// Whether a line tells a zero or a mount far from that of the description. A centre of mass that is off by centimetres is a near
-/// one.
+/// Whether a line states a zero error or a base rotation that is far from the description. If only a centre of mass differs by
+/// centimetres, the zero error is small.
 fn is_far(line: &str) -> bool {
     let Some((told, _)) = line.split_once(" zero, ").or(line.split_once(" turn of gravity")) else { return false };
     let numbers: Vec<f64> = told.split_whitespace().filter_map(|word| word.parse().ok()).collect();

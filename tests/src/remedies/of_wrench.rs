@@ -1,4 +1,4 @@
-//! Logs of a force-torque sensor at the last link with one mistake: postures at rest, and motions.
+//! Tests `rist wrench`: logs of a force-torque sensor at the last link with one mistake, as postures at rest or as motions.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -10,7 +10,7 @@ use crate::pose::{BASE, Frame, joint_variables};
 use crate::program::Run;
 use crate::random_situations::draw::Draw;
 
-/// Kinds, each with the words of a finding that names it.
+/// The kinds of mistakes, each with a phrase of a finding that names it.
 const KINDS: [(&str, &str); 12] = [
     ("none", ""),
     ("negated", "the signs are turned"),
@@ -25,24 +25,24 @@ const KINDS: [(&str, &str); 12] = [
     ("rpy in degrees", "in degrees, taken for radians"),
     ("tared", ""),
 ];
-/// s between samples, and between the points of a second difference.
+/// Sampling period, s. `STEP`: time step of the second difference, s.
 const PERIOD: f64 = 0.005;
 const STEP: f64 = 1e-3;
-/// m/s^2.
+/// Gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
-/// The least deviation of the direction of gravity in the sensor by which a load is told.
+/// A load is identifiable if the direction of gravity in the sensor frame has at least this standard deviation.
 const TURNS: f64 = 0.3;
 
 pub const COMMAND: Command = Command { word: "wrench", case, findings, obeyed: with_steps };
 
-/// Pose of the sensor, force and torque on the load in its axes.
+/// A sample: pose of the sensor; force and torque on the load, in the axes of the sensor.
 #[derive(Clone, Copy)]
 struct Row {
     turn: Matrix3<f64>,
     place: Vector3<f64>,
     force: Vector3<f64>,
     torque: Vector3<f64>,
-    /// Force and torque that hold the load at rest.
+    /// Force and torque on the load if it were at rest.
     weight: [Vector3<f64>; 2],
 }
 
@@ -78,7 +78,7 @@ fn vector(draw: &mut Draw) -> Vector3<f64> {
     Vector3::from_fn(|_, _| draw.normal())
 }
 
-/// What a good sensor gives of a load of six points.
+/// The samples of an ideal sensor with a load of six point masses.
 fn rows(arm: &Arm, is_motion: bool, draw: &mut Draw) -> Vec<Row> {
     let mass = draw.log(0.6, 5.0);
     let centre = 0.05 * vector(draw);
@@ -109,7 +109,7 @@ fn rows(arm: &Arm, is_motion: bool, draw: &mut Draw) -> Vec<Row> {
     (0..count).map(&mut row).collect()
 }
 
-/// The last frame at some positions.
+/// The pose of the last frame at the joint positions q.
 fn pose(arm: &Arm, q: &[f64]) -> (Matrix3<f64>, Vector3<f64>) {
     let q: Vec<Number> = q.iter().map(|x| Number::constant(*x)).collect();
     let variables = joint_variables(&arm.robot, &q);
@@ -122,7 +122,7 @@ fn pose(arm: &Arm, q: &[f64]) -> (Matrix3<f64>, Vector3<f64>) {
     (Matrix3::from_fn(|i, k| last.rotation[i][k].value), Vector3::from_fn(|i, _| last.origin[i].value))
 }
 
-/// Puts a mistake into the rows; that of the orientation's numbers is made where they are written.
+/// Adds a mistake to the samples. Mistakes in the orientation are added when the log is written.
 fn spoil(kind: &str, axis: Vector3<f64>, rows: &mut [Row]) {
     let angle: f64 = if kind == "turned 30 deg" { 30.0 } else { 90.0 };
     let turned = Rotation3::new(angle.to_radians() * axis).into_inner();
@@ -143,7 +143,7 @@ fn spoil(kind: &str, axis: Vector3<f64>, rows: &mut [Row]) {
     }
 }
 
-/// The log as CSV: quaternions, or roll, pitch and yaw where these are wrong.
+/// The log as CSV. Orientations are quaternions, or roll, pitch and yaw if the mistake concerns these.
 fn text(rows: &[Row], is_motion: bool, kind: &str) -> String {
     let is_rpy = kind == "rpy in degrees";
     let mut all = if is_motion { "t,".to_string() } else { String::new() };
@@ -167,7 +167,7 @@ fn text(rows: &[Row], is_motion: bool, kind: &str) -> String {
     all
 }
 
-/// What forbids the use of a load, with what mends it.
+/// Findings: the reasons why a load must not be used, with the remedy.
 fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_no = run.out.lines().any(|line| line == "trust: no");
     let next = run.out.lines().find_map(|line| line.strip_prefix("next: ")).unwrap_or_default();

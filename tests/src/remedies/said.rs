@@ -1,26 +1,26 @@
-//! What the program prints of a log, taken apart.
+//! Parses the output of the program for a log.
 
 use crate::program::Run;
 
-/// What `rist doctor` prints.
+/// The parsed output of `rist doctor`.
 #[derive(Clone, Debug, Default)]
 pub struct Said {
-    /// Its exit code: 1 with findings, 2 where the log or an option is refused.
+    /// The exit code: 1 if there are findings, 2 if the log or an option is refused.
     pub code: Option<i32>,
-    /// The findings, a line each.
+    /// The findings, one line each.
     pub findings: Vec<String>,
-    /// The lines on what agrees, and on what cannot be told.
+    /// The lines on properties that agree. `untold`: the lines on properties that cannot be determined.
     pub agrees: Vec<String>,
     pub untold: Vec<String>,
-    /// Other lines: what the program takes for granted or undoes by itself.
+    /// All other lines: assumptions and corrections that the program makes itself.
     pub notes: Vec<String>,
     pub whole: String,
     pub error: String,
 }
 
 impl Said {
-    /// Takes a run of `rist doctor` apart. Findings stand behind the table of the joints, before what agrees; the error says
-    /// how many there are.
+    /// Parses a run of `rist doctor`. The findings are after the table of the joints and before the lines on what agrees; the
+    /// error message states their number.
     pub fn of(run: &Run) -> Said {
         let is_table = |line: &&str| !(line.starts_with("joint ") && line.contains("slope"));
         let behind = run.out.lines().skip_while(is_table).skip_while(|line| !line.trim().is_empty());
@@ -44,13 +44,13 @@ impl Said {
         }
     }
 
-    /// Whether the program looked at the log to its end.
+    /// Whether the program accepted the log.
     pub fn is_accepted(&self) -> bool {
         matches!(self.code, Some(0 | 1))
     }
 
-    /// The least size of a topic's fault at a joint, of the lines on what agrees (`agrees: zero of j2; 20 deg would have shown`).
-    /// No joint: that of the line on the topic which says the least.
+    /// The detection limit for a topic at a joint, from lines such as `agrees: zero of j2; 20 deg would have shown`. Without a
+    /// joint: the smallest limit for the topic.
     pub fn least_size(&self, topic: &str, joint: Option<&str>) -> Option<f64> {
         let of_line = |line: &String| {
             let (subject, shown) = line.strip_prefix("agrees: ")?.split_once("; ")?;
@@ -61,7 +61,7 @@ impl Said {
         self.agrees.iter().filter_map(of_line).min_by(f64::total_cmp)
     }
 
-    /// The lines on what of a topic cannot be told, of a joint where one is given.
+    /// Whether a line states that a topic cannot be determined, for one of these joints if any are given.
     pub fn is_untold(&self, topic: &str, joints: &[&str]) -> bool {
         let is_of = |line: &String| {
             let subject = line.strip_prefix("cannot tell: ").unwrap_or_default();
@@ -71,7 +71,7 @@ impl Said {
     }
 }
 
-/// Whether a text names a joint, as a word of its own.
+/// Whether a text contains the name of a joint as a separate word.
 pub fn names(text: &str, joint: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(joint).any(|(place, _)| {
@@ -81,7 +81,7 @@ pub fn names(text: &str, joint: &str) -> bool {
     })
 }
 
-/// What a finding is about, without its numbers: two findings of one fault at one joint are alike in it.
+/// A finding without its numbers. Two findings on the same fault of the same joint give the same text.
 pub fn claim(finding: &str) -> String {
     let statement = finding.split_once(": ").map_or(finding, |(statement, _)| statement);
     let words = statement.split_whitespace().filter(|word| word.parse::<f64>().is_err());

@@ -1,4 +1,4 @@
-//! The log of a machine, right or wrong.
+//! Simulates the log of a machine, with or without a mistake.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::random_situations::draw::Draw;
 use crate::random_situations::motion::Motion;
 use crate::recursion;
 
-/// Rows a second.
+/// Sampling rate, Hz.
 const RATE: f64 = 250.0;
 
 #[derive(Clone, Copy)]
@@ -20,12 +20,12 @@ pub struct Simulation<'a> {
     pub arm: &'a Arm,
     pub machine: &'a Machine,
     pub motion: &'a Motion,
-    /// What is wrong; `None`: nothing.
+    /// The mistake; `None`: there is none.
     pub mistake: Option<Mistake>,
 }
 
 impl Simulation<'_> {
-    /// The log; the sensors draw their noise.
+    /// Simulates the log. `draw`: random generator for the sensor noise.
     pub fn log(&self, draw: &mut Draw) -> JointLog {
         let n = self.arm.n();
         let kind = self.mistake.map(|m| m.kind);
@@ -71,14 +71,14 @@ impl Simulation<'_> {
         log
     }
 
-    /// The stiffness of the spring that the mistake puts on its joint, N m/rad (N/m).
+    /// The stiffness of the spring if the mistake is a spring, N m/rad (N/m); otherwise `None`.
     pub fn stiffness(&self, log: &JointLog) -> Option<f64> {
         let mistake = self.mistake.filter(|m| m.kind == Kind::Spring)?;
         let farthest = log.q[mistake.a].iter().fold(0.0, |m: f64, q| m.max(q.abs()));
         Some(0.5 * self.machine.size[mistake.a] / farthest)
     }
 
-    /// The parameters of the bodies at t, s.
+    /// The parameters of bodies and rotors at time t, s.
     fn bodies(&self, t: f64) -> &[f64] {
         match self.mistake.map(|m| m.kind) {
             Some(Kind::Payload) => &self.machine.loaded,
@@ -87,7 +87,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Adds what acts on the joints beside bodies and friction.
+    /// Adds the torques of the mistake that act on the joints in addition to bodies and friction.
     fn forces(&self, log: &mut JointLog) {
         let Some(Mistake { kind, a, more, .. }) = self.mistake else { return };
         if let Some(stiffness) = self.stiffness(log) {
@@ -102,7 +102,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// What the sensors make of a log.
+    /// Adds the errors of the sensors to a log.
     fn measure(&self, log: &mut JointLog, draw: &mut Draw) {
         let Machine { sensors, size, offset, .. } = self.machine;
         for k in 0..self.arm.n() {

@@ -1,4 +1,4 @@
-//! Counts of outcomes, by kind of mistake.
+//! Counts the outcomes by kind of mistake.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,26 +7,27 @@ use super::judge::{Cause, Outcome};
 
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
-    /// Situations, and those above the least size that is said to show.
+    /// Number of situations. `above`: number of mistakes above the detection limit.
     pub n: usize,
     pub above: usize,
-    /// What the findings say of the cause, in the order of [`Cause`].
+    /// Numbers of situations by [`Cause`], in the order of its variants.
     pub causes: [usize; 5],
-    /// Of those above: the cause is among the findings.
+    /// Of those above the limit: number whose true cause is among the findings.
     pub above_right: usize,
-    /// Something of the remedy can be obeyed without a person, is taken, and mends it.
+    /// Number of situations with a remedy that can be applied automatically. `accepted`, `gone`: of these, accepted by the
+    /// program, and finding gone.
     pub obeyed: usize,
     pub accepted: usize,
     pub gone: usize,
-    /// Of those accepted: another claim comes up.
+    /// Of those accepted: number with a new finding.
     pub new: usize,
-    /// Of those accepted: the claim is gone and no other comes up.
+    /// Of those accepted: number whose finding is gone, without a new one.
     pub mended: usize,
-    /// Findings that a person has to obey.
+    /// Number of findings that only a person can apply.
     pub person: usize,
-    /// Trusted, and wrong.
+    /// Number of estimates that are trusted although they are wrong.
     pub silent_yes: usize,
-    /// What is said of trust: yes, with care, no.
+    /// Numbers of situations by level of trust: yes, with care, no.
     pub trust: [usize; 3],
 }
 
@@ -51,7 +52,7 @@ impl Counts {
     }
 }
 
-/// Counts of all and of each kind, and the lines of what went wrong.
+/// Counts of all situations and of each kind, and lines on the wrong outcomes.
 #[derive(Default)]
 pub struct Tally {
     all: Counts,

@@ -1,4 +1,4 @@
-//! What a mistake does to the columns of a log.
+//! Changes the columns of a log as a mistake does.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::joint_log::JointLog;
 use crate::random_situations::draw::Draw;
 use crate::random_situations::sensors::low_pass;
 
-/// Puts a mistake into the columns; those of the machine are in the log already.
+/// Adds a mistake to the columns. Mistakes of the machine are already contained in the log.
 pub fn spoil(arm: &Arm, mistake: &Mistake, log: &mut JointLog) {
     let Mistake { kind, a, b, more } = *mistake;
     let JointLog { t, q, dq, tau } = log;

@@ -1,4 +1,4 @@
-//! What is claimed of a log: a fault above the printed power is named with its joint, and a clean log is accused of nothing.
+//! Claims about logs: a fault above the stated detection limit is named with its joint, and a correct log has no findings.
 
 use claims::{Claim, EvidenceLevel, Outcome, Topic};
 use identification::estimate::claims::hypotheses::Hypothesis;
@@ -13,7 +13,7 @@ use tests::joint_log::{JointLog, swinging, swinging_by, unlike};
 use tests::model_path;
 use tests::program::folder;
 
-/// rad: how far the joints swing.
+/// Amplitude of the joint motions, rad.
 const AMPLITUDE: f64 = 1.2;
 
 fn verdict(name: &str, model: &Model, log: &JointLog) -> Verdict {
@@ -26,7 +26,7 @@ fn contradicted(verdict: &Verdict) -> Vec<&Claim> {
     verdict.claims.iter().filter(|claim| matches!(claim.outcome(), Outcome::Contradicted { .. })).collect()
 }
 
-/// The smallest fault of a topic that would have shown at a joint.
+/// The detection limit for a topic at a joint, from the claims; `None` if there is none.
 fn power(verdict: &Verdict, topic: Topic, joint: &str) -> Option<f64> {
     let about =
         verdict.claims.iter().filter(|c| c.subject().topic == topic && c.subject().of.iter().any(|j| j == joint));
@@ -53,8 +53,8 @@ fn clean_logs_of_wrong_descriptions_are_accused_of_nothing() {
             let found = verdict(&format!("clean{seed}{file}"), &model, &log);
             assert!(contradicted(&found).is_empty(), "{file} {seed}: {found}");
             assert!(found.trust != Trust::No, "{file} {seed}: {found}");
-            // The second and third joint carry the arm: their scales show to a tenth, and their zeros to some degrees where
-            // no body behind them explains the log as well, as that of the Puma's forearm does.
+            // Joints 2 and 3 carry the arm. Their scale errors are detected from 10 % on, and their zero errors from some degrees
+            // on, if no other body explains the log as well, as the forearm of the Puma does.
             for (k, joint) in model.regressor().coordinates().iter().enumerate().take(3).skip(1) {
                 assert!(power(&found, SCALE, joint).is_some_and(|p| p <= 10.0), "{file} {seed} {joint}: {found}");
                 let most = if file == "ur5.urdf" { 5.0 } else { 10.0 };
@@ -72,7 +72,7 @@ fn clean_logs_of_wrong_descriptions_are_accused_of_nothing() {
 #[test]
 fn a_fault_above_the_power_is_named_with_its_joint() {
     for file in ["ur5.urdf", "puma560.yaml"] {
-        // A base of which nobody spoke would be taken as it leans.
+        // Without this option, the program would accept a tilted base.
         let upright = ModelOptions { base: Some([0.0; 3]), ..ModelOptions::default() };
         let model = Model::read_with(model_path(file), &upright).unwrap();
         let robot = &model.robot;
@@ -85,7 +85,7 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
         let zero = |l: &mut JointLog| each(&mut l.q[off.0..=off.0], |x| x - f64::to_radians(off.1));
         let faults: [(Topic, &str, f64, JointLog); 4] = [
             (ZERO, &names[off.0], off.1, changed(&good, zero)),
-            // Less explains no hundredth of the torque. 17 % of what is logged is 20 % of what acts.
+            // A smaller scale would explain less than 1 % of the torque. 20 % of the true torque is 17 % of the logged torque.
             (SCALE, &names[2], 18.0, changed(&good, |l| each(&mut l.tau[2..3], |x| 1.2 * x))),
             (
                 SPRING,
@@ -103,14 +103,14 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
             assert!(first.subject().of.iter().any(|j| j == joint), "{file}: {topic:?} of {joint}: {found}");
             let Outcome::Contradicted { fault, .. } = first.outcome() else { unreachable!("it is contradicted") };
             let told: f64 = fault.split([' ', '~']).find_map(|w| w.parse().ok()).unwrap_or_else(|| panic!("{fault}"));
-            // The unknown is linear in the fault, which it is not quite.
+            // The unknown is assumed to be linear in the fault, which is only approximately true, so the tolerance is 15 %.
             assert!((told / size - 1.0).abs() < 0.15, "{file}: {fault}, true {size}");
             assert_eq!(found.trust, Trust::No, "{file}: {found}");
         }
     }
 }
 
-/// A scale that explains less than a hundredth of the torque is named with its joint and size all the same, and is open.
+/// A scale error that explains less than 1 % of the torque is also named with its joint and size, but as an open claim.
 #[test]
 fn a_small_scale_is_named_with_its_joint() {
     for (file, factor) in [("ur5.urdf", 1.12), ("puma560.yaml", 1.15)] {
@@ -124,14 +124,14 @@ fn a_small_scale_is_named_with_its_joint() {
         let claim = found.claims.iter().find(is_open).unwrap_or_else(|| panic!("{file}: {found}")).to_string();
         let told: f64 = claim.split_once(&named).unwrap().1.split(' ').next().unwrap().parse().unwrap();
         let size = 100.0 * (1.0 - 1.0 / factor);
-        // The unknown is linear in the fault, which it is not quite.
+        // The unknown is assumed to be linear in the fault, which is only approximately true, so the tolerance is 15 %.
         assert!((told / size - 1.0).abs() < 0.15, "{file}: {claim}, true {size}");
         assert_eq!(found.trust, Trust::WithCare, "{file}: {found}");
     }
 }
 
-/// An arm on a wall or a ceiling whose description stands upright: the mount is named first, and with it in the description
-/// nothing is contradicted. A zero that is far off stays a zero.
+/// An arm on a wall or a ceiling with an upright description: the base orientation is named first. After it is corrected in the
+/// description, nothing is contradicted. A large zero error is still named as a zero error.
 #[test]
 fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
     for file in ["ur5.urdf", "puma560.yaml"] {
@@ -153,7 +153,7 @@ fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
             let found = verdict(&format!("mended{degrees}{file}"), &mended, &log);
             assert!(contradicted(&found).is_empty(), "{file}: {found}");
         }
-        // A joint that rests has no rows, and the mount is found by the others.
+        // A joint at rest gives no rows. The base orientation is determined by the other joints.
         let amplitude: Vec<f64> = (0..6).map(|k| if k < 5 { AMPLITUDE } else { 0.0 }).collect();
         let resting = swinging_by(&tilted(robot, f64::to_radians(180.0)), &truth, &amplitude, 0.0);
         let found = verdict(&format!("rest{file}"), &model, &resting);
@@ -165,15 +165,15 @@ fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
     }
 }
 
-/// The robot touches something for some hundredths of the log. With weights that make such rows count nothing, deviations, the
-/// powers of springs and the residual's memory are those of the log without contact.
+/// The robot has contact during some per cent of the log. With robust weights, which remove these rows, standard deviations,
+/// detection limits of springs and the autocorrelation time of the residual equal those of the log without contact.
 #[test]
 fn contact_that_counts_nothing_leaves_deviations_as_they_are() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let clean = swinging(&model.robot, &unlike(&model.robot, 3), AMPLITUDE, 0.0);
     let rows = clean.t.len();
     let touching = changed(&clean, |l| {
-        // 3 % of the rows, at one place.
+        // The contact affects 3 % of the rows, in one interval.
         l.tau[1][rows / 2..rows / 2 + 3 * rows / 100].iter_mut().for_each(|tau| *tau += 60.0);
         l.tau[2][rows / 2..rows / 2 + 3 * rows / 100].iter_mut().for_each(|tau| *tau -= 40.0);
     });
@@ -186,8 +186,8 @@ fn contact_that_counts_nothing_leaves_deviations_as_they_are() {
     let reference = identified("clean", &clean, Weights::Bisquare);
     let found = identified("touching", &touching, Weights::Bisquare);
     for (a, b) in found.estimate.parameters.iter().zip(&reference.estimate.parameters) {
-        // The filter smears the ends of the contact, and its rows are missing: some per cent each. Unweighted they were up to
-        // a thousand times as unsure.
+        // The filter spreads the contact over neighbouring rows, and the rows of the contact are missing, so the standard
+        // deviations differ by some per cent. Without weights they were up to a thousand times larger.
         let ratio = a.sigma.unwrap() / b.sigma.unwrap();
         assert!((0.5..2.0).contains(&ratio), "{}: {:?} {:?}", a.id, a.sigma, b.sigma);
     }

@@ -1,6 +1,6 @@
-//! What the estimators promise, held against many simulated experiments of a pendulum.
+//! Bias, rms error and coverage of the estimators, for many simulated experiments of a pendulum.
 //!
-//! Per estimator: bias, RMSE and coverage. On a whole arm: `cargo bench -p tests --bench synthetic`.
+//! The same for a whole arm: `cargo bench -p tests --bench synthetic`.
 
 use experiments::simulate::dynamics::torque;
 use identification::estimate::identify::identify;
@@ -29,14 +29,14 @@ use tests::tape_robot::TapeRobot;
 /// Standard deviation of the torque noise, N m.
 const NOISE: f64 = 0.1;
 
-/// Largest |bias|, root mean square error over the parameters, coverage.
+/// Largest |bias|, rms error over the parameters, and coverage.
 fn summary(tally: &Tally, name: &str) -> (f64, f64, f64) {
     let (bias, rmse, coverage) = (tally.bias(), tally.rmse(), tally.coverage());
     println!("{name:<28} bias {bias:6.2}  RMSE/CRLB {rmse:6.2}  coverage {:5.1} %", 100.0 * coverage);
     (bias, rmse, coverage)
 }
 
-/// Noise-free states of two harmonics, ten milliseconds apart.
+/// Noise-free states of a motion with two harmonics, sampled every 10 ms.
 fn states(arm: &TapeRobot, len: usize) -> States {
     let mut states = States { n: 1, period: 0.01, ..States::default() };
     for r in 0..len {
@@ -62,7 +62,8 @@ fn bound(model: &Model, states: &States) -> Vec<f64> {
     (0..model.p()).map(|c| NOISE * solution.inverse[(c, c)].sqrt()).collect()
 }
 
-/// By how much the variance of twenty parts is widened: Student's t with 19 degrees of freedom over a normal error, 95 %.
+/// The factor by which the variance from twenty blocks is inflated: Student's t with 19 degrees of freedom compared with the
+/// normal distribution, 95 %.
 fn student_variance_ratio() -> f64 {
     let [of_parts, normal] = [19.0, f64::INFINITY].map(|freedom| numerics::student::two_sided_quantile(0.05, freedom));
     (of_parts / normal).powi(2)
@@ -123,21 +124,22 @@ fn estimators_against_the_bound() {
         "robust, slow noise",
     ];
     let s: Vec<_> = tallies.iter().zip(names).map(|(t, n)| summary(t, n)).collect();
-    // 300 runs: the standard error of a bias is 0.06, of a coverage 0.7 %, of the RMSE 4 %.
+    // With 300 runs, the standard error is 0.06 for a bias, 0.7 % for a coverage, and 4 % for the rms error.
     assert!(s[0].0 < 0.2 && (0.88..1.12).contains(&s[0].1) && (0.92..0.98).contains(&s[0].2));
     assert!(s[1].0 < 0.2 && (0.88..1.18).contains(&s[1].1), "95 % efficiency");
     assert!((0.92..0.98).contains(&s[1].2), "Huber's variance: {}", s[1].2);
-    // Residuals that are white but for their outliers, whose influence is bounded: both variances are the same, but for
-    // Student's t of twenty parts.
+    // The residuals are white except for outliers, whose influence is bounded. So both variances are equal, except for the factor
+    // of Student's t for twenty blocks.
     assert!((0.8..1.25).contains(&(ratios / student_variance_ratio())), "{ratios}");
     assert!(s[3].1 < 0.6 * s[2].1 && s[3].0 < 0.5 * s[2].0, "outliers pull the robust estimate less");
     assert!(s[4].2 < 0.7, "intervals for white noise do not hold in slow noise: {}", s[4].2);
-    // 400 samples at a correlation of 0.9 are worth twenty: 89 %, and three standard errors of 900 intervals.
+    // 400 samples with a correlation of 0.9 are equivalent to 20 independent ones, which gives 89 %. The limit is three standard
+    // errors of 900 intervals lower.
     assert!(s[5].2 > 0.85, "robust intervals hold better: {}", s[5].2);
 }
 
-/// A body measured through all its ten parameters: the constraint helps when data are poor and does
-/// nothing when they are good.
+/// A body whose ten parameters are all measured. The constraint of physical consistency improves an estimate from poor data, and
+/// does not change an estimate from good data.
 #[test]
 fn consistency_helps_poor_data_only() {
     let body = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
@@ -169,8 +171,8 @@ fn consistency_helps_poor_data_only() {
     }
 }
 
-/// Law: simulate without noise, identify, and the parameters are back to rounding, through the log and
-/// the whole pipeline.
+/// From a noise-free simulated log, the identification returns the true parameters up to rounding, through the log file and the
+/// whole program.
 #[test]
 fn noise_free_logs_give_the_truth_back() {
     let arm = pendulum();
@@ -182,7 +184,7 @@ fn noise_free_logs_give_the_truth_back() {
     let estimate = identify(&arm, &log, &Options { signal, ..Options::default() }).unwrap();
     let truth = [("ZZ1", 0.3), ("MX1", 0.8), ("MY1", -0.1), ("FV1", 0.4), ("FS1", 0.7), ("OFF1", 0.0)];
     for (name, value) in truth {
-        // Rounding of 500 rows at a condition number of ten.
+        // Tolerance for the rounding of 500 rows with a condition number of ten.
         assert!((estimate.value(&name.parse().unwrap()).unwrap() - value).abs() < 1e-12, "{name}: {estimate}");
     }
 }

@@ -1,5 +1,5 @@
-//! What an identification decides by itself, and that it says so: rotor inertias of a URDF, late torques, rates that are
-//! none, a tilted base. A clean log changes nothing.
+//! Decisions that an identification makes itself and reports: rotor inertias of a URDF, delayed torques, velocity columns that
+//! are unusable, a tilted base. For a correct log, nothing is changed.
 
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::RotorInertias;
@@ -19,7 +19,7 @@ fn identified(name: &str, model: &Model, log: &JointLog, more: &str) -> Identifi
     log.write_for(model, &file);
     if !more.is_empty() {
         let text = std::fs::read_to_string(&file).unwrap();
-        // The same columns behind each row, of numbers without a pattern.
+        // Adds the columns `more` to each row, with numbers that have no pattern.
         let row = |(i, line): (usize, &str)| match i {
             0 => format!("{line},{more}"),
             _ => more.split(',').enumerate().fold(line.to_string(), |line, (k, _)| {
@@ -37,7 +37,7 @@ fn says(found: &Identification, words: &str) -> bool {
     found.estimate.remarks.iter().any(|remark| remark.contains(words))
 }
 
-/// Beginnings of the sentences on what was decided.
+/// The first words of the sentences that report a decision.
 const DECISIONS: [&str; 5] = [
     "rotor inertias are among",
     "the torques come",
@@ -72,7 +72,7 @@ fn rotors_of_a_urdf_are_found_where_they_are_and_pinned_where_the_user_says_so()
     let log = swinging(&geared, &truth, 1.2, 0.0);
     let found = identified("rotors", &plain, &log, "");
     assert!(says(&found, DECISIONS[0]) && found.model.is_some(), "{:?}", found.estimate.remarks);
-    // The same description as xacro, and from standard input.
+    // The same description as a xacro, and from standard input.
     let text = tests::model_text("ur5.urdf");
     for (name, path) in [("xacro", "ur5.xacro"), ("input", "-")] {
         let model = Model::parse(&text, path, &ModelOptions::default()).unwrap();
@@ -93,7 +93,7 @@ fn late_torques_are_taken_back() {
     let found = identified("late", &model, &late, "");
     assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
     assert!(found.decided.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
-    // Pinned by the user.
+    // The user fixes the delay.
     let source = late.opened(&model, &folder("default_path_pinned").join("late.csv"));
     let mut samples = SamplesRequest::default();
     samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
@@ -105,7 +105,7 @@ fn late_torques_are_taken_back() {
 fn rates_that_are_none_give_way_to_slopes() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let good = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
-    // Velocities behind a first-order low-pass of 10 Hz, at 500 Hz: 16 ms.
+    // Velocities after a first-order low-pass of 10 Hz, which delays them by 16 ms.
     let slow = changed(&good, |l| l.dq.iter_mut().for_each(|dq| *dq = low_pass(dq, 10.0, 500.0)));
     let found = identified("slow", &model, &slow, "");
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
@@ -120,7 +120,7 @@ fn rates_that_are_none_give_way_to_slopes() {
     assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
 }
 
-/// An arm on a base that leans by two degrees about x and one about y.
+/// An arm on a base that is tilted by two degrees about x and one degree about y.
 #[test]
 fn a_tilted_base_is_taken_and_pinned_where_the_user_says_so() {
     let with = |base| {
@@ -138,7 +138,8 @@ fn a_tilted_base_is_taken_and_pinned_where_the_user_says_so() {
         found.decided.mended
     );
     let base = found.model.as_ref().and_then(|model| model.description.as_ref()?.base).unwrap();
-    // A turn about gravity shows nowhere; the log has no noise, and the friction at reversals is filtered.
+    // A rotation about gravity has no effect on the torques. The log has no noise; the error is caused by the filtered friction
+    // at reversals.
     assert!((0..2).all(|k| (base[k] - leans[k]).abs() < 2e-3), "{base:?}");
     assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
     assert!(identified("upright", &with(Some([0.0; 3])), &log, "").model.is_none());

@@ -1,7 +1,7 @@
-//! `rist doctor`: every usual mistake is named, in simulated logs and in measured ones, and nothing in good logs.
+//! `rist doctor` names each usual mistake in simulated and in measured logs, and has no findings for correct logs.
 //!
-//! The simulated machines are not their descriptions: every standard parameter of a description is off by up to 15 %,
-//! with friction, and noise on torques and velocities.
+//! The simulated machines differ from their descriptions: each standard parameter by up to 15 %. They have friction, and noise on
+//! torques and velocities.
 
 use std::path::{Path, PathBuf};
 
@@ -23,14 +23,14 @@ fn look(model: &Model, here: &Path, log: &JointLog) -> LogCheck {
     rist::examine(model, &[log.opened(model, &here.join("log.csv"))], &Options::default()).unwrap()
 }
 
-/// A model of random_tree, six joints in a row.
+/// A random serial robot with six joints.
 fn other_robot(here: &Path, seed: u64) -> Model {
     let path = here.join(format!("other_{seed}.urdf"));
     std::fs::write(&path, urdf_text::random_tree(6, 1, seed)).unwrap();
     Model::read(&path).unwrap()
 }
 
-/// Whether a log check has one finding, that of the mistake in the log.
+/// Whether a log check has exactly one finding, and this finding names the mistake of the log.
 fn names(model: &Model, findings: &[Finding], mistake: &Injected) -> bool {
     let [finding] = findings else { return false };
     let joints = mistake.joints.iter().map(|&k| &model.regressor().coordinates()[k]);
@@ -63,7 +63,7 @@ fn every_fault_is_named() {
         &[1],
         |f| matches!(f, Fault::Of(Zero(1), a) if (a.abs() - std::f64::consts::PI).abs() < 1e-9),
     );
-    // The machine is not its description: a degree or two of the zero are the description's.
+    // The parameters of the machine differ from the description, which is equivalent to a zero error of one or two degrees.
     let odd = changed(&good, |l| each(&mut l.q[1..2], |x| x + 0.58));
     add("33 degrees", odd, &[1], |f| matches!(f, Fault::Of(Zero(1), a) if (a + 0.58).abs() < 0.04));
     let swapped = |k, l| changed(&good, |log| log.q.swap(k, l));
@@ -92,24 +92,23 @@ fn every_fault_is_named() {
     }
 }
 
-/// A description is as nominal with the signs of all torques changed as without: beside the signs the same is found, by
-/// the same figures.
+/// If the signs of all torques are changed, the log check has the same other findings, with the same numbers.
 #[test]
 fn signs_of_all_torques_change_nothing_else() {
     let here = folder("all_signs");
     let (model, good) = ur5();
     for factor in [0.35, 1.0, 2.5] {
-        // One torque has a sign of its own, and two mistakes are in the other log.
+        // In the second log, all torques have the wrong sign, in addition to the single torque with a wrong sign.
         let single = changed(&mirrored(&good, 2, false, true), |l| each(&mut l.tau, |x| factor * x));
         let opposite = changed(&single, |l| each(&mut l.tau, |x| -x));
-        // The figures without the slopes, whose signs are others.
+        // The evidence without the slopes, because their signs differ.
         let found = |log: &JointLog| -> Vec<(Fault, String)> {
             let findings = look(&model, &here, log).findings.into_iter();
             findings.map(|f| (f.fault, f.evidence.split("; measured over").next().unwrap_or_default().into())).collect()
         };
         let (plain, mut signed) = (found(&single), found(&opposite));
         assert!(matches!(plain.first(), Some((Fault::Of(TorqueSign(2), _), _))), "{plain:?}");
-        // With that undone, what all torques share is seen.
+        // After the single sign is corrected, the common factor of all torques is detected.
         let shared: Vec<&Fault> = plain.iter().skip(1).map(|(fault, _)| fault).collect();
         match shared.as_slice() {
             [] => assert_eq!(factor, 1.0, "{plain:?}"),
@@ -132,7 +131,7 @@ fn nothing_is_found_in_good_logs() {
             assert!(log_check.findings.is_empty(), "{}: {log_check}{:?}", model.robot.name, log_check.findings);
         }
     }
-    // A description without inertials: what can be told is, and what not is said.
+    // A description without inertial parameters: some properties can be checked, and a sentence names the others.
     let model = Model::read(test_robot_path("planar2r_vertical.yaml")).unwrap();
     let x = Random(41).physical_parameters(&model.robot);
     let log_check = look(&model, &here, &swinging(&model.robot, &x, 1.2, 0.0));
@@ -142,7 +141,7 @@ fn nothing_is_found_in_good_logs() {
     assert_eq!(log_check.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{log_check}");
 }
 
-/// Two arms of three joints on one base, left and right of it: each the mirror image of the other.
+/// The URDF of two arms with three joints each on one base. They are mirror images of each other.
 fn two_arms() -> String {
     let mut text = String::from("<robot name=\"two_arms\"><link name=\"base\"/>\n");
     for (side, y) in [("left", 1.0), ("right", -1.0)] {
@@ -167,8 +166,8 @@ fn two_arms() -> String {
     text + "</robot>"
 }
 
-/// The columns of one side stand where those of the other belong: all six joints are named, and no output trusts what was
-/// identified. Columns that are given by their place say whether another order would have shown.
+/// The columns of the two sides are exchanged: all six joints are named, and no output trusts the estimate. If the user gives the
+/// columns in order, the output states whether another order would have been detected.
 #[test]
 fn exchanged_sides_are_named_and_never_trusted() {
     let here = folder("sides");
@@ -207,7 +206,7 @@ fn exchanged_sides_are_named_and_never_trusted() {
             let read_again = rist::fit::verdict::fitted_verdict(&model, &found.estimate, &logs);
             let all = [judged, validated.unwrap(), read_again.unwrap()];
             for verdict in &all {
-                // What free bodies explain is no contradiction, but no yes either.
+                // If free bodies explain the log, it is not contradicted, but it is not trusted either.
                 let is_yes = verdict.trust == rist::fit::verdict::Trust::Yes;
                 assert!(!(is_swapped && is_yes), "{seed}: {verdict}");
                 assert!(is_swapped || verdict.trust != rist::fit::verdict::Trust::No, "{seed}: {verdict}");
@@ -228,15 +227,15 @@ fn exchanged_sides_are_named_and_never_trusted() {
     }
 }
 
-/// The last body of the machine lies otherwise than described, turned about its joint: its joint has no wrong zero, since
-/// nothing tells one from the other. The description of a UR5 whose tool is eccentric.
+/// The last body of the machine is rotated about its joint, compared with the description. This is not reported as a zero error,
+/// because both are equivalent. The robot is a UR5 with an eccentric tool.
 #[test]
 fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     let here = folder("last_body");
     let text = std::fs::read_to_string(model_path("ur5.urdf")).unwrap();
     let tool = "<link name=\"tool_body\"><inertial><origin xyz=\"0.12 0.03 0.05\"/><mass value=\"1.5\"/><inertia ixx=\"0.004\" \
                 iyy=\"0.003\" izz=\"0.005\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
-    // The last joint turns about z of wrist_3.
+    // The axis of the last joint is z of wrist_3.
     let mount = |turn: f64| {
         format!(
             "{tool}<joint name=\"tool_mount\" type=\"fixed\"><parent link=\"wrist_3\"/><child link=\"tool_body\"/>\
@@ -256,7 +255,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         assert!(log_check.findings.is_empty(), "{turn}: {:?}", log_check.findings);
         let [explained] = log_check.explained.as_slice() else { panic!("{turn}: {log_check:?}") };
         assert!(matches!(explained.finding.fault, Fault::Of(Zero(_), _)) && explained.is_likely, "{explained:?}");
-        // The same in sums.
+        // The same log as sums.
         let request = fleet::SumsRequest::default();
         let mut sums = fleet::accumulator(&model, &request).unwrap();
         let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
@@ -264,7 +263,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     }
 }
 
-/// Torques that are late are named where the machine has rotors of which its URDF does not speak, as identify finds them.
+/// Delayed torques are named if the machine has rotors that its URDF does not contain, as `identify` also finds them.
 #[test]
 fn late_torques_are_named_without_rotors_in_the_description() {
     let here = folder("late_rotors");
@@ -272,7 +271,7 @@ fn late_torques_are_named_without_rotors_in_the_description() {
     let rotating = ModelOptions { rotor_inertia: Some(RotorInertias::Actuated), ..ModelOptions::default() };
     let machine = Model::read_with(model_path("ur5.urdf"), &rotating).unwrap();
     let mut x = unlike(&machine.robot, 6);
-    // Geared arms have rotors as heavy as their links.
+    // The rotors of geared arms have inertias as large as those of their links.
     let all = robot::StandardParameter::all(&machine.robot);
     let rotor = |(p, x): (&robot::StandardParameter, &mut f64)| {
         if p.inertial == robot::Inertial::Ia {
@@ -289,7 +288,7 @@ fn late_torques_are_named_without_rotors_in_the_description() {
     assert!(found.is_empty(), "{found:?}");
 }
 
-/// A Panda with inertials; the logs are of the arm alone: its fingers do not move.
+/// A Panda with inertial parameters and fixed fingers, because the logs contain only the arm.
 fn panda(shared: &Path, here: &Path) -> PathBuf {
     let text = std::fs::read_to_string(shared.join("oracle/panda.urdf")).unwrap();
     let path = here.join("panda.urdf");
@@ -297,7 +296,7 @@ fn panda(shared: &Path, here: &Path) -> PathBuf {
     path
 }
 
-/// The description of a measured set; the Panda's and the TX40's with inertials.
+/// The descriptions of a measured robot. For the Panda and the TX40, a description with inertial parameters is added.
 fn description(dataset: &Dataset, shared: &Path, here: &Path) -> Vec<PathBuf> {
     let data = shared.join("data").join(&dataset.name);
     let places = [data, workspace().join("models"), workspace().join("tests/data/robots")];
@@ -308,7 +307,7 @@ fn description(dataset: &Dataset, shared: &Path, here: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Passports of the measured logs: with the options of their recipe, and with those of a newcomer.
+/// Log checks of the measured logs, with the options of their recipe and with default options.
 fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, LogCheck)> {
     let rotor_inertia = dataset.rotors.then_some(RotorInertias::Actuated);
     let model = Model::read_with(model, &ModelOptions { rotor_inertia, ..ModelOptions::default() }).unwrap();
@@ -348,7 +347,7 @@ fn nothing_is_found_in_measured_logs() {
     assert!(logs >= 18, "{logs} passports");
 }
 
-/// One joint moves and the others stand: its friction is no delay, and the columns of joints that stood explain nothing.
+/// Only one joint moves. Its friction is not reported as a delay, and joints at rest are not used to explain its torque.
 #[test]
 fn a_joint_that_moves_alone_accuses_nobody() {
     let here = folder("moves_alone");
@@ -359,7 +358,7 @@ fn a_joint_that_moves_alone_accuses_nobody() {
         let findings = look(&model, &here, &log).findings;
         assert!(findings.is_empty(), "joint {}: {findings:?}", k + 1);
     }
-    // The logs for friction of a UR10e.
+    // The logs of a UR10e for the identification of friction.
     let Some(shared) = shared() else { return };
     let folder = shared.join("data/ur10e_innopolis");
     let ur10e = Model::read(folder.join("ur10e.urdf")).unwrap();
@@ -371,7 +370,7 @@ fn a_joint_that_moves_alone_accuses_nobody() {
     }
 }
 
-/// The URDF beside this log lacks the offsets of two joints; the transmission of its recipe has them not either.
+/// The URDF for this log lacks the offsets of two joints, and the transmission in its recipe lacks them too.
 #[test]
 fn the_zeros_of_the_tx40_are_found() {
     let Some(shared) = shared() else { return };
@@ -382,7 +381,7 @@ fn the_zeros_of_the_tx40_are_found() {
         let right = std::f64::consts::FRAC_PI_2;
         let expected = [(Fault::Of(Zero(1), -right), "joint_2"), (Fault::Of(Zero(2), right), "joint_3")];
         assert_eq!(found, expected, "{name}");
-        // One option undoes both.
+        // A single option corrects both zero errors.
         let remedy = "in the file of [options]: transmission: {offsets: [0, -1.5708, 1.5708, 0, 0, 0]}";
         assert!(log_check.findings.iter().all(|f| f.remedy == remedy), "{name}: {:?}", log_check.findings);
     }
@@ -401,13 +400,13 @@ fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
     estimate.parameters.iter().take(model.regressor().parameters().len()).map(|p| p.value.unwrap()).collect()
 }
 
-/// The same fifteen mistakes in measured logs of a Panda and a UR10e, and each log with the description of the other.
+/// The same fifteen mistakes in measured logs of a Panda and a UR10e; and each log with the description of the other robot.
 #[test]
 fn faults_are_named_in_measured_logs() {
     let Some(shared) = shared() else { return };
     let here = folder("measured_faults");
     let panda = Model::read(panda(&shared, &here)).unwrap();
-    // Without rotors, whose columns would stand among those that the mistakes are made with.
+    // Without rotor inertias, so that the rotor columns cannot explain a part of the mistakes.
     let without = ModelOptions { rotor_inertia: Some(RotorInertias::None), ..ModelOptions::default() };
     let ur10e = Model::read_with(shared.join("data/ur10e_innopolis/ur10e.urdf"), &without).unwrap();
     let gains = [14.87, 13.26, 11.13, 10.62, 11.03, 11.47];
@@ -439,7 +438,7 @@ fn faults_are_named_in_measured_logs() {
     }
 }
 
-/// A wrong sign shows in a short log too: friction drives there, and the description has the other sign.
+/// A wrong sign is also detected in a short log: the friction has the wrong direction, and so has the nominal torque.
 #[test]
 fn a_wrong_sign_is_named_in_a_short_log() {
     let here = folder("short_sign");
@@ -457,7 +456,7 @@ fn a_wrong_sign_is_named_in_a_short_log() {
     let [finding] = log_check.findings.as_slice() else { panic!("{:?}", log_check.findings) };
     assert!(matches!(finding.fault, Fault::FrictionSign | Fault::Of(TorqueSign(5), _)), "{finding}");
     assert_eq!(finding.joints, ["wrist_3"]);
-    // A joint whose torque has the other sign does not follow the description.
+    // A joint whose torque has the wrong sign must have no claim that it agrees with the description.
     let claims = rist::fit::doctor::claims_of_log(&log_check, &[]);
     assert!(
         !claims

@@ -1,4 +1,4 @@
-//! What an estimate says of itself holds, and what is none is refused.
+//! Properties that an estimate states about itself are correct, and results that are no estimate are refused.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
@@ -14,7 +14,8 @@ fn ur5() -> (Robot, String, Vec<f64>) {
     (robot, model_path("ur5.urdf").display().to_string(), x)
 }
 
-/// The experiments of a plan hold joints still: their encoders' noise is no motion, and the logs have one cut-off.
+/// Some joints rest during the experiments of a plan. Their encoder noise does not count as motion, and all logs get the same
+/// cut-off frequency.
 #[test]
 fn joints_that_are_held_do_not_decide_the_cutoff() {
     let here = folder("held_joints");
@@ -28,7 +29,7 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
         rist(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat()).ended(0);
         estimate(&here.join("e.yaml"))
     };
-    // Sines of at most 0.8 Hz, in bins of 0.1 Hz; a fifth of the rate, which noise asks for, is 100 Hz.
+    // The sines have at most 0.8 Hz, in bins of 0.1 Hz. If the noise counted as motion, the cut-off would be 100 Hz.
     let together = of(&logs);
     assert!(together.cutoff.unwrap() < 30.0, "{together}");
     let alone = of(&logs[..1]);
@@ -38,14 +39,15 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
     assert!(alone.joints[2].f95.is_none() && alone.joints[0].f95.is_some(), "{alone}");
 }
 
-/// 1/2 chi^2 and what it is at most above the least, as the account of a consistent estimate says.
+/// 1/2 chi^2 of a physically consistent estimate, and the bound of its excess over the minimum, from the remark.
 fn account(estimate: &Estimate) -> (f64, f64) {
     let text = estimate.remarks.iter().find(|r| r.starts_with("physically consistent")).unwrap();
     let behind = |words: &str| text.split(words).nth(1).unwrap().split([',', ' ']).next().unwrap().parse().unwrap();
     (behind("chi^2 = "), behind("at most "))
 }
 
-/// Inertials a thousand times too small in the description move the solution by no more than is said.
+/// If the inertial parameters of the description are a thousand times too small, the solution changes by no more than the stated
+/// bound.
 #[test]
 fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     let here = folder("wrong_reference");
@@ -66,14 +68,14 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
         }
     }
     std::fs::write(here.join("wrong.urdf"), wrong).unwrap();
-    // The verdict on a description that is wrong by a thousand is no; the estimate is written all the same.
+    // With such a description the verdict is no, but the estimate is written.
     let of = |urdf: &str, code: i32| {
         let run = rist(&here, &["identify", urdf, "log.csv", "--friction", "none", "--consistent", "--out", "e.yaml"]);
         assert_eq!(run.code, Some(code), "{}", run.err);
         account(&estimate(&here.join("e.yaml")))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
-    // 24 logarithms of a nat less what the description loses of its weight, and what the bound itself costs with bodies a
+    // The bound is 24 logarithms of one nat, minus the loss of weight of the description, plus the cost of bodies that are a
     // thousand times their reference.
     assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
@@ -115,17 +117,18 @@ fn an_estimate_is_whole_and_knows_its_model() {
     refused(&fewer.to_yaml().unwrap(), "does not say with which model");
 }
 
-/// All joints but one are held: many parameters show in sums only. The sums predict.
+/// Only one joint moves, so many parameters are only identifiable in combinations. These combinations predict the torque.
 #[test]
 fn what_is_open_does_not_spoil_the_prediction() {
     let here = folder("open");
     let (robot, urdf, _) = ur5();
-    // One joint alone cannot tell bodies unlike those of the description from a wrong unit: its own bodies move.
+    // With one moving joint, other bodies cannot be distinguished from a wrong unit. So the bodies of the description are
+    // simulated.
     let x: Vec<f64> = StandardParameter::all(&robot).into_iter().map(|p| p.value(&robot).unwrap_or(0.0)).collect();
     joint_log::write(&here.join("a.csv"), &robot, &x, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
-    // Five joints stand still: no use has its torques.
+    // Five joints are at rest, so no use has all its torques determined.
     rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat())
         .failed(1, &["is not determined: the log does not identify all of its parameters"]);
     let found = estimate(&here.join("e.yaml"));

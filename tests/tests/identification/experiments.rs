@@ -1,4 +1,4 @@
-//! Experiments of R3G: candidates within its limits, and the paper's rows of exact motions.
+//! Candidate experiments of R3G stay within its limits, and have the published regression rows for exact motions.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates, swing};
@@ -24,7 +24,7 @@ fn candidates_respect_the_limits() {
             let r = c.trajectory.reference();
             for (k, limit) in r3_limits().iter().enumerate() {
                 let greatest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-                // Rounding of A, B, v and a.
+                // Tolerance for the rounding of positions, velocities and accelerations.
                 assert!(r.q[k].iter().all(|&q| q > limit.position.0 - 1e-12 && q < limit.position.1 + 1e-12));
                 assert!(greatest(&r.dq[k]) < limit.velocity * (1.0 + 1e-12));
                 assert!(greatest(&r.ddq[k]) < limit.acceleration * (1.0 + 1e-12));
@@ -44,7 +44,7 @@ fn rows_of_a_candidate_are_those_of_its_record() {
     let full = spectral_rows(&t, &robot, &motion, &zero, &NOISE).weighted();
     let brief = Candidate::new(t, &robot, &NOISE).information;
     for (a, b) in full.iter().flatten().zip(brief.iter().flatten()) {
-        // Aliasing of the corners differs between 516 and 200 instants a period.
+        // The corners of the motion cause different aliasing with 516 and with 200 samples per period.
         assert!((a - b).abs() < 2e-3 * full.trace().sqrt(), "{a} {b}");
     }
 }
@@ -64,7 +64,7 @@ fn exact_motion_gives_exact_equations() {
     assert_eq!(block.joint, [0, 1, 1, 2, 2]);
     for (row, y) in block.rows.iter().zip(&block.right) {
         let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
-        // Sp is linear: rounding only.
+        // Sp is linear, so the difference is only rounding.
         assert!((x - y).abs() < 1e-12, "{x} {y}");
     }
 }

@@ -1,6 +1,6 @@
-//! Logs as people bring them, each with the options that it takes: they give the numbers of the robot behind them.
+//! Logs as users have them, each with the options that it needs: the identification gives the parameters of the robot.
 //!
-//! The files are rebuilds of what people ask about in public, all of one arm of three joints; they stand in `shared`.
+//! The files are modelled on logs that users published with questions. All are of one arm with three joints, and are in `shared`.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use identification::estimate::options::Options;
 use linear_model::parameter::ParameterId;
 use rist::{FrictionTerm, IdentifyRequest, Model, identify};
 
-/// A log, its options, and the share of its torques that the bodies behind it leave at most.
+/// Log file, options, and largest relative residual of the torques.
 const LOGS: [(&str, &str, f64); 19] = [
     ("good.csv.gz", "", 0.01),
     ("lbr.csv.gz", "", 0.01),
@@ -43,10 +43,10 @@ const LOGS: [(&str, &str, f64); 19] = [
 const LEROBOT: &str = "columns: {position: \"observation.state_{}\", velocity: \"observation.velocity_{}\", torque: \
                        \"observation.effort_{}\"}";
 
-/// A parameter is off by more in one of a million cases.
+/// In one of a million cases, the error of a parameter exceeds this number of standard deviations.
 const FAR_DEVIATIONS: f64 = 5.0;
 
-/// The folder, and the arm; said where they are absent.
+/// The folder and the arm. If they do not exist, prints a message and returns `None`.
 fn arm() -> Option<(PathBuf, Model)> {
     let field = tests::field()?;
     let model = Model::read(field.join("a0_arm.urdf")).unwrap();
@@ -64,7 +64,7 @@ fn request(options: &str, friction: bool) -> IdentifyRequest {
     request
 }
 
-/// Identifies, and holds what is told against the description, which is the truth.
+/// Identifies the parameters, and compares them with the description, which has the true values.
 fn held_against_truth(model: &Model, file: &str, request: &IdentifyRequest, most: f64) {
     let path = tests::field().unwrap().join("logs").join(file);
     let names = &request.samples.rows.signals.options.as_ref().unwrap().columns;
@@ -92,7 +92,7 @@ fn logs_of_the_field_give_the_robot_behind_them() {
     }
 }
 
-/// A base that floats freely needs no columns of torques, and zeros in them are no fault.
+/// A free-floating base needs no torque columns. Columns of zeros for it are accepted.
 #[test]
 fn a_base_that_nothing_drives_is_told() {
     let Some((field, _)) = arm() else { return };
@@ -109,7 +109,7 @@ fn a_base_that_nothing_drives_is_told() {
     }
 }
 
-/// Row 53: a spring beside a joint is a column of its own, and comes back with the bodies.
+/// A spring parallel to a joint has its own column. Its stiffness and the bodies are identified.
 #[test]
 fn a_spring_of_the_field_is_told() {
     let Some((field, model)) = arm() else { return };
@@ -118,19 +118,19 @@ fn a_spring_of_the_field_is_told() {
     let found = identify(&model, std::slice::from_ref(&log), &request(spring, true)).unwrap();
     let stiffness = found.estimate.parameters.iter().find(|p| p.id.to_string() == "KE_balancer").unwrap();
     let (k, sigma) = (stiffness.value.unwrap(), stiffness.sigma.unwrap());
-    // 12 N m/rad about 0.3 rad; what is above zero is taken for a torque of its own.
+    // The spring has 12 N m/rad about 0.3 rad. Its torque at zero is a separate parameter.
     assert!((k - 12.0).abs() < FAR_DEVIATIONS * sigma && k > 20.0 * sigma, "{k} +- {sigma}");
     let truth = model.nominal_parameters().unwrap();
     for (p, truth) in found.estimate.parameters.iter().zip(&truth) {
         let (x, sigma) = (p.value.unwrap_or(*truth), p.sigma.unwrap_or(f64::INFINITY));
         assert!((x - truth).abs() < FAR_DEVIATIONS * sigma, "{}: {x} +- {sigma}, {truth}", p.id);
     }
-    // Without the column nobody says yes.
+    // Without the column of the spring, the estimate is not trusted.
     let without = identify(&model, &[log], &request("", true)).unwrap();
     assert!(without.estimate.total.unwrap() > 2.0 * found.estimate.total.unwrap());
 }
 
-/// Row 54: friction and armature of an MJCF are the columns of a log: the description of a geared arm leaves what noise leaves.
+/// The description of a geared arm as MJCF has friction and armature. With these columns, the residual is only noise.
 #[test]
 fn friction_and_armature_of_an_mjcf_explain_the_log() {
     let Some((field, wrong)) = arm() else { return };
@@ -161,7 +161,7 @@ fn goals_of_a_data_set_are_proposed() {
     let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
     assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
     assert!(mapping.contains("goal: j1 <- action_1 [rad]"), "{mapping}");
-    // In this one the actions are the states, rounded otherwise: no servo was told them.
+    // In this file, the actions equal the states except for rounding, so they are not goals of servos.
     let names = "columns: {position: \"observation.state_{}\", goal: \"action_{}\"}\nunits: {position: deg, goal: rad}";
     let names = request(names, true).samples.rows.signals.options.unwrap().columns;
     let refused = model.open_log(&field.join("logs/lerobot_pos_only.parquet"), &names).map(drop).unwrap_err();
@@ -171,7 +171,7 @@ fn goals_of_a_data_set_are_proposed() {
     );
 }
 
-/// What the proposal says of a log is what it takes.
+/// The log can be read with the options that are proposed for it.
 #[test]
 fn proposals_read_what_they_are_made_for() {
     let Some((field, model)) = arm() else { return };

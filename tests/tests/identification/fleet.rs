@@ -1,4 +1,4 @@
-//! `rist accumulate`, `merge`, `solve` and `compare`: sums that are those of one pass, what is refused, what is found.
+//! `rist accumulate`, `merge`, `solve` and `compare`: sums equal the result of a single pass; refused inputs; reported changes.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn arm() -> String {
     model_path("ur5.urdf").display().to_string()
 }
 
-/// Logs a.csv, b.csv, .. of one machine, which swings less in each.
+/// Logs a.csv, b.csv, .. of one machine. The amplitude of the motion decreases from log to log.
 fn logs(here: &Path, count: usize) -> Vec<String> {
     let model = Model::read(arm()).unwrap();
     let x = unlike(&model.robot, 5);
@@ -25,7 +25,7 @@ fn logs(here: &Path, count: usize) -> Vec<String> {
     (0..count).map(write).collect()
 }
 
-/// Every fifth row of ten seconds at 500 Hz.
+/// A log of ten seconds at 500 Hz, with every fifth row.
 fn log(model: &Model, x: &[f64], amplitude: f64) -> JointLog {
     swinging(&model.robot, x, amplitude, 0.0).every(5)
 }
@@ -52,7 +52,7 @@ fn sums_are_one_pass() {
         done(&here, &[&["identify", &model], logs, &["--weights", "joint", "--out", "pass.yaml"]].concat());
         let (sums, pass) = (estimate(&here.join("sums.yaml")), estimate(&here.join("pass.yaml")));
         assert_eq!((sums.rows, sums.rank, &sums.logs), (pass.rows, pass.rank, &pass.logs));
-        // The blocks are others: some hundred roundings, times a condition number of a hundred.
+        // The blocks differ, so the results differ by some hundred rounding errors, times a condition number of a hundred.
         let close = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-10 * size;
         let of = |e: &Estimate| (e.cutoff.unwrap(), e.total.unwrap());
         let (sums_of, pass_of) = (of(&sums), of(&pass));
@@ -61,7 +61,7 @@ fn sums_are_one_pass() {
             assert_eq!((&a.id, a.unit, a.value.is_some()), (&b.id, b.unit, b.value.is_some()));
             let Some((x, y)) = a.value.zip(b.value) else { continue };
             assert!(close(x, y, y.abs() + b.sigma.unwrap()), "{}: {x} {y}", a.id);
-            // The deviations to believe have replicates of their own: blocks here, bands of speed there too.
+            // The robust standard deviations use different replicates: blocks here, and also bands of speed in a single pass.
             assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-8, "{}", a.id);
         }
     }
@@ -81,7 +81,7 @@ fn sums_are_one_pass() {
         done(&here, &[&["merge"][..], &parts, &["--out", "merged.tri"]].concat());
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
-    // Samples are those of all stretches of a log with a gap.
+    // If a log has a gap, the samples are those of all its segments.
     let whole = std::fs::read_to_string(here.join("a.csv")).unwrap();
     let gap = |(k, _): &(usize, &str)| !(400..600).contains(k);
     let parts: Vec<&str> = whole.lines().enumerate().filter(gap).map(|(_, line)| line).collect();
@@ -93,12 +93,12 @@ fn sums_are_one_pass() {
     };
     sum(&["gap.csv"], "gap.tri", &[]);
     sum(&["a.csv"], "a_alone.tri", &[]);
-    // A fifth of the rows is gone, and the ends of the gap with it.
+    // A fifth of the rows is missing, and more rows at the ends of the gap.
     let share = samples("gap.tri") as f64 / samples("a_alone.tri") as f64;
     assert!((0.6..0.85).contains(&share), "{share}");
     let text = String::from_utf8_lossy(&one);
     has(&text, &["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"]);
-    // The estimate goes where others go.
+    // An estimate from sums can be used like any other estimate.
     done(&here, &["solve", "merged.tri", "--out", "e.yaml"]);
     let valid = done(&here, &["validate", &model, "e.yaml", "a.csv"]);
     assert!(valid.out.contains("from sums"), "{}", valid.out);
@@ -149,7 +149,7 @@ fn broken_logs_are_named() {
     done(&here, &[&["accumulate", &model, "other.csv", "--anyway"][..], &out].concat());
 }
 
-/// What cannot be added up is refused with what is odd about it.
+/// Sums that cannot be added are refused. The message names the difference.
 #[test]
 fn unlike_parts_are_refused() {
     let here = folder("fleet_unlike");
@@ -212,9 +212,10 @@ fn changed_robots_are_found() {
     let found = simulate(&model, fleet, &[0.0, 8.0], 0.05);
     let [(_, none), (_, eight)] = found.as_slice() else { panic!("{found:?}") };
     println!("{none:?}\n{eight:?}");
-    // 60 robots as they were: 5 % is the chance that any is named.
+    // 60 unchanged robots: the probability that any of them is reported is 5 %.
     assert!(none.robots <= 1, "{none:?}");
-    // Eight deviations of the difference are two of one log. Twelve robots: one may be missed, and one of another twelve named.
+    // Eight standard deviations of the difference are two of one log. Of twelve robots, one may be missed, and one other may be
+    // reported.
     assert!(eight.power() > 0.9 && eight.robots - eight.right_robots <= 1, "{eight:?}");
     assert!(eight.false_parameters() < 0.1, "{eight:?}");
 }

@@ -1,4 +1,4 @@
-//! Drive gains that least squares finds in logs of currents err by what they say.
+//! Errors of drive gains, estimated by least squares from currents, agree with their standard deviations.
 
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::with_deviations;
@@ -13,13 +13,13 @@ use tests::joint_log::even_log;
 use tests::model;
 use tests::tape_robot::TapeRobot;
 
-/// N m/A.
+/// True drive gains, N m/A.
 const GAINS: [f64; 2] = [11.5, 7.0];
 
 /// Standard deviation of the currents, A.
 const NOISE: f64 = 0.05;
 
-/// Twelve seconds of a swinging arm, its currents without noise.
+/// A log of twelve seconds of a moving arm, with noise-free currents.
 fn currents(arm: &TapeRobot) -> Log {
     let (len, period) = (1200, 0.01);
     let [mut q, mut dq, mut ddq, mut current] = [(); 4].map(|()| vec![Vec::new(); 2]);
@@ -37,9 +37,9 @@ fn currents(arm: &TapeRobot) -> Log {
     Log { ddq: Some(ddq), effort_is: Effort::Current, ..log }
 }
 
-/// Mean square over the draws of the error of q2's gain over its deviation, of the errors of the parameters over
-/// theirs, of the deviation of the gain, and e' C^-1 e / p of the parameters together; noise that forgets by `rho` a
-/// sample. An expected gain is drawn as it says.
+/// Mean squares over the draws: error of q2's gain and errors of the parameters, each divided by its standard deviation; standard
+/// deviation of the gain; and e' C^-1 e / p for all parameters, e: errors, C: covariance. The noise has the correlation `rho`
+/// between samples. An expected gain is drawn with its standard deviation.
 fn errors(rho: f64, expected: Option<f64>) -> [f64; 4] {
     let arm = TapeRobot::new(model("planar2r_vertical.yaml"));
     let clean = currents(&arm);
@@ -81,8 +81,8 @@ fn errors(rho: f64, expected: Option<f64>) -> [f64; 4] {
 
 #[test]
 fn gains_and_parameters_err_by_what_they_say() {
-    // 480 draws tell a mean square to 7 %; the twenty parts that a deviation comes from scatter, and it is on the wide
-    // side on purpose (`replicate_deviation`): where all is white noise, by up to 1.4.
+    // With 480 draws, a mean square has a standard error of 7 %. The standard deviation from twenty blocks varies, and is
+    // intentionally too large for white noise (`replicate_deviation`), by up to 1.4.
     for (rho, honest) in [(0.0, 0.45..1.4), (0.9, 0.6..1.6)] {
         let [gain, parameters, _, together] = errors(rho, None);
         let all = [gain, parameters, together];
@@ -90,7 +90,7 @@ fn gains_and_parameters_err_by_what_they_say() {
     }
 }
 
-/// An expected gain counts by its deviation: one that knows as much as the log halves the variance.
+/// An expected gain is weighted by its standard deviation: if this equals the one from the log alone, the variance is halved.
 #[test]
 fn an_expected_gain_counts_by_its_deviation() {
     let [_, _, of_data, _] = errors(0.9, None);

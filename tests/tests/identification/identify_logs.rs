@@ -1,4 +1,4 @@
-//! `rist identify` on logs as people have them: friction, currents, a load, several files, predictions.
+//! `rist identify` with typical logs: friction, currents, a load, several files, predictions.
 
 use serde_json::Value as Json;
 use tests::planar_log::{HEADER, log_of, write_log};
@@ -6,7 +6,7 @@ use tests::program::{folder, rist};
 use tests::random::Random;
 use tests::{has, model, test_robot_path};
 
-/// N m s/rad and N m.
+/// Viscous friction, N m s/rad. `COULOMB`: Coulomb friction, N m.
 const VISCOUS: [f64; 2] = [0.4, 0.2];
 const COULOMB: [f64; 2] = [0.7, 0.3];
 
@@ -31,7 +31,7 @@ fn line<'a>(text: &'a str, start: &str) -> &'a str {
     text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("no line `{start}` in {text}"))
 }
 
-/// The number at a place of a line, counted in words.
+/// The number at a position of a line, counted in words from 0.
 fn number(line: &str, word: usize) -> f64 {
     line.split_whitespace().nth(word).unwrap().parse().unwrap()
 }
@@ -50,13 +50,13 @@ fn several_logs_friction_and_prediction() {
     let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]).ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     for j in 0..2 {
-        // The filter rounds the jumps of the friction, and their signs alike: to a percent.
+        // The filter smooths the jumps of the friction and of its columns equally, so the error is below 1 %.
         assert!((value(&estimate, &format!("FV{}", j + 1)) / VISCOUS[j] - 1.0).abs() < 0.01);
         assert!((value(&estimate, &format!("FS{}", j + 1)) / COULOMB[j] - 1.0).abs() < 0.01);
     }
     let predicted = run.out.split("c.csv, not fitted").nth(1).unwrap();
     assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
-    // Later, from the file alone, the same.
+    // The prediction from the estimate file gives the same result.
     let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]).ended(0);
     assert_eq!(line(&later.out, "total"), line(predicted, "total"));
     let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
@@ -83,7 +83,7 @@ fn currents_become_torques_by_gains_given_or_found() {
             assert!((variance / (sigma * sigma) - 1.0).abs() < 1e-9, "{gains}: {parameter:?} {variance}");
         }
         let friction = value(&estimate, "FS2");
-        // As exact as the filtered jumps of the friction.
+        // The accuracy is limited by the filtered jumps of the friction.
         assert!((friction / COULOMB[1] - 1.0).abs() < 0.01, "{gains}: {friction}");
         assert_eq!(
             run.out.contains("q2 0.5") && run.out.contains("q1 2.0000 (given)"),
@@ -94,7 +94,7 @@ fn currents_become_torques_by_gains_given_or_found() {
     }
 }
 
-/// A load on the forearm of an arm that moves in one plane shows by ZZ, MX, MY and M alone.
+/// A load on the forearm of a planar arm has an effect only by ZZ, MX, MY and M.
 #[test]
 fn a_load_between_two_logs() {
     let here = folder("load");
@@ -125,7 +125,7 @@ fn described_arm() -> std::path::PathBuf {
     tests::model_path("planar2r_vertical.yaml")
 }
 
-/// A log of currents or torques without the load, and one with it: torques over `gain`.
+/// Writes two logs of currents or torques, without and with a load. The torques are divided by `gain`.
 fn write_pair(here: &std::path::Path, head: &str, gain: [f64; 2], noise: f64, seed: u64) {
     let robot = model("planar2r_vertical.yaml");
     let x = tests::joint_log::described(&robot);
@@ -142,8 +142,8 @@ fn write_pair(here: &std::path::Path, head: &str, gain: [f64; 2], noise: f64, se
     }
 }
 
-/// Gains that are off within their deviation leave the load within its own: of four numbers over eight draws, the root of the
-/// mean square is one, to a fourth by chance; without the gains' part it is above ten.
+/// If the gains are wrong by their standard deviations, the load must be within its standard deviation. Over eight draws of four
+/// numbers, the rms error is one standard deviation, up to 25 %. Without the contribution of the gains, it would be above ten.
 #[test]
 fn a_load_is_as_unsure_as_the_gains() {
     let here = folder("load_gains");
@@ -173,8 +173,8 @@ fn a_load_is_as_unsure_as_the_gains() {
     assert!((0.4..1.6).contains(&rms) && squares.iter().all(|s| *s < 16.0), "{rms} {squares:?}");
 }
 
-/// Torques that all are 15 % too small make a load that is as much too small: the factor that no log tells is said, with the
-/// mass by it.
+/// All torques are 15 % too small, so the load is 15 % too small. The output states that a common factor cannot be detected, and
+/// its effect on the mass.
 #[test]
 fn a_common_factor_that_would_not_have_shown_is_said_of_a_load() {
     let here = folder("load_scale");
@@ -186,7 +186,7 @@ fn a_common_factor_that_would_not_have_shown_is_said_of_a_load() {
     assert!(from < 1.275 && 1.5 < to && to < 3.0, "{said}");
 }
 
-/// Counts of an encoder in place of an angle: no sine can be taken of them, and nothing would be identifiable.
+/// Encoder counts instead of angles are refused, because sines of them have no meaning.
 #[test]
 fn counts_of_an_encoder_are_refused() {
     let here = folder("counts");
@@ -205,7 +205,7 @@ fn counts_of_an_encoder_are_refused() {
     }
 }
 
-/// A MuJoCo model that already has the figures stays as it is, byte by byte; one that is another robot's is refused.
+/// A MuJoCo model that already has the estimated parameters is unchanged, byte by byte. A model of another robot is refused.
 #[test]
 fn a_mujoco_model_takes_the_figures() {
     let here = folder("mujoco");
@@ -226,14 +226,14 @@ fn a_mujoco_model_takes_the_figures() {
     assert!(!here.join("no.xml").exists());
 }
 
-/// A spring, a cable and a bearing between the joints, as the user says where they act: each comes out, what is not of this
-/// robot is refused, and a second log is predicted with them.
+/// A spring, a cable and a bearing between joints, as the user describes them. Each is identified, an element of another robot is
+/// refused, and a second log is predicted with them.
 #[test]
 fn elements_between_joints_come_out() {
     let here = folder("elements");
     let robot = model("planar2r_vertical.yaml");
     let rows = log_of(&robot, &Random(45).physical_parameters(&robot), &rubbed);
-    // w = q1 - 0.5 q2; N m/rad, N m, N m s/rad.
+    // The elements act along w = q1 - 0.5 q2. Stiffness, N m/rad; amplitude of the sine, N m; viscous friction, N m s/rad.
     let (along, stiffness, sine, viscous) = ([1.0, -0.5], 3.0, 1.4, 0.6);
     let moved = |row: &String| {
         let x: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -254,7 +254,7 @@ fn elements_between_joints_come_out() {
     };
     let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}").ended(0);
     let estimate = yaml(&here.join("e.yaml"));
-    // The filter rounds the jumps of the friction: to a percent.
+    // The filter smooths the jumps of the friction, so the error is below 1 %.
     for (name, exact) in [("KE_cable", stiffness), ("SE_cable", sine), ("FVE_cable", viscous)] {
         assert!((value(&estimate, name) / exact - 1.0).abs() < 0.01, "{name} {}", value(&estimate, name));
     }

@@ -1,4 +1,4 @@
-//! Friction of single joints: chosen where it is there, carried by the estimate, refused where it has no meaning.
+//! Friction terms of single joints: chosen for the right joint, stored in the estimate, and refused if they make no sense.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use tests::joint_log::{Machine, swinging, unlike};
 use tests::program::{estimate, folder, rist};
 use tests::{has, model, model_path};
 
-/// Joint of the load, counted from 0, and its coefficient.
+/// The joint whose friction depends on the load, counted from 0. `COEFFICIENT`: its coefficient.
 const LOADED: usize = 1;
 const COEFFICIENT: f64 = 0.1;
 
-/// A log of the UR5 with viscous and Coulomb friction, and with friction that grows with the load in one joint.
+/// Writes a log of the UR5 with viscous and Coulomb friction in all joints, and load-dependent friction in one joint.
 fn write(path: &Path, amplitude: f64) {
     let robot = model("ur5.urdf");
     let x = unlike(&robot, 5);
@@ -27,8 +27,8 @@ fn write(path: &Path, amplitude: f64) {
     log.write(path, &names);
 }
 
-/// The term is chosen for the joint that has it and for no other; the file of the estimate predicts another motion with
-/// it, better than the friction of all joints does; a generated file and a URDF name what they do not hold.
+/// The term is chosen only for the joint that has it. The estimate file predicts another motion with it, better than with the
+/// same friction for all joints. A generated file and a URDF contain a note on what they cannot store.
 #[test]
 fn friction_of_the_load_is_found_and_carried() {
     let here = folder("joint_friction");
@@ -72,7 +72,7 @@ fn friction_of_the_load_is_found_and_carried() {
         let source = rist(&here, &["generate", &urdf, "--estimate", name]);
         has(&source.out, &["Not held here: ", &id.to_string()]);
     }
-    // By hand the first fit gives the load too.
+    // If the user requests the term, the first fit already contains it.
     let (_, _, by_hand) = of("by_hand.yaml", &["--friction", "viscous,coulomb,offset,load@2"]);
     assert!(by_hand < 0.8 * plain, "{by_hand} {plain}");
 }
@@ -94,8 +94,8 @@ fn terms_that_cannot_be_are_refused() {
     }
 }
 
-/// Joint 4 of this log moves 0.17 rad: a term more of its friction fits the log, and predicted the other with an error of
-/// 100 %. Now it gets none, and the other is predicted with 12 %.
+/// Joint 4 of this log moves only by 0.17 rad. An additional friction term would fit this log but predict the other one with an
+/// error of 100 %. Without it, the error is 12 %.
 #[test]
 fn a_joint_that_hardly_moves_gets_no_term() {
     let Some(shared) = tests::shared() else { return };

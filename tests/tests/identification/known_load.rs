@@ -1,4 +1,4 @@
-//! A known load from its file to the drive gains, and feedforward from an estimate.
+//! Tests of the drive gains from a known load (`--load`), and of simulation with an estimate as feedforward.
 
 use std::path::Path;
 
@@ -8,7 +8,8 @@ use tests::program::{estimate, folder, rist, rist_done};
 use tests::tape_robot::TapeRobot;
 use tests::{model, model_text};
 
-/// A load like the forearm itself, given in the frame of the URDF, adds what a URDF with twice that forearm has more.
+/// A load with the inertia of the forearm adds to each parameter as much as doubling the mass and inertia of the forearm in the
+/// URDF.
 #[test]
 fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let arm = TapeRobot::new(model("ur5.urdf"));
@@ -27,13 +28,13 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let (light, heavy) = (&arm.truth, arm.base.values(&described(&heavy)));
     assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
     for (k, x) in added.iter().enumerate() {
-        // The file writes a quarter turn with eleven digits.
+        // The file writes the quarter turn (pi/2) with eleven decimals.
         assert!((x - (heavy[k] - light[k])).abs() < 1e-10, "{k}: {x} {}", heavy[k] - light[k]);
     }
 }
 
-/// A load on a frame that the file fixes to a link is one on that link; one that no joint moves, or that is not there, is refused by
-/// its name.
+/// A load on a frame that is fixed to a link adds the same parameters as a load on that link. A load on a frame without a moving
+/// link, or on an unknown frame, is refused; the message names the frame.
 #[test]
 fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     let text = model_text("ur5.urdf");
@@ -43,13 +44,14 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     let arm = TapeRobot::new(robot::format::read_urdf(&turned, "ur5.urdf").unwrap());
     let map = arm.map();
     let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&arm.robot, &map);
-    // tool0 stands 0.0823 m along z of wrist_3, turned by a quarter about x: its z is y of wrist_3, and its y is -z.
+    // tool0 is 0.0823 m along z of wrist_3 and is rotated by a quarter turn about x: its z axis is y of wrist_3, its y axis is
+    // -z.
     let on_tool = "link: tool0\nmass: 2\ncentre_of_mass: [0.01, 0.02, 0.05]\ninertia: {xx: 0.003, yy: 0.004, zz: 0.005, xy: 0.001}\n";
     let on_link = "link: wrist_3\nmass: 2\ncentre_of_mass: [0.01, 0.05, 0.0623]\ninertia: {xx: 0.003, yy: 0.005, zz: 0.004, xz: -0.001}\n";
     let (tool, link) = (added(on_tool).unwrap(), added(on_link).unwrap());
     assert!(link.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{link:?}");
     for (a, b) in tool.iter().zip(&link) {
-        // The file writes a quarter turn with eleven digits.
+        // The file writes the quarter turn (pi/2) with eleven decimals.
         assert!((a - b).abs() < 1e-10, "{tool:?} {link:?}");
     }
     for name in ["base", "tool9"] {
@@ -77,7 +79,8 @@ fn run(here: &Path, arguments: &str) -> String {
     rist_done(here, arguments).out
 }
 
-/// Greatest distance between the positions of a log and of the motion it was to follow, of so many joints.
+/// Largest absolute difference between the joint positions of a log and of its desired motion, over all rows and the first
+/// `joints` joints.
 fn tracking(log: &Path, motion: &Path, joints: usize) -> f64 {
     let rows = |path: &Path| -> Vec<Vec<f64>> {
         let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -105,7 +108,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
-    // The paper's rows feel friction, and their intervals do not know it.
+    // The rows of the paper (method `rist`) contain friction, and their intervals do not include the error from it.
     let run_of = |method: &str| {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --load load.yaml"))
     };
@@ -113,15 +116,15 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let paper = run_of("rist").split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(paper.contains("trust: with care") && paper.contains(narrow), "{paper}");
     assert!(!run_of("rist-mh").contains("too narrow"));
-    // With all gains given the torque of the load is taken off.
+    // With all gains given, the torque of the known load is subtracted.
     let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
         let found = estimate(&here.join("given.yaml")).value(&"MX3".parse().unwrap()).unwrap();
-        // 0.175 kg m of load; the paper's rows feel some friction.
+        // The load alone gives MX of 0.175 kg m; the rows of the paper contain some friction, hence the tolerance.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }
-    // Without the load nothing gives the scale, once the file is silent about the gains.
+    // Without the load, and with the gains of q1 and q2 deleted from the model file, only the gain of q3 fixes the scale.
     std::fs::write(here.join("silent.yaml"), ARM.replace(", drive_gain: 2.393", "").replace(", drive_gain: 0.87", ""))
         .unwrap();
     let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
@@ -129,12 +132,13 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"])
         .failed(2, &["--load: --method ls does not use that"]);
 
-    // The joints of this arm move each other, and its controllers know it: the estimate is as good to them.
+    // The joints of this arm are coupled, and the controllers already compensate for it: feedforward from the estimate is as
+    // good.
     let (alone, fed) = without_and_with(&here, "arm.yaml", 3);
     assert!(fed < 1.05 * alone, "{fed} {alone}");
 }
 
-/// Greatest distance from the first motion of the plan without the estimate as feedforward, and with it.
+/// Largest position error in the first motion of the plan, rad: (without feedforward, with the estimate as feedforward).
 fn without_and_with(here: &Path, model: &str, joints: usize) -> (f64, f64) {
     let simulated = |out: &str, more: &str| {
         run(here, &format!("simulate {model} plan.yaml --out {out} --validation 0 --noise-free {more}"));
@@ -151,6 +155,6 @@ fn a_controller_that_is_fed_an_estimate_follows_better() {
     run(&here, "simulate planar.yaml plan.yaml --out logs --validation 0");
     run(&here, "identify planar.yaml logs --plan plan.yaml --method rist-mh --out estimate.yaml");
     let (alone, fed) = without_and_with(&here, "planar.yaml", 2);
-    // What is left is friction and the corners of the motion.
+    // The remaining error comes from friction and from the corners of the motion.
     assert!(fed < 0.5 * alone, "{fed} {alone}");
 }

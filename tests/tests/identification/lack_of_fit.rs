@@ -1,4 +1,4 @@
-//! What `identify` says of a UR5 that its model does not explain in full: intervals, friction at reversals, the delay.
+//! Tests of `identify` on a UR5 whose model does not explain the log in full: intervals, friction at reversals, the delay.
 
 use identification::estimate::delay::estimate_delay;
 use identification::estimate::identify::{Fit, identify};
@@ -9,7 +9,8 @@ use linear_model::friction::terms::FrictionTerm;
 use logs::{Log, LogSource};
 use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 
-/// The whole table: `cargo bench -p tests --bench coverage`.
+/// Share of the 95 % intervals that contain the true value, for each kind of misfit. Full table: `cargo bench -p tests --bench
+/// coverage`.
 #[test]
 fn intervals_hold_the_truth() {
     let robot = LackOfFit::default();
@@ -27,7 +28,7 @@ fn intervals_hold_the_truth() {
         }
         let all = draws as f64 * truth.len() as f64;
         let (held, of_white) = (f64::from(held) / all, f64::from(of_white) / all);
-        // Of 95 %; 174 intervals of which those of one log go together.
+        // Expected: 0.95. The 174 intervals of one log are correlated, so the bound is lower.
         assert!(held > 0.88, "{what:?}: {held}");
         assert!(of_white < 0.85, "{what:?}: {of_white}");
     }
@@ -43,21 +44,21 @@ fn smooth(log: &Log, robot: &LackOfFit) -> (Options, Fit) {
     (options, fit)
 }
 
-/// Coulomb friction that turns over 0.005 rad/s: the width is found, what is left is the noise, and friction is right.
+/// Friction whose sign changes over 0.005 rad/s: this width is found, the residual is only noise, and FV and FS are within 0.5 %.
 #[test]
 fn friction_is_told_by_a_velocity_of_its_own() {
     let robot = LackOfFit::default();
     let (log, truth) = (robot.log(Truth::Tanh, 1), robot.truth());
     let (options, fit) = smooth(&log, &robot);
-    // tanh of nearly that width, or a sign less what is missing below it.
+    // Either tanh of about that width, or a Stribeck term that subtracts the missing friction at low speed.
     let is_narrow = |term: &FrictionTerm| matches!(term, FrictionTerm::SmoothCoulomb(speed) | FrictionTerm::Stribeck(speed) if *speed < 0.01);
     assert!(options.friction.iter().any(is_narrow), "{:?}", options.friction);
-    // The noise leaves 0.0022; friction filtered after its sign was taken 0.02.
+    // The noise alone gives 0.0022. Friction that is filtered after its sign is taken would give 0.02.
     assert!(fit.estimate.total.unwrap() < 0.004, "{}", fit.estimate.total.unwrap());
     let base = robot.robot.truth.len();
     let columns: usize = options.friction.iter().map(|term| term.parameters().len()).sum();
     for k in 0..6 {
-        // FV and FS, the first two columns of each joint in both models.
+        // FV and FS are the first two columns of each joint in both models.
         for c in [0, 1] {
             let found = &fit.estimate.parameters[base + columns * k + c];
             let truth = truth[base + 3 * k + c];
@@ -66,12 +67,12 @@ fn friction_is_told_by_a_velocity_of_its_own() {
     }
 }
 
-/// Beside friction at reversals, in the default law.
+/// The delay is estimated with the default friction model on a log with friction at reversals.
 #[test]
 fn the_delay_is_unbiased_where_joints_stick() {
     let robot = LackOfFit::default();
     let log = robot.log(Truth::Tanh, 2);
-    // At 500 Hz.
+    // The log has 500 Hz, so 2 rows are 0.004 s.
     for (rows, seconds) in [(0, 0.0), (2, 0.004), (5, 0.01), (10, 0.02), (-5, -0.01)] {
         let at = |i: usize, last: usize| i.saturating_add_signed(-rows).min(last);
         let late: Vec<Vec<f64>> =

@@ -1,6 +1,6 @@
-//! Identification on whole arms: logs of every format, measured robots, simulated experiments.
+//! Tests of identification on whole arms: logs of every format, measured robots, simulated experiments.
 //!
-//! One program of many modules, because each program of tests is linked with everything.
+//! They form one test program of many modules, because every test program is linked with all crates.
 
 mod broken_logs;
 mod claims_of_logs;

@@ -1,4 +1,4 @@
-//! `rist identify --method`: what each method finds, and that each heeds or refuses every flag.
+//! Tests of `rist identify --method`: what each method finds, and that each method uses or refuses every flag.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use identification::estimate::identified::Status;
 use linear_model::parameter::ParameterId;
 use tests::program::{LIMITED_ARM, estimate, folder, rist, rist_done};
 
-/// Two links in a vertical plane. Link 2 is a thin rod along x: MY2 is zero.
+/// A model of two links in a vertical plane. Link 2 is a thin rod along x, so MY2 is zero.
 fn arm() -> String {
     LIMITED_ARM.replace("effort: 100}", "acceleration: 30}").replace("effort: 50}", "acceleration: 30}")
 }
@@ -16,7 +16,7 @@ fn run(here: &Path, arguments: &str) -> String {
     rist_done(here, arguments).out
 }
 
-/// A folder with arm.yaml, plan.yaml and logs/.
+/// Creates a folder with arm.yaml, plan.yaml and the simulated logs in logs/.
 fn experiments(name: &str) -> PathBuf {
     let here = folder(name);
     std::fs::write(here.join("arm.yaml"), arm()).unwrap();
@@ -25,7 +25,7 @@ fn experiments(name: &str) -> PathBuf {
     here
 }
 
-/// ZZR1, MXR1, MY1, ZZ2, MX2, MY2, IA2 of the arm.
+/// True values of base parameters of the arm.
 const TRUTH: [(&str, f64); 7] =
     [("ZZR1", 0.95), ("MXR1", 2.0), ("MY1", 0.0), ("ZZ2", 0.09), ("MX2", 0.4), ("MY2", 0.0), ("IA2", 0.05)];
 
@@ -39,7 +39,7 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
         assert_eq!(found.settled, Some(true), "{method}: {out}");
         for (name, truth) in TRUTH {
             let value = found.value(&name.parse().unwrap()).unwrap_or_else(|| panic!("{method}: no {name}"));
-            // 1 % of the largest: the simulated joints rub asymmetrically, the columns of friction do not.
+            // Tolerance: 2 % of the largest value, 2.0. The simulated friction is asymmetric, the friction columns are not.
             assert!((value - truth).abs() < 0.02 * 2.0, "{method} {name}: {value} for {truth}\n{out}");
         }
         let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
@@ -48,8 +48,8 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
     rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]).failed(2, &["--method didim needs the plan"]);
 }
 
-/// Of currents of which one gain is known, total least squares finds what maximum likelihood does, and the truth; where all
-/// gains are known there is nothing to estimate.
+/// With currents and one known gain, total least squares and maximum likelihood both find the true gain. With all gains known,
+/// `tls` has nothing to estimate and is refused.
 #[test]
 fn total_least_squares_finds_the_gains_of_drives() {
     let here = experiments("total_least_squares");
@@ -65,7 +65,7 @@ fn total_least_squares_finds_the_gains_of_drives() {
     assert_ne!(likely.parameters, total.parameters);
     for (ours, theirs) in total.parameters.iter().zip(&likely.parameters).filter(|(p, _)| p.value.is_some()) {
         let (sigma, difference) = (theirs.sigma_or_infinity(), ours.value.unwrap() - theirs.value.unwrap());
-        // Both are efficient: they differ by much less than either errs.
+        // Both estimators are efficient, so their difference is much smaller than the error of either.
         assert!(difference.abs() <= 0.5 * sigma + 1e-12, "{}: {difference} of {sigma}", ours.id);
     }
     let gain = total.parameters.iter().find(|p| p.id == ParameterId::drive_gain("q1")).unwrap();
@@ -88,14 +88,14 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
         assert_eq!(parameter.status, Status::NotSignificant, "{parameter:?}");
     }
     assert!(few.value(&"ZZR1".parse().unwrap()).is_some_and(|zz| (zz - 0.95).abs() < 0.1));
-    // Within the growth of the residual that the test allows: far below a hundredth of it.
+    // The test of `essential` allows a small growth of the residual, far below 1 %.
     let (few_left, whole_left) = (few.total.unwrap(), whole.total.unwrap());
     assert!(few_left < 1.01 * whole_left, "{few_left} {whole_left}");
     run(&here, "validate arm.yaml few.yaml logs/v02.csv");
 }
 
-/// The flags of `rist identify --help` that say how the description is read: every command has them, and
-/// `tests/command_line.rs` looks at them.
+/// Flags of `rist identify --help` that say how the robot model is read. All commands have them; `tests/command_line.rs`
+/// tests them.
 const OF_THE_MODEL: [&str; 10] = [
     "--angles",
     "--mimic",
@@ -109,10 +109,10 @@ const OF_THE_MODEL: [&str; 10] = [
     "--any-size",
 ];
 
-/// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
+/// Flags of all commands that control the terminal output; `tests/terminal.rs` tests them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];
 
-/// A flag with a value that changes something where it is heeded.
+/// The flag with a value that changes the outcome if the method uses the flag; `None` for an unknown flag.
 fn with_value(flag: &str) -> Option<Vec<&str>> {
     let value = match flag {
         "--plan" => "plan.yaml",
@@ -132,7 +132,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--options" => "options.yaml",
         "--write-urdf" | "--write-mjcf" | "--report" | "--series" => "extra.txt",
         "--consistent" | "--anyway" | "--covariance" => return Some(vec![flag]),
-        // These stand beside one that is refused or heeded, or beside one that they exclude.
+        // These flags need another flag, or exclude one.
         "--free-bodies" => return Some(vec![flag, "--consistent"]),
         "--loaded-link" => return Some(vec!["--loaded", "logs/v01.csv", flag, "forearm"]),
         "--into" => return Some(vec!["--write-mjcf", "extra.txt", flag, "plan.yaml"]),
@@ -142,17 +142,18 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
     Some(vec![flag, value])
 }
 
-/// Logs that a method takes, and what it needs with them.
+/// Log arguments of a method, with the other arguments that it needs.
 fn logs_of(method: &str) -> &'static [&'static str] {
     match method {
-        // It estimates gains: the logs hold currents.
+        // This method estimates gains, so its logs hold currents.
         "tls" => &["currents", "--plan", "plan.yaml", "--gain", "q2=1.5"],
         "ls" | "essential" => &["logs/v02.csv"],
         _ => &["logs", "--plan", "plan.yaml"],
     }
 }
 
-/// No flag is passed over in silence: it is refused by its name, with the methods that use it, or the outcome is another.
+/// No method ignores a flag: either the outcome changes, or the flag is refused by its name with a list of the methods that use
+/// it.
 #[test]
 fn every_method_heeds_or_refuses_every_flag() {
     let here = experiments("flags_of_methods");
@@ -166,7 +167,7 @@ fn every_method_heeds_or_refuses_every_flag() {
     assert!(flags.len() > 20, "{flags:?}");
     run(&here, "simulate arm.yaml plan.yaml --validation 1 --gain q1=2,q2=1.5 --out currents");
     let methods = ["ls", "essential", "rist", "tls", "rist-mh", "iv", "didim"];
-    // Flag -> methods that refuse it, and the methods that a refusal names.
+    // Flag -> (methods that refuse it, methods that the refusal lists as users).
     let mut refusals: BTreeMap<String, (Vec<&str>, Vec<String>)> = BTreeMap::new();
     for method in methods {
         let base = [&["identify", "arm.yaml", "--method", method, "--out", "e.yaml"], logs_of(method)].concat();
@@ -192,7 +193,7 @@ fn every_method_heeds_or_refuses_every_flag() {
                 refusal.1 = users.trim_end_matches(" does").split(" or ").map(String::from).collect();
             }
             let is_heeded = run.out != plain.out || estimate() != written || here.join("extra.txt").exists();
-            // It changes what is written where the verdict is no, and that of these logs is not.
+            // `--anyway` only changes the output if the verdict is no, and for these logs the verdict is not no.
             let is_idle = flag == "--anyway" && method == "ls";
             assert!(
                 is_refused || is_heeded || is_idle,

@@ -1,8 +1,7 @@
-//! What RIST-MH says of effects that its model does not have: late torques, ripple of a drive, springs, eccentric encoders,
-//! joints that bend or have play.
-//! Never of the friction and the noise that it has.
+//! Tests of the misfit causes that RIST-MH reports for effects outside its model: late torques, ripple of a drive, springs,
+//! eccentric encoders, flexible joints and joints with play. It must not report friction and noise, which its model contains.
 //!
-//! Its thresholds were chosen on other draws (`tests/benches/misfit.rs`, seed 1000) than those that are looked at here.
+//! The thresholds were chosen on other random draws (`tests/benches/misfit.rs`, seed 1000).
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
@@ -17,11 +16,11 @@ use tests::benchmark::plans::golden_plan;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-/// Of each defect; ten of each stand in docs/benchmarks.md, and take minutes.
+/// Random draws of each defect. docs/benchmarks.md has the results of ten draws, which take minutes.
 const DRAWS: usize = 1;
-/// Of gains, whose shares are means over parameters and draws.
+/// Random draws for tests of gains, whose shares are means over parameters and draws.
 const DRAWS_OF_GAINS: usize = 3;
-/// Of each scenario without one.
+/// Random draws of each scenario without a defect.
 const SOUND: usize = 4;
 const SEED: u64 = 5;
 
@@ -32,7 +31,7 @@ fn estimate(arm: &BenchmarkArm, experiments: &[SpectralExperiment], effects: &[E
     HarmonicData::new(experiments, arm.regressor, gain, &noise, &options.band).estimate(&options).unwrap()
 }
 
-/// |X^ - X| / |X|, %.
+/// Relative error of the parameters, |X^ - X| / |X|, %.
 fn error(found: &HarmonicEstimate, truth: &[f64]) -> f64 {
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let errors: Vec<f64> = found.values().iter().zip(truth).map(|(x, t)| x - t).collect();
@@ -58,7 +57,8 @@ fn what_the_model_has_is_no_misfit() {
     }
 }
 
-/// The defect is said and named, the intervals hold without its columns, and the parameters are right with them.
+/// Checks three things on a log with `defect`: its kind is named, the intervals of the fit without effect columns hold the true
+/// values, and a fit with the effect columns of `kind` has the right parameters.
 fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync)) {
     let robot = r3(true);
     let arm = r3_arm("R3G", &robot);
@@ -84,8 +84,8 @@ fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync)) {
     assert!(error <= 0.3, "{defect:?}: {error} %");
 }
 
-/// Joints that bend at 25 Hz, and soft ones: equations up to 10 Hz, motor and link far apart. A gap of one milliradian moves the
-/// parameters as much as joints of 30 Hz do.
+/// Elastic(25.0) and Elastic(12.0): joints that resonate at 25 and 12 Hz; equations up to 10 Hz are used. Play(1e-3): a gap of 1
+/// mrad, which changes the parameters as much as joints of 30 Hz do.
 #[test]
 fn defects_are_named() {
     let ripple = |joint: usize| Effect::Ripple { joint, periods: 12.0 };
@@ -99,8 +99,8 @@ fn defects_are_named() {
     looked_at(Defect::Play(1e-3), &|joint| Effect::Play { joint });
 }
 
-/// Two milliradians are within the noise of R3G: nothing is named. The parameters are off by a part of a per cent, and their
-/// intervals do not know it.
+/// An eccentricity of 2 mrad is within the noise of R3G, so no cause is named. The error of the parameters is below 0.3 %, and
+/// their intervals do not include it.
 #[test]
 fn an_encoder_within_the_noise_is_not_named() {
     let robot = r3(true);

@@ -1,4 +1,4 @@
-//! What a finding prints is done to the letter: the log is read again, and nothing is contradicted any more.
+//! Tests that the remedy of a finding, applied literally, gives a log check without findings.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -21,14 +21,14 @@ fn look(model: &Model, path: &Path, options: &Options) -> LogCheck {
     rist::examine(model, &[source], options).unwrap()
 }
 
-/// The options that a log check prints for what it names first.
+/// The options that the first finding of a log check prints as its remedy.
 fn printed(log_check: &LogCheck) -> Options {
     let remedy = &log_check.findings[0].remedy;
     let (_, yaml) = remedy.split_once("in the file of [options]: ").unwrap_or_else(|| panic!("{remedy}"));
     Options::parse("printed.yaml", yaml).unwrap()
 }
 
-/// A mistake, and the words of the finding that names it.
+/// (name, change of a good log, phrases that the finding must contain).
 type Mistake = (&'static str, fn(&mut JointLog), &'static [&'static str]);
 
 const MISTAKES: [Mistake; 11] = [
@@ -63,7 +63,7 @@ const MISTAKES: [Mistake; 11] = [
     ),
 ];
 
-/// Each mistake is named first, with what it takes: one request, which the program reads. Read so, nothing is contradicted.
+/// The finding of each mistake comes first, and its remedy parses as options. With these options no finding remains.
 #[test]
 fn what_a_finding_prints_mends_the_log() {
     let here = folder("obeyed");
@@ -85,7 +85,7 @@ fn what_a_finding_prints_mends_the_log() {
     }
 }
 
-/// The figure of a wrong scale is that of the log, and not of the description, whose bodies are off by 15 %.
+/// The found torque scale belongs to the log: it is right within 3 % although the bodies of the model file are off by 15 %.
 #[test]
 fn a_scale_is_right_to_a_few_hundredths() {
     let here = folder("scales_of_logs");
@@ -97,13 +97,13 @@ fn a_scale_is_right_to_a_few_hundredths() {
         let scales = printed(&look(&model, &path, &Options::default())).transmission.scales.unwrap();
         for (k, scale) in scales.iter().enumerate() {
             let wanted = if k == joint { factor } else { 1.0 };
-            // The search ends within a hundredth; noise and the parts left out move it by as much.
+            // The search stops within 1 %; noise and effects outside the model change the scale by about as much.
             assert!((scale / wanted - 1.0).abs() < 0.03, "{joint}: {scales:?}, {factor}");
         }
     }
 }
 
-/// What options say already is said with what a remedy adds, so that the printed lists can take their place.
+/// A remedy repeats the options that are already set, so the printed lists can replace those in the options file.
 #[test]
 fn a_remedy_goes_on_from_the_options() {
     let here = folder("remedy_beside_options");
@@ -124,7 +124,7 @@ fn verdict(model: &Model, path: &Path) -> Verdict {
     found.verdict_of_logs(model, &[], false).unwrap().verdict
 }
 
-/// A push of a second at the elbow is said with its times; the log without it says nothing of the kind.
+/// A contact force of one second at the elbow is reported with its times. The log without it has no such finding.
 #[test]
 fn a_contact_is_named_with_its_times() {
     let here = folder("contact");
@@ -152,7 +152,7 @@ fn a_contact_is_named_with_its_times() {
     assert!(!said.iter().any(|why| why.contains("stands out")), "{said:#?}");
 }
 
-/// These bodies, and a point of so many kg at the last one, 0.1 m along z.
+/// The parameters of `bodies` plus a point mass of `mass` kg on the last link, 0.1 m along its z axis.
 fn loaded(robot: &Robot, bodies: &[f64], mass: f64) -> Vec<f64> {
     let last = robot.links.len() - 1;
     let of_point = |parameter: &StandardParameter| match parameter.inertial {
@@ -165,7 +165,7 @@ fn loaded(robot: &Robot, bodies: &[f64], mass: f64) -> Vec<f64> {
     bodies.iter().zip(StandardParameter::all(robot)).map(|(x, parameter)| x + of_point(&parameter)).collect()
 }
 
-/// The UR5 that picks 2 kg up at 4 s, and puts them down at 7.5 s or keeps them.
+/// A log of a UR5 that picks up 2 kg at 4 s. It puts the load down at 7.5 s if `puts_down`, otherwise it keeps it.
 fn picking_up(model: &Model, puts_down: bool) -> JointLog {
     let bodies = unlike(&model.robot, 5);
     let loaded = loaded(&model.robot, &bodies, 2.0);
@@ -176,8 +176,8 @@ fn picking_up(model: &Model, puts_down: bool) -> JointLog {
     log
 }
 
-/// A load that is picked up is named with its times and its mass, and is no reason to say that the motion is poor. A push and drifting
-/// torques are no load.
+/// A load that is picked up is reported with its times and its mass, and the motion is not called poor. A contact force and
+/// drifting torques are not reported as a load.
 #[test]
 fn a_load_that_is_picked_up_is_named_with_its_times() {
     let here = folder("picked_up");
@@ -192,10 +192,10 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
         let [Finding { fault: Fault::ChangedLoad { log: None, from, to, mass }, .. }] = found.findings[..] else {
             panic!("{:?}", found.findings)
         };
-        // To two of a hundred parts of ten seconds.
+        // The log of ten seconds is searched in steps of 1 %; the tolerance is two steps.
         assert!((from.unwrap() - 4.0).abs() < 0.2 && to.is_some() == puts_down, "{from:?} {to:?}");
         assert!(to.is_none_or(|to| (to - 7.5).abs() < 0.2), "{to:?}");
-        // The instants are known to 2 % of the time with the load.
+        // The times are known to 2 % of the interval with the load, which limits the accuracy of the mass.
         assert!((mass.unwrap() - 2.0).abs() < 0.1, "{mass:?}");
         let again =
             rist::examine(&model, &[model.open_log(&path, &Default::default()).unwrap().0], &printed(&found)).unwrap();
@@ -205,7 +205,7 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
         assert!(verdict.reasons[0].contains("carries another load from"), "{:?}", verdict.reasons);
         assert!(!verdict.reasons.iter().any(|why| why.contains("too short or too poor")), "{:?}", verdict.reasons);
     }
-    // Of two logs, the one is named.
+    // With two logs, the finding names the log with the load.
     let paths = ["log.csv", "good.csv"].map(|name| here.join(name));
     good.write(&paths[1], model.regressor().coordinates());
     let both = [&paths[1], &paths[0]].map(|path| model.open_log(path, &Default::default()).unwrap().0);
@@ -225,15 +225,15 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
     }
 }
 
-/// The window with one load is printed only where its own parameters leave as little as the load does: not where most of the
-/// unloaded time is a motion that no parameters explain.
+/// A time window with constant load is proposed only if its own parameters give a residual as small as the added load does. Here
+/// most of the unloaded interval is a motion that no parameters explain, so no window is proposed.
 #[test]
 fn a_window_that_explains_nothing_is_not_printed() {
     let here = folder("poor_window");
     let (model, _) = ur5();
     let path = here.join("log.csv");
     let bodies = unlike(&model.robot, 5);
-    // Heavy from 7 s on; until then small motions, and half as much of a torque that follows nothing.
+    // Heavy load from 7 s on. Before that: the plain motion plus a sine torque of half its variance that depends on no state.
     let [mut log, heavy] =
         [bodies.clone(), loaded(&model.robot, &bodies, 40.0)].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
@@ -257,7 +257,7 @@ fn a_window_that_explains_nothing_is_not_printed() {
     assert!(load.remedy.starts_with("log each load by itself"), "{load:?}");
 }
 
-/// A gantry of three slides and a wrist, of bodies of such masses.
+/// URDF of a gantry with three prismatic axes and a wrist, masses 9, 4, 2 and 1 kg.
 fn gantry() -> String {
     let body = |k: usize, mass: f64| {
         format!(
@@ -284,7 +284,7 @@ fn gantry() -> String {
     format!("<robot name='gantry'><link name='l0'/>{bodies}{joints}</robot>")
 }
 
-/// A gantry that carries what its description does not have: that load, and neither currents nor another robot. Without it, nothing.
+/// A gantry with a load that its URDF lacks: the load is reported, but neither currents nor a wrong robot. Without it: no report.
 #[test]
 fn a_load_that_the_description_lacks_is_named() {
     let here = folder("load_of_gantry");
@@ -303,7 +303,7 @@ fn a_load_that_the_description_lacks_is_named() {
             continue;
         }
         let Some(Finding { fault: Fault::OtherLoad(Some(more)), .. }) = found.load else { panic!("{:?}", found.load) };
-        // The masses of the description are wrong by up to 15 % of 3 kg.
+        // Tolerance, kg: the masses in the URDF are wrong by up to 15 %, and the last two bodies weigh 3 kg.
         assert!((more - mass).abs() < 0.45, "{more}");
     }
 }

@@ -1,4 +1,4 @@
-//! The Panda's log of Gaz et al. 2019 against an independent baseline, joint by joint.
+//! Tests on the Panda log of Gaz et al. 2019: the torque error of each joint against an independent baseline.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identify::identify;

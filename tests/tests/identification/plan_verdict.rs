@@ -1,5 +1,5 @@
-//! The verdict on RIST-MH from the experiments of a plan: each experiment is predicted by parameters from the others, and the
-//! covariance says how unsure torques are.
+//! Tests of the verdict on RIST-MH from the experiments of a plan. Each experiment is predicted with the parameters from the
+//! other experiments, and the covariance gives the uncertainty of the torques.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::SpectralExperiment;
@@ -15,7 +15,7 @@ use tests::benchmark::plans::golden_plan;
 use tests::benchmark::robots::{r3, robot_of_tests};
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-/// Of each scenario; RIST_DRAWS has more.
+/// Random draws of each scenario; the environment variable RIST_DRAWS changes the number.
 const DRAWS: usize = 1;
 const SEED: u64 = 61;
 
@@ -29,7 +29,7 @@ fn judged(arm: &BenchmarkArm, experiments: &[SpectralExperiment]) -> (Estimate, 
     (estimate, verdict)
 }
 
-/// What RIST-MH has in its model earns a yes, each use with a figure.
+/// Friction and noise that the model of RIST-MH contains give the verdict yes, and each use has an error figure.
 #[test]
 fn the_golden_plan_earns_a_yes() {
     let draws = std::env::var("RIST_DRAWS").ok().and_then(|x| x.parse().ok()).unwrap_or(DRAWS);
@@ -42,7 +42,8 @@ fn the_golden_plan_earns_a_yes() {
             assert_eq!(verdict.trust, Trust::Yes, "{name}: {verdict}");
             assert!(verdict.uses.iter().all(|of| of.error.is_some()), "{name}: {verdict}");
             let predicted = estimate.cross_validation.unwrap();
-            // The others tell a little less than all of them, and noise is in both.
+            // The error of cross-validation exceeds the residual a little: fewer experiments are fitted, and the held-out rows
+            // have noise too.
             assert!(
                 predicted >= estimate.total.unwrap() && predicted < 0.05,
                 "{name}: {predicted} {:?}",
@@ -50,14 +51,15 @@ fn the_golden_plan_earns_a_yes() {
             );
             let text = verdict.to_string();
             assert!(text.contains("relative residual of held-out parts, each a motion of its own: "), "{text}");
-            // A file has the same verdict.
+            // An estimate that is written to a file and read back has the same verdict.
             let again = Estimate::from_yaml("estimate.yaml", &estimate.to_yaml().unwrap()).unwrap();
             assert_eq!(estimate_verdict(&again), verdict);
         }
     }
 }
 
-/// Torques that come late, which the model has not, are no yes; nor are experiments that leave a joint's bodies open.
+/// The verdict is not yes if the torques are late (not in the model), or if one experiment leaves the bodies of a joint
+/// undetermined.
 #[test]
 fn what_the_model_lacks_is_no_yes() {
     let robot = r3(true);
@@ -70,6 +72,6 @@ fn what_the_model_lacks_is_no_yes() {
     let (estimate, verdict) = judged(&arm, &few.measured(Some(0), SEED));
     assert_ne!(verdict.trust, Trust::Yes, "{verdict}");
     assert_eq!(estimate.cross_validation, None);
-    // One motion decides the parameters so little that no torque is told.
+    // One motion determines the parameters so badly that the torque error is unknown or above 50 %.
     assert!(verdict.uses.iter().all(|of| of.error.is_none_or(|error| error > 0.5)), "{verdict}");
 }

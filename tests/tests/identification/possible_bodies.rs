@@ -1,4 +1,4 @@
-//! Bodies that can exist are taken where a log is poor and they predict it better, and nowhere else.
+//! Tests that `identify` takes physically possible bodies only if the log is poor and they predict another log better.
 
 use logs::LogSource;
 use rist::Model;
@@ -10,7 +10,7 @@ use tests::program::folder;
 
 const SENTENCE: &str = "the log is poor, and the bodies are constrained to be physically possible";
 
-/// Five seconds in which the joints of a UR5 swing by these amplitudes, with torques of this noise, N m.
+/// A log of five seconds: the joints of a UR5 swing with `amplitude`, rad; the torques have `noise`, N m.
 fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource {
     let parameters = unlike(&model.robot, 5);
     let exact = Machine::exact(&model.robot, &parameters, &amplitude);
@@ -18,7 +18,7 @@ fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource 
     cut(&machine.log(), 5.0).opened(model, &folder("possible_bodies").join(name))
 }
 
-/// Error on another, larger motion, and whether the estimate says that bodies that can exist were taken.
+/// Error on another, larger motion, and whether the remarks say that the bodies were constrained to be physically possible.
 fn error(model: &Model, log: &LogSource, request: &IdentifyRequest, other: &LogSource) -> (f64, bool) {
     let mut found = rist::identify(model, std::slice::from_ref(log), request).unwrap();
     let judged = found.verdict_of_logs(model, std::slice::from_ref(other), false).unwrap();

@@ -1,4 +1,4 @@
-//! Postures at rest give gravity parameters, zeros and mount back within their deviations.
+//! Tests that postures at rest give the gravity parameters, joint zeros and base mount within their standard deviations.
 
 use identification::estimate::options::Options;
 use logs::{ColumnNames, Effort, NamePattern, Postures};
@@ -21,7 +21,7 @@ fn named(coordinates: &[String]) -> ColumnNames {
     ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }
 }
 
-/// Postures of a robot mounted so, with zeros that its positions lack, and noise.
+/// Random postures of `model` with torques. The joints have zero offsets `zeros` that the positions lack; `noise` is in N m.
 fn postures(model: &Model, zeros: &[f64], noise: f64, count: usize, seed: u64) -> Postures {
     let mut random = Random::new(seed);
     let n = model.regressor().coordinates().len();
@@ -51,7 +51,7 @@ fn identified(model: &Model, postures: &Postures) -> statics::postures::PostureE
     identify_postures(model, postures, &Options::default()).unwrap()
 }
 
-/// Normalised errors have unit variance, and none is far off; the gravity of the description is the sum of its parameters.
+/// The errors, divided by their standard deviations, have unit variance and no outliers. Without noise the values are exact.
 #[test]
 fn gravity_parameters_come_back_within_their_deviations() {
     let model = ur5(None);
@@ -68,7 +68,7 @@ fn gravity_parameters_come_back_within_their_deviations() {
         }
         assert!(!found.placed.unwrap().differs(), "{seed}");
     }
-    // Of 20 draws of more than 15 numbers the mean square is within a fifth of one at four deviations.
+    // Mean square over 20 draws of more than 15 numbers: four standard deviations are about 0.25.
     let mean: f64 = squares / count;
     assert!((0.75..1.33).contains(&mean), "{mean} of {count}");
     // Without noise the values are exact.
@@ -100,7 +100,7 @@ fn zeros_and_mounts_come_back() {
                 zeros[k]
             );
         }
-        // The mount that is written is the one of the truth, as far as gravity tells it.
+        // The mount from the estimate gives the same gravity vector as the true mount.
         let remedied = ur5(Some(found.base));
         let gravity = |model: &Model| nalgebra::Vector3::from(model.robot.gravity_number());
         let angle = gravity(&remedied).angle(&gravity(&truth));
@@ -109,12 +109,12 @@ fn zeros_and_mounts_come_back() {
     }
 }
 
-/// Bodies that are not those of the robot explain no postures, and then no zero is told by them.
+/// If the model has wrong bodies, it does not explain the postures, and no joint zero may be reported.
 #[test]
 fn other_bodies_tell_no_zeros() {
     let model = ur5(None);
     let mut measured = postures(&model, &[0.0; 6], 0.05, 100, 3);
-    // The arm as if its forearm were twice as heavy.
+    // The torques of the same arm with a forearm about four times as heavy.
     let text = tests::model_text("ur5.urdf").replacen("mass value=\"2.275\"", "mass value=\"9.0\"", 1);
     let heavy = Model::parse(&text, "ur5.urdf", &ModelOptions::default()).unwrap();
     for (q, effort) in measured.q.iter().zip(&mut measured.effort) {
@@ -139,7 +139,8 @@ fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
     assert!(statics::postures::gravity_text(&parameters).contains("[kg m]"));
 }
 
-/// The tables and the log of the field, where a table has no clock or one that steps by a second.
+/// Posture tables and logs from the field data: tables without a clock, tables with a clock in steps of a second, and plateaus of
+/// a log.
 #[test]
 fn postures_of_the_field_give_the_arm_behind_them() {
     let Some(field) = tests::field() else { return };
@@ -172,8 +173,8 @@ fn forces_are_not_torques() {
     assert!((0..4).any(slides));
 }
 
-/// Signs, units and exchanged columns are named with what undoes them; obeyed, nothing is wrong any more. Where torques of all
-/// joints have the other sign, a base upside down explains them as well, and both are said.
+/// Wrong signs, units and swapped columns are reported with a remedy, and the remedy removes the fault. If the torques of all
+/// joints have the wrong sign, a base that hangs upside down explains them too, so both causes are reported.
 #[test]
 fn mistakes_of_columns_are_named_and_not_zeros() {
     let model = ur5(None);
@@ -207,7 +208,7 @@ fn mistakes_of_columns_are_named_and_not_zeros() {
     assert!(found.contains("all joints have the wrong sign, or the base hangs upside down"), "{found}");
 }
 
-/// The same postures, read from the columns that are named.
+/// The same postures, read again with the column names, signs and units of `names`.
 fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
     let chosen = |given: &Option<NamePattern>, stem: &str, rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
         let Some(NamePattern::Each(each)) = given else { return rows.to_vec() };
@@ -228,8 +229,8 @@ fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
     Postures { q, effort, ..postures.clone() }
 }
 
-/// Bodies that are nearly as described tell no small zero; a joint that is off by a right angle, and a base on a wall, they do. A
-/// wrist whose torque is noise hides neither.
+/// With bodies that differ a little from the model, small zeros are not reported, but a joint that is off by a right angle and a
+/// base on a wall are.
 #[test]
 fn far_zeros_and_mounts_are_told_by_nearly_the_bodies() {
     let nearly = |base: Option<[f64; 3]>| {

@@ -1,5 +1,5 @@
-//! The simulator of the bench `random_situations`: its mechanics keep their laws, and agree with what rist derives and with the
-//! recursion of the tests; five situations end with a verdict.
+//! Tests of the simulator of the bench `random_situations`: it conserves energy, agrees with rist and with the recursion of the
+//! tests, and five of its situations end with a verdict.
 
 use rist::Model;
 use rist::fit::verdict::Trust;
@@ -15,17 +15,17 @@ use tests::random_situations::torque::{FINE, series, standing};
 use tests::random_situations::truth::truth;
 use tests::recursion;
 
-/// Situations whose robots differ: the first seeds.
+/// Seeds of situations with different robots.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
 
 fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// The power of the torques is the rate of the energy: d(T + V)/dt = dq' tau.
+/// The joint power equals the rate of the energy: d(T + V)/dt = dq' tau.
 #[test]
 fn the_power_of_the_torques_becomes_energy() {
-    /// s, of central differences: their error is of the order of STEP^2 times the third derivative of the energy.
+    /// Step of the central differences, s. Their error is about STEP^2 times the third derivative of the energy.
     const STEP: f64 = 1e-4;
     let of_seed = |seed| machine(&mut Draw::of(seed, 1));
     let others = [gantry, scara, mirrored_arms].map(|draws| draws(&mut Draw::of(1, 1)));
@@ -49,8 +49,8 @@ fn the_power_of_the_torques_becomes_energy() {
     }
 }
 
-/// The second of two mirrored arms takes the torque of the first where it moves as its mirror image does: with M = diag(1, -1, 1),
-/// M Rz(q) M = Rz(-q) and M Tz(r) M = Tz(r). Of exchanged columns one arm's stand under the other's names.
+/// The second of two mirrored arms has the torques of the first when it moves as its mirror image: with M = diag(1, -1, 1),
+/// M Rz(q) M = Rz(-q) and M Tz(r) M = Tz(r). Swapped columns put the signals of one arm under the names of the other.
 #[test]
 fn mirrored_arms_take_mirrored_torques() {
     for seed in SEEDS {
@@ -70,7 +70,7 @@ fn mirrored_arms_take_mirrored_torques() {
             left.iter().copied().chain(right).collect::<Vec<f64>>()
         };
         let tau = machine.chain.torque(&both(), &both(), &both());
-        // Some thousand operations of 1e-16 each.
+        // Rounding: about a thousand operations with an error of 1e-16 each.
         let size = tau.iter().fold(1e-3, |m: f64, x| m.max(x.abs()));
         (0..n).for_each(|k| assert!((tau[k + n] - sign[k] * tau[k]).abs() < 1e-11 * size, "seed {seed}: {tau:?}"));
 
@@ -105,14 +105,14 @@ fn the_torque_is_that_of_the_recursion() {
             let theirs = recursion::torque(&robot, &state, &x);
             let ours = chain.torque(&state.q, &state.dq, &state.ddq);
             let size = theirs.iter().fold(1e-3, |m: f64, x| m.max(x.abs()));
-            // Some thousand operations of 1e-16 each, on gravity of 9.81 in both.
+            // Rounding: about a thousand operations with an error of 1e-16 each; both use gravity 9.81 m/s^2.
             theirs.iter().zip(&ours).for_each(|(a, b)| assert!((a - b).abs() < 1e-11 * size, "{file}: {a} {b}"));
         }
     }
 }
 
-/// Bodies of the simulator and of the description are the same: the truth leaves a rounding in the base regressor, and
-/// the base parameters of an exact description are those that its text has.
+/// The simulator and the model file have the same bodies: the base regressor represents the true torques up to rounding, and the
+/// nominal base parameters of an exact model file equal the true ones.
 #[test]
 fn the_description_is_the_machine() {
     for seed in SEEDS {
@@ -122,7 +122,7 @@ fn the_description_is_the_machine() {
         let situation = Situation::with(seed, machine, Vec::new());
         let model: Model = situation.model();
         let truth = truth(&situation.machine.chain, model.regressor(), &[]);
-        // Angles of the text have sixteen digits; the condition of the columns is some thousand at most.
+        // The model file writes angles with sixteen digits; the condition number of the columns is at most some thousand.
         assert!(truth.left < 1e-9, "seed {seed}: {:e}", truth.left);
         let described = model.nominal_parameters().unwrap_or_default();
         assert_eq!(described.len(), truth.base.len());
@@ -133,7 +133,7 @@ fn the_description_is_the_machine() {
     }
 }
 
-/// A log without noise, of exact sensors, shows the torque of its own row to rounding.
+/// In a log without noise and with exact sensors, each row holds the torque of its own state, up to rounding.
 #[test]
 fn a_clean_log_is_the_motion() {
     let machine = machine(&mut Draw::of(3, 1));
@@ -158,7 +158,7 @@ fn a_clean_log_is_the_motion() {
     }
 }
 
-/// What is identified from a clean log of exact sensors is the truth, up to filter and differences.
+/// A log without noise gives the true parameters, up to the errors of the filter and of the differences.
 #[test]
 fn a_clean_log_gives_the_parameters_back() {
     for seed in SEEDS {
@@ -172,20 +172,20 @@ fn a_clean_log_gives_the_parameters_back() {
         };
         let outcome = situation.outcome(true);
         let judgement = outcome.judgement.unwrap_or_else(|| panic!("seed {seed}: {}", outcome.said));
-        // The jump of Coulomb friction at reversals is smeared by the filter, and differences have an error of second order.
+        // The filter smooths the jump of Coulomb friction at reversals, and central differences have a second-order error.
         assert!(judgement.torque < 2e-3, "seed {seed}: {}", judgement.torque);
         assert!(judgement.left < 1e-9, "seed {seed}: {}", judgement.left);
     }
 }
 
-/// Each defect but those of rows changes the log where it should: in the torque of the machine, or in what is logged.
+/// Each kind of defect changes the log, either in the simulated torque or in the logged signals.
 #[test]
 fn every_defect_shows_in_the_log() {
     for kind in Kind::ALL {
         let machine = || machine(&mut Draw::of(4, 1));
         let n = machine().chain.len();
         let defect = Defect { more: 0.3, ..Defect::of(kind, n, &mut Draw::of(4, 2)) };
-        // Each on a joint that has what it changes.
+        // The defect must be on a joint that it can affect: a revolute one.
         let turning = machine().chain.joints.iter().position(|j| !j.slides).unwrap_or(0);
         let defect = Defect { joint: turning, other: (turning + 1) % n, ..defect };
         let with = |defects: Vec<Defect>| {
@@ -200,7 +200,7 @@ fn every_defect_shows_in_the_log() {
     }
 }
 
-/// Behind a flexible joint the power of the motors becomes energy of links, rotor and spring, up to what friction takes.
+/// With a flexible joint and without friction, the work of the motors equals the change of energy of links, rotors and spring.
 #[test]
 fn a_flexible_joint_keeps_energy() {
     let mut machine = machine(&mut Draw::of(2, 1));
@@ -224,7 +224,7 @@ fn a_flexible_joint_keeps_energy() {
         largest = largest.max((energy(i) - energy(10)).abs());
         difference = difference.max((energy(i) - energy(10) - work).abs());
     }
-    // Central differences and the trapezoidal rule at a millisecond.
+    // Error of central differences and of the trapezoidal rule with steps of 1 ms.
     assert!(difference < 1e-3 * largest, "{difference} of {largest}");
 }
 
@@ -234,7 +234,7 @@ fn five_situations_have_a_verdict() {
         let outcome = Situation::of(seed).outcome(true);
         assert!(outcome.trust.is_some(), "seed {seed}: {}", outcome.said);
         let judgement = outcome.judgement.as_ref();
-        // Of one joint that moves a log tells few.
+        // A log in which only one joint moves identifies few parameters.
         let least = if Situation::of(seed).motions.iter().all(|m| m.said.ends_with("alone")) { 0 } else { 4 };
         assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > least), "seed {seed}");
         if seed == 1 {
@@ -243,8 +243,8 @@ fn five_situations_have_a_verdict() {
     }
 }
 
-/// A zero that the bodies of the last link explain, and a factor of all torques, are no plain yes where the description
-/// knows better; without them the same robot and log earn one.
+/// A joint zero that the last body can absorb, or a common factor of all torques, prevents a plain yes if the result differs from
+/// the model file. Without this defect the same robot and log get a yes.
 #[test]
 fn what_free_bodies_explain_is_said_where_the_description_differs() {
     for (seed, kind, sentence) in

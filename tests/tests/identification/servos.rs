@@ -1,4 +1,5 @@
-//! Position servos without torque or current: the error of the goal is a torque up to the gain of the servo.
+//! Tests of position servos without torque or current sensor: servo gain times position error is the torque; the gain may be
+//! unknown.
 
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::options::Options;
@@ -10,15 +11,15 @@ use rist::{Identification, IdentifyRequest, Model, examine, identify};
 use tests::tape_robot::TapeRobot;
 use tests::{model, model_path};
 
-/// N m/rad.
+/// Servo gains, N m/rad.
 const GAINS: [f64; 2] = [60.0, 25.0];
-/// Of the encoders and their goals, rad.
+/// Standard deviation of measured and goal positions, rad.
 const NOISE: f64 = 1e-3;
 const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint";
 
 const ROBOT: &str = "planar2r_vertical.yaml";
 
-/// A log of a swinging arm on servos of these gains: positions, and what the joints were told.
+/// A log of a swinging arm on servos with these gains: time, positions, velocities and goal positions.
 fn log(arm: &TapeRobot, gains: [f64; 2], noise: f64, random: &mut Random) -> Table {
     let (len, period) = (1200, 0.01);
     let mut columns = vec![Vec::new(); 7];
@@ -71,13 +72,14 @@ fn gains_of_servos_err_by_what_they_say() {
         of_parameters +=
             errors.map(|((x, truth), sigma)| ((x - truth) / sigma).powi(2)).sum::<f64>() / arm.truth.len() as f64;
     }
-    // 120 draws tell a mean square to 13 %, and deviations are on the wide side by up to 1.4 (`gains_of_currents`).
+    // The mean square of 120 draws has a standard error of 13 %; the sigmas are too large by up to 1.4 (`gains_of_currents`).
     for square in [of_gain, of_parameters].map(|sum| sum / f64::from(draws)) {
         assert!((0.4..1.5).contains(&square), "{square}");
     }
 }
 
-/// Without a gain everything is up to it, and said to be; with one, nothing is. The description tells which gains they are.
+/// Without a known gain, the parameters are in servo units, and a remark says so; with one gain they are in SI units. The log
+/// check proposes the gains from the model file.
 #[test]
 fn without_a_gain_all_is_in_the_servos_own_scale() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());
@@ -101,11 +103,11 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     let remark =
         half.estimate.remarks.iter().find(|r| r.starts_with("gains of the servos, N m/rad: q1 40.0000 (given)"));
     assert!(!is_said(&half) && remark.is_some(), "{:?}", half.estimate.remarks);
-    // Torques are torques, whatever stands beside them.
+    // With torque columns there is no unknown servo scale, even if the table has other columns.
     let mut torques = table.clone();
     torques.header[5..].iter_mut().zip(["tau1", "tau2"]).for_each(|(header, name)| *header = name.into());
     assert!(!is_said(&found(&model, torques, &ColumnNames::default(), &[])));
-    // The gains that the description implies are those of the servos.
+    // The gains that the log check computes from the model file equal the gains of the servos.
     let (log, _) = model.log_of_table(table, &goals()).unwrap();
     let log_check = examine(&model, &[log], &options()).unwrap();
     let said = log_check.not_checked.join("\n");
@@ -113,8 +115,8 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     assert!(log_check.findings.is_empty(), "{log_check}");
 }
 
-/// Servos of different gains, in ticks: nothing is held against the log but that their torques do not fit together, and the
-/// gains that mend it are told.
+/// Servos with different gains, positions in ticks: the log check has no gross finding, and it proposes the right gain of each
+/// joint from the model file.
 #[test]
 fn gains_that_differ_are_told_by_the_description() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());

@@ -1,5 +1,5 @@
-//! What stands between a file and its rows: values that come seldom, turns behind gears, words without their sign, two
-//! publishers, velocities and accelerations that are none. Each is named where it is, and not where it is not.
+//! Tests of findings about signals: held values, turns of motors behind gears, unsigned words, rows of two publishers, and false
+//! velocity or acceleration columns. Each must be found where it is present and only there.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -34,7 +34,7 @@ fn identified(model: &Model, source: LogSource, options: &Options) -> Identifica
     rist::identify(model, &[source], &request(options)).unwrap()
 }
 
-/// Each number of a row for which `is_other` holds, changed.
+/// The log with `change` applied to the velocities and torques of each row for which `is_other` holds.
 fn mixed(log: &JointLog, is_other: impl Fn(usize) -> bool, change: impl Fn(f64) -> f64) -> JointLog {
     changed(log, |log| {
         for series in log.dq.iter_mut().chain(&mut log.tau) {
@@ -56,7 +56,7 @@ fn rows_of_two_publishers_are_named_and_spikes_are_not() {
     }
     let spiked = mixed(&good, |r| r % 50 == 7, |x| x + 176.0);
     assert!(!look(&model, &spiked, "spikes").findings.iter().any(|f| matches!(f.fault, Fault::TwoSources(_))));
-    // What is made of it is not to be trusted, and the way out is the first thing that is said.
+    // A fit of such a log is not trustworthy, and the verdict says first how to repair the log.
     let halves = opened(&model, &mixed(&good, |r| r % 2 == 1, |_| 0.0), "halves_fitted");
     let verdict = identified(&model, halves, &Options::default()).verdict_of_logs(&model, &[], false).unwrap().verdict;
     assert!(verdict.to_string().contains("are of another source"), "{verdict}");
@@ -77,14 +77,15 @@ fn words_without_their_sign_are_named_with_what_mends_them() {
         let log_check = look(&model, &changed(&counts, |log| each(&mut log.tau, read)), "words");
         let [finding] = log_check.findings.as_slice() else { panic!("{:?}", log_check.findings) };
         assert!(finding.fault == Fault::RawWords && finding.remedy.contains(said), "{finding}");
-        // At least the base and the wrists change their sign often.
+        // At least the base and the wrists often change the sign of their torque.
         assert!(finding.joints.len() >= 3 && finding.joints[0] == "shoulder_pan", "{finding}");
     }
     let clean = look(&model, &counts, "counts");
     assert!(clean.findings.iter().all(|f| f.fault != Fault::RawWords), "{:?}", clean.findings);
 }
 
-/// Motors behind gears of 121 that go 40 rad between rows: nothing is taken back, and the estimate is that of the joints.
+/// Motors behind gears of ratio 121 turn up to 40 rad between rows: the positions are not unwrapped, and the estimate equals that
+/// from the joint positions.
 #[test]
 fn a_motor_behind_its_gear_keeps_its_turns() {
     let (model, good) = ur5();
@@ -107,12 +108,12 @@ fn a_motor_behind_its_gear_keeps_its_turns() {
     let found = identified(&model, source, &options);
     for (a, b) in found.estimate.parameters.iter().zip(&expected.estimate.parameters) {
         let (a, b, sigma) = (a.value.unwrap(), b.value.unwrap(), b.sigma.unwrap());
-        // Rounding of the ratio, beside the noise.
+        // Only the rounding of the ratio, far below the noise.
         assert!((a - b).abs() < 1e-6 * (sigma + b.abs()), "{a} {b}");
     }
 }
 
-/// Signals of 125 Hz logged at 500 Hz give the estimate and the deviations of those logged at 125 Hz.
+/// Signals with new values at 125 Hz, logged at 500 Hz, give the same estimate and sigmas as a log at 125 Hz.
 #[test]
 fn a_held_log_has_the_rows_of_its_own_rate() {
     let (model, good) = ur5();
@@ -128,7 +129,7 @@ fn a_held_log_has_the_rows_of_its_own_rate() {
         [source, opened(&model, &good.every(4), "fourth")].map(|s| identified(&model, s, &Options::default()).estimate);
     let hertz = |e: &rist::Estimate| e.cutoff.unwrap();
     assert!((hertz(&found) / hertz(&expected) - 1.0).abs() < 0.05, "{} {}", hertz(&found), hertz(&expected));
-    // The clock begins with the first new value, one row of 8 ms later.
+    // The first new value comes one row of 8 ms later.
     assert!(found.rows.abs_diff(expected.rows) <= 12, "{} {}", found.rows, expected.rows);
     for (a, b) in found.parameters.iter().zip(&expected.parameters) {
         let ratio = a.sigma.unwrap() / b.sigma.unwrap();
@@ -136,7 +137,8 @@ fn a_held_log_has_the_rows_of_its_own_rate() {
     }
 }
 
-/// The log with velocities behind a first-order filter of so many Hz, and with a column of accelerations.
+/// CSV text of the log. Velocities pass a first-order filter of `filter` Hz; the column ddq holds accelerations or a false
+/// signal.
 fn with_columns(log: &JointLog, filter: Option<f64>, is_acceleration: bool) -> String {
     let joints = log.q.len();
     let names = |what: &str| (1..=joints).map(|k| format!("{what}{k}")).collect::<Vec<_>>().join(",");
@@ -147,7 +149,7 @@ fn with_columns(log: &JointLog, filter: Option<f64>, is_acceleration: bool) -> S
         let share = filter.map_or(1.0, |hz| 1.0 - (-std::f64::consts::TAU * hz * step).exp());
         behind.iter_mut().zip(&log.dq).for_each(|(x, dq)| *x += share * (dq[r] - *x));
         let slope = |dq: &Vec<f64>| (dq[r + 1] - dq[r - 1]) / (2.0 * step);
-        // Another signal: nine times the slope of half a second before.
+        // A false signal: nine times the slope of the velocity half a second earlier.
         let before = r.saturating_sub(250).max(1);
         let other = |dq: &Vec<f64>| 9.0 * (dq[before + 1] - dq[before - 1]) / (2.0 * step);
         let rates: Vec<f64> = log.dq.iter().map(|dq| if is_acceleration { slope(dq) } else { other(dq) }).collect();
@@ -175,19 +177,19 @@ fn columns_of_rates_are_claimed_by_their_slopes() {
     let [velocity, acceleration] = said("good_rates", None, true);
     assert!(velocity.contains("agrees; a fault of 2 ms of lag would have shown"), "{velocity}");
     assert!(acceleration.contains("agrees"), "{acceleration}");
-    // In steps h of 2 ms a first-order filter of 10 Hz, p = exp(-2 pi 10 h), lags by h p / (1 - p) = 14.9 ms.
+    // With steps h of 2 ms, a first-order filter of 10 Hz, p = exp(-2 pi 10 h), lags by h p / (1 - p) = 14.9 ms.
     let [velocity, acceleration] = said("late_rates", Some(10.0), false);
     assert!(velocity.contains("assumed by default: the slopes of the positions"), "{velocity}");
     assert!(velocity.contains("lag them by 14.9 ms"), "{velocity}");
     assert!(acceleration.contains("assumed by default: the slopes of the velocities"), "{acceleration}");
 }
 
-/// A log of findings/inputs, opened, or the reason why not.
+/// Opens a log of the shared folder findings/inputs; the error as text.
 fn public(model: &Model, path: &Path, options: &Options) -> Result<LogSource, String> {
     model.open_log(path, &options.columns).map(|(log, _)| log).map_err(|e| e.to_string())
 }
 
-/// The files that showed these faults.
+/// Logs from the field data on which these faults were first seen get the right findings.
 #[test]
 fn the_public_files_end_as_they_should() {
     let Some(shared) = shared() else { return };
@@ -212,7 +214,7 @@ fn the_public_files_end_as_they_should() {
     }
     let bursts = public(&arm, &field("bursts"), &Options::default()).err().unwrap();
     assert!(bursts.contains("arrived in bursts") && bursts.contains("multiply by 0.00499"), "{bursts}");
-    // Positions at the motor: the joint's inertia comes out as it is.
+    // Positions at the motor side: the inertia of joint 1 comes out right.
     let mut options = Options::default();
     options.transmission.ratios = Some(vec![121.0, 121.0, 101.0]);
     let found = identified(&arm, public(&arm, &field("motor_side_50hz"), &options).unwrap(), &options).estimate;
@@ -221,7 +223,7 @@ fn the_public_files_end_as_they_should() {
     assert!(found.total.unwrap() < 0.02, "{:?}", found.total);
 }
 
-/// Currents are taken as torques.
+/// Options in which currents count as torques: each drive gain is 1.
 fn changed_gains(source: &LogSource) -> Options {
     let mut options = Options::default();
     if source.effort_is() == logs::Effort::Current {
@@ -230,7 +232,7 @@ fn changed_gains(source: &LogSource) -> Options {
     options
 }
 
-/// A current loop that chatters at 105 Hz: the default cut-off is the motion's, and the parameters come out.
+/// A current loop that chatters at 105 Hz: the default cut-off follows the motion, and the large parameters are right within 2 %.
 #[test]
 fn a_chattering_drive_does_not_decide_the_cutoff() {
     let Some(shared) = shared() else { return };
@@ -254,8 +256,9 @@ fn a_chattering_drive_does_not_decide_the_cutoff() {
     }
 }
 
-/// A log without a clock, its positions and torques in files of their own whose columns have the same names: with the rate, and
-/// the lines that `rist columns` proposes, it is the log. The rate is asked for, and the velocities say it.
+/// A log without a clock: positions, velocities and torques are in separate files with equal column names. With the rate and the
+/// column options, it gives the estimate of the whole log. Without a rate it is refused; the message proposes the rate from the
+/// velocities.
 #[test]
 fn a_log_without_a_clock_in_two_files_is_the_log() {
     let here = folder("clockless");
@@ -292,7 +295,7 @@ fn a_log_without_a_clock_in_two_files_is_the_log() {
     let found = identified(&model, source, &options).estimate;
     let whole = identified(&model, opened(&model, &good, "whole_clock"), &Options::default()).estimate;
     for (found, whole) in found.parameters.iter().zip(&whole.parameters) {
-        // The clock of the file has six decimals, and that of the rate none: 1e-6 s of a period of 5 ms.
+        // The clock of the whole file is rounded to 1e-6 s, the clock from the rate is exact; the period is 5 ms.
         let (found, whole, sigma) = (found.value.unwrap(), whole.value.unwrap(), whole.sigma_or_infinity());
         assert!((found - whole).abs() <= 0.05 * sigma, "{found} {whole} {sigma}");
     }

@@ -1,4 +1,5 @@
-//! The dynamics that simulations run on, against the independent recursion; the base parameters of R3G against a table.
+//! Tests of the dynamics that simulations use against the independent recursion, and of the base parameters of R3G against a
+//! table.
 
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use tests::benchmark::robots::{puma, r3, race};
@@ -21,7 +22,7 @@ fn inertia_and_bias_are_those_of_the_recursion() {
             let (mut a, mut h) = (vec![0.0; n * n], vec![0.0; n]);
             dynamics.fill(&q, &dq, &mut a, &mut h);
             for i in 0..n {
-                // Torques of at most some 100 N m, sums of fewer than a thousand terms of that size.
+                // The torques are at most some 100 N m: sums of fewer than a thousand terms of that size.
                 assert!((h[i] - bias[i]).abs() < 1e-11, "{} h_{i}: {} {}", robot.robot.name, h[i], bias[i]);
             }
             for k in 0..n {
@@ -36,7 +37,8 @@ fn inertia_and_bias_are_those_of_the_recursion() {
     }
 }
 
-/// The rules of trees by hand, to five decimals: ZZR1 = ZZ1 + YY2 + YY3 + D3^2 M3 = 0.29288, and so on.
+/// Base parameters by the grouping rules for trees, computed by hand to five decimals: ZZR1 = ZZ1 + YY2 + YY3 + D3^2 M3 = 0.29288
+/// etc.
 #[test]
 fn base_parameters_of_the_benchmark() {
     let robot = r3(true);

@@ -1,4 +1,4 @@
-//! Identification by spectrum analysis from the plan to the parameters, on simulated experiments.
+//! Tests of identification by spectrum analysis, from the plan to the parameters, on simulated experiments.
 
 use experiments::motion::record::Record;
 use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
@@ -21,7 +21,7 @@ use tests::benchmark::robots::{r3, race, with_load};
 use tests::benchmark::scenario::Scenario;
 use tests::tape_robot::TapeRobot;
 
-/// Figures of every method on few draws; the full tables are those of `cargo bench`.
+/// Error figures of every method over a few random draws; `cargo bench` gives the full tables.
 fn figures(scenario: &str, gravity: bool, draws: usize) -> Vec<(Method, Figures)> {
     let robot = r3(gravity);
     let arm = r3_arm("R3", &robot);
@@ -38,8 +38,8 @@ fn of(figures: &[(Method, Figures)], method: Method) -> Figures {
     figures.iter().find(|f| f.0 == method).unwrap().1
 }
 
-/// RIST-MH within bounds: RMSE in Cramer-Rao deviations, torque error in %, and its share of the error of the paper's
-/// rows. The bounds are what an independent prototype reached on the same arm.
+/// Checks bounds for RIST-MH: `rmse` in Cramer-Rao sigmas, `torque`: torque error, %, and `share`: torque error divided by that
+/// of the rows of the paper. An independent prototype reached these bounds on the same arm.
 fn within(scenario: &str, rmse: f64, torque: f64, share: f64) {
     let f = figures(scenario, true, 4);
     let (harmonic, paper) = (of(&f, Method::Harmonic), of(&f, Method::PaperWeighted));
@@ -49,7 +49,7 @@ fn within(scenario: &str, rmse: f64, torque: f64, share: f64) {
     assert!(harmonic.torque <= of(&f, Method::FilteredLeastSquares).torque, "{scenario}: beaten by IDIM-LS");
 }
 
-/// Fine sensors, coarse ones, friction with Stribeck and drift, friction with load.
+/// S1: fine sensors. S2: coarse sensors. S3: Stribeck friction and drift. S4: friction that depends on the load.
 #[test]
 fn every_scenario_is_within_the_bounds_of_a_prototype() {
     within("S1", 1.5, 0.10, 0.4);
@@ -62,7 +62,8 @@ fn every_scenario_is_within_the_bounds_of_a_prototype() {
 fn the_papers_rows_without_feedforward_and_without_gravity() {
     let f = figures("S1-PD", true, 4);
     let (equal, weighted) = (of(&f, Method::PaperEqual), of(&f, Method::PaperWeighted));
-    // A prototype of the paper's rows erred by 0.53 % (equal weights) on this arm: within a factor of three of it.
+    // A prototype with the rows of the paper (equal weights) had a torque error of 0.53 % on this arm: allowed is a factor of
+    // three.
     assert!(weighted.torque > 0.2 && weighted.torque < 1.5, "{weighted:?}");
     assert!(equal.torque > 0.3 * 0.53 && equal.torque < 3.0 * 0.53, "{equal:?}");
     assert!(of(&f, Method::Harmonic).torque < 0.10);
@@ -80,7 +81,7 @@ fn without_friction_and_noise_the_parameters_come_back() {
     let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
     let experiments = fixture.measured(None, 0);
     let ideal = NoiseLevels { position: vec![1e-9; 3], current: vec![0.2 / 2.393, 0.15 / 0.87, 0.1] };
-    // Without noise nothing is lost by keeping the corners of the motion.
+    // Without noise, wide bands that keep the corners of the motion lose no accuracy.
     let band = Band { motion: 100.0, ..Band::default() };
     let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &band);
     let estimate = data.estimate(&HarmonicOptions { ends: true, ..HarmonicOptions::plain() }).unwrap();
@@ -102,7 +103,7 @@ fn threads_change_nothing() {
     assert_eq!(of(1), of(3));
 }
 
-/// Differences that stop at the edges of the window put noise/h^2 into every bin.
+/// Second differences that do not wrap around at the window edges put an error of noise/h^2 into every frequency bin.
 #[test]
 fn differences_must_wrap_around() {
     let mut random = random::Random::new(1);
@@ -120,7 +121,7 @@ fn differences_must_wrap_around() {
     assert!(cut > 50.0 * wrapped, "{cut} {wrapped}");
 }
 
-/// Half a sample between current and position turns Coulomb friction into the acceleration.
+/// A delay of half a sample between current and position turns part of the Coulomb friction into an apparent inertia.
 #[test]
 fn the_hold_delays_by_half_a_sample() {
     let robot = r3(true);
@@ -175,7 +176,8 @@ fn plan_of_race(robot: &TapeRobot) -> Vec<ExcitingTrajectory> {
     let found = race_candidates(robot);
     let ((plan, value), by_chance) = planned_and_random(&found, 50);
     assert!(value.is_finite(), "rank 18 of 18");
-    // Random sets of eight are far behind: no one of fifty comes within a fifth in each direction.
+    // Plans of eight random experiments are far worse: each of fifty is worse by more than 20 % in the geometric mean of the
+    // directions.
     let best = by_chance.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
     assert!(value > best + 18.0 * 0.2, "{value} {best}");
     chosen(&found, &plan)
@@ -206,7 +208,7 @@ fn eight_experiments_identify_eighteen_parameters_and_the_gains() {
     }
 }
 
-/// Where the model is exact (no friction but columns for it, white noise), 95 % intervals cover.
+/// Coverage of the 95 % intervals if the model is exact: no friction apart from its columns, white noise.
 #[test]
 fn intervals_cover_at_their_level() {
     let robot = race();
@@ -235,11 +237,11 @@ fn intervals_cover_at_their_level() {
     assert!((92.0..=98.0).contains(&share), "{share} %");
 }
 
-/// Gains of R3G by RIST-MH; with a load no gain is known, without that of the third joint.
+/// Comparison of the gains of R3G from RIST-MH. With a load no gain is known; with mass 0, only the gain of joint 3 is known.
 fn gains(scenario: &str, mass: f64, options: &HarmonicOptions) -> GainComparison {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    // 2 kg take 24 N m of the third drive, which has 15.
+    // A load of 2 kg needs 24 N m from the third drive, whose limit is 15 N m by default.
     arm.drives.greatest_torque = vec![120.0, 90.0, 45.0];
     let scenario = Scenario::all(&arm).into_iter().find(|s| s.name == scenario).unwrap();
     let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
@@ -252,7 +254,8 @@ fn gains(scenario: &str, mass: f64, options: &HarmonicOptions) -> GainComparison
     fixture.compare_gains(&[Gain::Free; 3], options, 6, 11, 2).unwrap()
 }
 
-/// Unbiased and within their deviations, which are at most 1.6 times those of the paper's rows free of friction (%).
+/// The gains are unbiased and within their sigmas, %. Each sigma is at most 1.6 times that of the rows of the paper without
+/// friction.
 #[test]
 fn a_known_load_gives_all_gains() {
     for (mass, expected) in [(0.5, [0.088, 0.035, 0.036]), (2.0, [0.024, 0.010, 0.010])] {
@@ -261,13 +264,13 @@ fn a_known_load_gives_all_gains() {
         for j in 0..3 {
             assert!(found.sigma[j] < 1.6 * expected[j], "{mass} kg: {found}");
             assert!(found.bias[j].abs() < found.sigma[j], "{mass} kg: {found}");
-            // Of six draws: beyond 2.2 sigma less than once in ten thousand.
+            // Rmse of six draws: it exceeds 2.2 sigma with a probability below 1e-4.
             assert!(found.rmse[j] < 2.2 * found.sigma[j], "{mass} kg: {found}");
         }
     }
 }
 
-/// Where the model is exact (no friction but columns for it, white noise) the claimed deviations are the errors.
+/// If the model is exact (no friction apart from its columns, white noise), the sigmas of the gains equal their actual errors.
 #[test]
 fn deviations_of_gains_are_honest() {
     let robot = r3(true);
@@ -282,13 +285,13 @@ fn deviations_of_gains_are_honest() {
     let found = fixture.compare_gains(&known, &options, 50, 9, 2).unwrap();
     println!("{found}");
     for j in 0..2 {
-        // Fifty draws: three standard errors of a root mean square are 30 %.
+        // Rmse of fifty draws: three standard errors are 30 %.
         assert!((found.rmse[j] / found.sigma[j] - 1.0).abs() < 0.3, "{found}");
         assert!(found.bias[j].abs() < 0.6 * found.sigma[j], "{found}");
     }
 }
 
-/// Friction that eq. (5) has no column for, and its drift, are chosen with the gains as without.
+/// Friction terms beyond the columns of eq. (5), and the drift of friction, are also chosen when gains are estimated.
 #[test]
 fn gains_feel_the_friction_that_is_left_out() {
     let plain = HarmonicOptions { ends: true, ..HarmonicOptions::plain() };

@@ -1,4 +1,4 @@
-//! Logs in which one joint moves and the others stand still: what they do not tell has no value, and serves no use.
+//! Tests of logs in which one joint moves and the others stand: unidentified parameters get no value and support no use.
 
 use claims::Outcome;
 use identification::estimate::topics::{MOUNT, ROTOR, SCALE, SPRING, ZERO};
@@ -11,20 +11,20 @@ use tests::program::folder;
 use tests::random::{Random, State};
 use tests::recursion;
 
-/// No part of these robots has as many kg, kg m or kg m^2, nor as much friction.
+/// Bound on the magnitude of any parameter of these robots: kg, kg m, kg m^2, and friction.
 const LARGEST_PARAMETER: f64 = 300.0;
 
-/// Where the others stand, and how their encoders read it.
+/// Position at which the other joints stand, and how their encoders measure it.
 #[derive(Clone, Copy)]
 struct Standing {
     pose: f64,
-    /// rad (m).
+    /// Standard deviation of the measured positions, rad (m).
     noise: f64,
-    /// rad (m); 0: as fine as numbers are.
+    /// Resolution of the encoders, rad (m); 0: no rounding.
     step: f64,
 }
 
-/// Eight seconds at 100 Hz in which `joint` swings.
+/// CSV text of a log of eight seconds at 100 Hz. `joint` swings, the others stand as `standing` says.
 fn log(model: &Model, joint: usize, standing: Standing) -> String {
     let (n, truth) = (model.robot.n_coordinates(), unlike(&model.robot, 4));
     let mut random = Random(5);
@@ -88,7 +88,8 @@ fn judged(model: &Model, file: &str, joint: usize, standing: Standing, consisten
             "{at}: {p:?}"
         );
     }
-    // At rest a lift tells all that is to be told of its weight, and the others have none.
+    // Gravity compensation is excepted: the weight of a lift is identifiable at rest, and the other joints have no gravity
+    // torque.
     for used in verdict.uses.iter().filter(|used| used.name != "gravity compensation") {
         assert_eq!(used.trust, Trust::No, "{at}: {verdict}");
     }

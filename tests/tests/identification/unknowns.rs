@@ -1,5 +1,5 @@
-//! Mount, zeros, scales and springs as unknowns beside the parameters: on logs of the simulator of `random_situations`
-//! each comes out within its own deviation, and the parameters with it.
+//! Tests of base mount, joint zeros, torque scales and springs as unknowns that are estimated with the parameters. On logs of the
+//! simulator `random_situations`, each true value is within the printed standard deviations.
 
 use identification::estimate::claims::hypotheses::Hypothesis;
 use identification::estimators::drive_gains::likelihood::Gain;
@@ -15,7 +15,7 @@ use tests::random_situations::draw::Draw;
 use tests::random_situations::robots::machine;
 use tests::random_situations::sensors::{Noise, Sensors, zero};
 
-/// A machine with one defect at a joint, good sensors, its own description, and rotors that are none.
+/// A simulated situation with one defect at a joint, good sensors, an exact model file, and no rotor inertia.
 fn situation(seed: u64, kind: Kind, joint: usize, size: f64) -> Situation {
     let mut machine = machine(&mut Draw::of(seed, 1));
     machine.chain.joints.iter_mut().for_each(|j| j.rotor = 0.0);
@@ -39,10 +39,11 @@ fn log(model: &Model, table: Table) -> LogSource {
     model.log_of_table(table, &ColumnNames::default()).unwrap().0
 }
 
-/// Of a normal error 1 in 3.5 million is beyond five deviations; t of the nine freedoms of the jackknife, 1 in 1400.
+/// Allowed error in sigmas. Beyond five: 1 in 3.5 million for a normal error, 1 in 1400 for t with the nine degrees of freedom of
+/// the jackknife.
 const DEVIATIONS: f64 = 5.0;
 
-/// The values that were found, each with its truth and deviation, of joints that the log tells.
+/// Checks that each identified value is within `DEVIATIONS` of its true value. `share` multiplies the standard deviation.
 fn assert_true(
     seed: u64,
     found: &Identification,
@@ -62,7 +63,7 @@ fn assert_true(
     assert!(told > 0, "seed {seed}: nothing is told");
 }
 
-/// A zero of seven degrees at the second joint; the other zeros are where they are described.
+/// A zero offset of 0.12 rad at the second joint is found; the zeros of the other joints stay as in the model file.
 #[test]
 fn zeros_come_out() {
     for seed in [5, 25] {
@@ -78,13 +79,14 @@ fn zeros_come_out() {
     }
 }
 
-/// The parts of the remark on zeros: one a joint, of those that were asked for.
+/// The entries of the remark on zeros, one per joint, in the order of the requested joints.
 fn zeros_said(found: &Identification) -> Vec<&str> {
     let remark = found.estimate.remarks.iter().find_map(|r| r.strip_prefix("zeros: ")).expect("a remark on zeros");
     remark.split(';').next().unwrap().split(", ").filter(|part| !part.starts_with("within ")).collect()
 }
 
-/// A zero is said to be held where the prior told it, and only there; every other one is said with its deviation.
+/// Checks the remark: a zero that only the prior determines is said to stay as it was, any other identified zero has a standard
+/// deviation. Returns the number of zeros from the prior.
 fn assert_held_are_said(found: &Identification) -> usize {
     let said = zeros_said(found);
     let zeros: Vec<_> = found.decided.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
@@ -96,8 +98,8 @@ fn assert_held_are_said(found: &Identification) -> usize {
     zeros.iter().filter(|zero| zero.is_prior).count()
 }
 
-/// The first axis of an upright arm is along gravity: its zero leaves no trace in a log. The description holds it, that is
-/// said, and the others and the mount come out.
+/// The first axis of an upright arm is parallel to gravity, so its zero has no effect on a log. It stays at the nominal value,
+/// the remark says so, and the other zeros and the mount are identified.
 #[test]
 fn a_zero_about_gravity_is_held_and_said() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
@@ -112,7 +114,8 @@ fn a_zero_about_gravity_is_held_and_said() {
     assert!(found.estimate.remarks.iter().all(|remark| !remark.contains("do not settle")));
 }
 
-/// A torque that is a quarter too large beside the others. Of all scales one is not told, and the others count from it.
+/// The torques of the second joint are too large by a factor. One common factor of all scales is unobservable, so one scale is
+/// the reference.
 #[test]
 fn scales_come_out() {
     for seed in [5, 25] {
@@ -125,7 +128,7 @@ fn scales_come_out() {
     }
 }
 
-/// A spring at the second joint, which the option takes out again.
+/// A spring at the second joint is found with its stiffness, which goes into the options.
 #[test]
 fn springs_come_out() {
     for seed in [5, 25] {
@@ -138,7 +141,7 @@ fn springs_come_out() {
     }
 }
 
-/// A base that leans by twenty degrees: gravity as the found mount has it is that of the machine.
+/// A base tilted by 0.35 rad: the identified mount gives the gravity vector of the simulated machine.
 #[test]
 fn the_mount_comes_out() {
     for seed in [5, 25] {
@@ -158,7 +161,7 @@ fn the_mount_comes_out() {
     }
 }
 
-/// Six ways to mount an arm: upright, on two walls, on a ceiling, leaning, anyhow; roll and pitch, rad.
+/// Roll and pitch of six mounts, rad: upright, on two walls, on a ceiling, leaning, and a general rotation.
 const MOUNTS: [[f64; 2]; 6] = [
     [0.0, 0.0],
     [std::f64::consts::FRAC_PI_2, 0.0],
@@ -168,7 +171,7 @@ const MOUNTS: [[f64; 2]; 6] = [
     [1.1, -0.7],
 ];
 
-/// A machine whose base is mounted so, and its gravity; its description stands upright.
+/// A machine whose base is mounted with this roll and pitch, and its gravity vector, m/s^2. Its model file says upright.
 fn mounted(seed: u64, [roll, pitch]: [f64; 2]) -> (Situation, Vector3<f64>) {
     let mut situation = situation(seed, Kind::Tilt, 0, 0.0);
     let base = Rotation3::from_euler_angles(roll, pitch, 0.0);
@@ -182,15 +185,15 @@ fn number_behind(text: &str, phrase: &str) -> f64 {
     rest.split([' ', ',', ']', ')']).next().unwrap().parse().unwrap_or_else(|e| panic!("{phrase}: {e}: {text}"))
 }
 
-/// Roll, pitch and yaw of the first line that mounts a base in a text.
+/// Roll, pitch and yaw, rad, of the first `[base=..]` in a text.
 fn printed_base(text: &str) -> [f64; 3] {
     let values = text.split("[base=").nth(1).and_then(|rest| rest.split(']').next());
     let numbers: Vec<f64> = values.unwrap_or_else(|| panic!("{text}")).split(',').map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
 }
 
-/// However an arm is mounted, gravity is found within what is printed; the printed line makes that very model, to the bit, and
-/// so does the estimate.
+/// For each mount, the gravity direction is within the printed standard deviation. A model that is read with the printed
+/// `[base=..]`, or with the description in the estimate, equals the used model bit by bit.
 #[test]
 fn any_mount_comes_out_and_is_made_again() {
     for seed in [5, 25] {
@@ -203,7 +206,7 @@ fn any_mount_comes_out_and_is_made_again() {
             let said = found.estimate.remarks.iter().find(|r| r.starts_with("mount: ")).expect("a remark on the mount");
             let deviation = number_behind(said, "of the base +- ");
             assert!(off < DEVIATIONS * deviation, "seed {seed} {roll} {pitch}: {off} deg: {said}");
-            // Sensors are good: a deviation that says nothing would cover anything.
+            // The sensors are good, so the standard deviation must be small. A huge one would make the check above useless.
             assert!(deviation < 1.0, "seed {seed} {roll} {pitch}: {said}");
             assert!(!said.contains("is not identifiable"), "{said}");
             let described = used.description.clone().unwrap();
@@ -215,14 +218,15 @@ fn any_mount_comes_out_and_is_made_again() {
             assert_eq!(read(&of_estimate), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
             let plain = ModelOptions { base: None, ..of_estimate };
             let printed = ModelOptions { base: Some(printed_base(said)), ..Default::default() };
-            // What is repeated of an estimate leaves the rest of it: rotors that were found.
+            // Options given on the command line replace those of the estimate; the others of the estimate, such as its rotors,
+            // remain.
             let repeated = printed.over(&plain.description().unwrap_or_default()).unwrap();
             assert_eq!(read(&repeated), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
         }
     }
 }
 
-/// The line that a verdict prints for a base that is mounted otherwise is as near as descriptions are good.
+/// The base that the log check proposes for another mount is accurate within one degree.
 #[test]
 fn the_line_that_a_verdict_prints_is_where_gravity_is() {
     for [roll, pitch] in &MOUNTS[1..] {
@@ -233,13 +237,13 @@ fn the_line_that_a_verdict_prints_is_where_gravity_is() {
         let [roll, pitch, yaw] = printed_base(remedy);
         let turn = Rotation3::from_euler_angles(roll, pitch, yaw);
         let off = (turn.inverse() * Vector3::new(0.0, 0.0, -9.81)).angle(&exact).to_degrees();
-        // The bodies are as described.
+        // The bodies are exact here, so the only errors come from the log.
         assert!(off < 1.0, "{roll} {pitch}: {off} deg: {remedy}");
         assert!(remedy.contains("[unknowns=mount]"), "{remedy}");
     }
 }
 
-/// Currents with their gains are torques: the mount is that of the log of torques, and a log of currents without is refused.
+/// Currents with known gains give the same mount as torques.
 #[test]
 fn the_mount_of_a_log_of_currents() {
     let situation = situation(5, Kind::Tilt, 0, 0.35);
@@ -251,7 +255,7 @@ fn the_mount_of_a_log_of_currents() {
     let is_torque = |k: usize| table.header[k].starts_with("tau_");
     for k in (0..table.header.len()).filter(|&k| is_torque(k)).collect::<Vec<_>>() {
         table.header[k] = table.header[k].replace("tau_", "i_");
-        // Exact in binary: the torques are the same to the bit.
+        // The factor is a power of two, so the torques are equal bit by bit.
         table.columns[k].iter_mut().for_each(|x| *x *= 0.25);
     }
     let mut request = IdentifyRequest::default();
@@ -262,7 +266,7 @@ fn the_mount_of_a_log_of_currents() {
     assert!(currents.estimate.description.unwrap().base.is_some());
 }
 
-/// A log without springs has none taken, which is said, and the estimate is that without the question.
+/// In a log without springs no spring is estimated, a remark says so, and the estimate equals that without springs as unknowns.
 #[test]
 fn springs_that_are_not_told_are_not_taken() {
     for seed in [5, 25] {
@@ -275,7 +279,7 @@ fn springs_that_are_not_told_are_not_taken() {
             said.starts_with("springs: ") && said.contains("not taken, because below 6 sigma: ") && !said.contains('['),
             "{said}"
         );
-        // A spring that is there is taken alone, and the others are named.
+        // If one joint has a spring, only this spring is estimated; the remark names the others.
         let found = identified(&self::situation(seed, Kind::Spring, 1, 0.5), &[UnknownKind::Springs]);
         let springs = found.estimate.options.as_ref().unwrap().transmission.springs.clone().unwrap();
         let taken: Vec<usize> = (0..springs.len()).filter(|&k| springs[k] != 0.0).collect();
@@ -283,8 +287,8 @@ fn springs_that_are_not_told_are_not_taken() {
     }
 }
 
-/// What a spring or a scale takes out of the torques, be it right or absurd, leaves the torque that errors are relative to: rms
-/// over relative error is the torque as it was measured, of the fit, of parts left out, and of a log that is predicted.
+/// Springs and scales change the fitted torque, right or absurd ones. The relative errors still refer to the torque as measured:
+/// rms divided by relative error gives the same torque for the fit and for a predicted log.
 #[test]
 fn errors_are_relative_to_the_torque_as_measured() {
     for seed in [5, 25] {
@@ -316,11 +320,12 @@ fn errors_are_relative_to_the_torque_as_measured() {
         {
             let (measured, validated, drawn, total) = of(springs.clone(), scales.clone());
             for (j, exact) in exact.iter().enumerate() {
-                // A zero-phase filter is linear: rounding alone, of a torque a thousand times smaller than the spring's.
+                // A zero-phase filter is linear, so only rounding remains: the torque is a thousand times smaller than that of
+                // the spring.
                 assert!((measured[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", measured[j]);
                 assert!((validated[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", validated[j]);
             }
-            // N m and N are not added.
+            // The total over joints is not checked for robots with prismatic joints, since N m and N cannot be added.
             let slides = (0..n).any(|k| model.regressor().is_prismatic(k));
             assert!(slides || (total - 1.0).abs() < 1e-9, "seed {seed}: {total}");
             let largest = series.iter().fold(0.0f64, |m, x| m.max(x.abs()));

@@ -1,4 +1,4 @@
-//! What ends the output of `rist identify` and `rist validate`: a mistake is never silent, and a good log is trusted.
+//! Tests of the verdict at the end of `rist identify` and `rist validate`: mistakes are reported, and a good log is trusted.
 
 use rist::Model;
 use tests::faults::{amperes, changed, cut, each, mirrored};
@@ -6,13 +6,13 @@ use tests::joint_log::{self, JointLog, described, swinging, unlike};
 use tests::program::{Run, folder, rist};
 use tests::urdf_text;
 
-/// The UR5 of models/, and the log of a robot like it.
+/// Path and model of the UR5 in models/, and a log of a robot with slightly different bodies.
 fn arm() -> (String, Model, JointLog) {
     let (model, good) = joint_log::ur5();
     (model.path.display().to_string(), model, good)
 }
 
-/// The end of what a command printed: what was found, the word of trust with its reasons, what to do next.
+/// The last part of the output: the line "found:", the lines "trust:" with the reasons, and the line "next:".
 fn verdict(run: &Run) -> [String; 3] {
     let lines: Vec<&str> = run.out.lines().collect();
     let place = |start: &str| {
@@ -25,7 +25,7 @@ fn verdict(run: &Run) -> [String; 3] {
     [lines[found].into(), lines[trust..next].join("\n"), lines[next].into()]
 }
 
-/// The ten mistakes about which a newcomer was told nothing: a sentence, exit code 1, an estimate and no URDF.
+/// Ten mistakes that were once not reported: each gives a sentence, exit code 1, an estimate and no URDF.
 #[test]
 fn no_mistake_is_silent() {
     let here = folder("silent");
@@ -90,7 +90,7 @@ fn a_good_log_is_trusted() {
     good.write_for(&model, &here.join("a.csv"));
     rist(&here, &["doctor", &ur5, "a.csv"]).told(0, &["nothing is contradicted", "brakes"]);
 
-    // Half a minute of a motion of three seconds is one motion.
+    // Ten repetitions of a motion of three seconds count as one motion.
     let short = cut(&good, 3.0);
     let periods = |x: &Vec<f64>| (0..10).flat_map(|_| x.iter().copied()).collect::<Vec<f64>>();
     let again = changed(&short, |l| {
@@ -113,7 +113,7 @@ fn a_good_log_is_trusted() {
     };
     let description = percent(&found[0], "relative residual of this log: ");
     let identified = percent(&found[0], "with the nominal parameters, ");
-    // Parameters off by up to 15 %, and not all the same way; noise of 0.1 N m beside torques of some ten.
+    // The parameters differ by up to 15 % in both directions; noise of 0.1 N m is small compared with torques of tens of N m.
     assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
     assert!(here.join("w.urdf").is_file());
 
@@ -125,8 +125,8 @@ fn a_good_log_is_trusted() {
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
-/// Logs that are fitted together predict each other, and that is a reason of a yes. It is none where there is one log, or where
-/// the logs repeat one motion; and logs of two robots contradict each other.
+/// If several logs are fitted, each is predicted from the others, and a small error is a reason for a yes. This needs different
+/// motions. Logs of two different robots contradict each other.
 #[test]
 fn logs_of_one_fit_predict_each_other() {
     let here = folder("together");
@@ -158,8 +158,8 @@ fn logs_of_one_fit_predict_each_other() {
     assert!(apart.contains("the logs contradict each other") && apart.contains(" of its torque"), "{apart}");
 }
 
-/// The power of the common scale and the sentence on units go together: bodies that are wrong by 15 % leave a factor of all
-/// torques open, a description without bodies any factor, and an exact one none that counts.
+/// The remark on a common factor of all torques appears only if the model file cannot exclude such a factor: with bodies that are
+/// wrong by 15 % (a bounded factor) or without bodies (any factor), but not with an exact file.
 #[test]
 fn a_factor_of_all_torques_is_said_where_it_counts() {
     let here = folder("units");
@@ -189,8 +189,8 @@ fn a_factor_of_all_torques_is_said_where_it_counts() {
     }
 }
 
-/// A load that nobody noted: the description predicts the other log far better than the estimate, and what the fit left
-/// says nothing of it.
+/// If the fitted log had a load that the model file lacks, the file predicts another log better than the estimate does. The
+/// verdict of `validate` uses the error on the new log and not the residual of the fit.
 #[test]
 fn a_validation_judges_its_own_residual() {
     let here = folder("another_robot");
@@ -235,14 +235,14 @@ fn a_refused_estimate_makes_no_code() {
     assert!(here.join("x.rs").exists());
 }
 
-/// Gains that are wrong by one factor make masses that are: the description is held against them, and says which gains
-/// would fit it.
+/// Drive gains that are wrong by a common factor give wrong masses. The comparison with the model file shows this, and the
+/// verdict proposes the gains that fit the file.
 #[test]
 fn wrong_gains_are_named_with_those_that_fit() {
     let here = folder("gains");
     let (ur5, model, good) = arm();
     let names = model.regressor().coordinates();
-    // Currents of drives of 10 N m/A each, that of the elbow with this sign.
+    // Currents of drives with 10 N m/A; `sign` is the sign of the current of the elbow.
     let write = |file: &str, sign: f64| {
         let currents = changed(&good, |l| {
             each(&mut l.tau, |x| x / 10.0);
@@ -266,11 +266,11 @@ fn wrong_gains_are_named_with_those_that_fit() {
             assert!(found[1].contains("the drive gains are"), "{found:?}");
             let told = found[2].split("elbow=").nth(1).unwrap_or_else(|| panic!("{found:?}"));
             let told: f64 = told.split(',').next().unwrap().parse().unwrap();
-            // The bodies of the log are up to 15 % off those of the description.
+            // The bodies of the simulated robot differ from the model file by up to 15 %.
             assert!((told / 10.0 - 1.0).abs() < 0.2, "{told}");
         }
     }
-    // A drive whose current counts the other way has a gain below zero.
+    // A drive with reversed current sign has a negative gain.
     write("reversed.csv", -1.0);
     let gains = |of_elbow: f64| {
         let gain = |name: &String| format!("{name}={}", if name == "elbow" { of_elbow } else { 10.0 });
@@ -298,7 +298,7 @@ fn very_late_torques_are_named() {
     }
 }
 
-/// What is advised at the end is done: bodies are offered to a simulator only where they may be written.
+/// The advice of the line "next:" can be followed: writing a URDF is advised only if `--write-urdf` succeeds.
 #[test]
 fn the_next_step_works() {
     let here = folder("next");

@@ -1,4 +1,4 @@
-//! A description that is written is nearer the truth than the one it replaces.
+//! Tests that the bodies of a written URDF are closer to the truth than the bodies that they replace.
 
 use rist::Model;
 use rist::fit::samples::Identification;
@@ -9,7 +9,7 @@ use tests::model_path;
 use tests::program::folder;
 use tests::random::Random;
 
-/// Error of the rigid torque at random states with base parameters `x`, relative.
+/// Error of the rigid-body torque with base parameters `x`, relative to the true torque, over 1000 random states.
 fn error(model: &Model, x: &[f64], truth: &[f64]) -> f64 {
     let regressor = model.regressor();
     let (n, p) = (regressor.coordinates().len(), x.len());
@@ -29,7 +29,7 @@ fn error(model: &Model, x: &[f64], truth: &[f64]) -> f64 {
     (left / whole).sqrt()
 }
 
-/// The consistent estimate of a log, its verdict and its base parameters.
+/// The physically consistent estimate of a log, its verdict and its base parameters.
 fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Verdict, Vec<f64>) {
     let source = log.opened(model, &folder("written").join(file));
     let request = IdentifyRequest { consistent: true, ..Default::default() };
@@ -40,8 +40,8 @@ fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Ver
     (found, verdict, written)
 }
 
-/// Bodies off by up to 15 %: the written torque is nearer the truth in every draw. An exact description is left by no more
-/// than the uncertainty that is printed.
+/// If the bodies are off by up to 15 %, the new bodies have a smaller torque error in every draw. If the nominal bodies are
+/// exact, the error is within the printed uncertainty.
 #[test]
 fn a_written_description_is_nearer_the_truth() {
     for (file, amplitude) in [("ur5.urdf", 1.2), ("puma560.yaml", 1.0), ("kuka_lwr.yaml", 0.8), ("ur5.urdf", 0.3)] {
@@ -56,7 +56,7 @@ fn a_written_description_is_nearer_the_truth() {
             let (now, before) = (error(&model, &written, &base), error(&model, &of_description, &base));
             if is_exact {
                 let printed = found.estimate.torque_errors.iter().map(|e| e.relative).fold(0.0, f64::max);
-                // Three deviations: one draw of many parameters.
+                // Three standard deviations, since this is one draw of many parameters.
                 assert!(now < 3.0 * printed, "{file}: off by {now}, {printed} are printed");
                 assert_eq!(
                     verdict.of_bodies().0,
@@ -70,8 +70,8 @@ fn a_written_description_is_nearer_the_truth() {
     }
 }
 
-/// The force that holds a quill at rest is its weight, which no motion tells from an offset of the drive: it is in the bodies,
-/// that is said, and they are not worse at rest than the description.
+/// The weight of a vertical slide and an offset of its drive give the same constant force, so a motion cannot separate them. The
+/// force is assigned to the bodies, the verdict says so, and the error at rest is small.
 #[test]
 fn the_weight_of_a_slide_is_in_its_bodies() {
     let model = Model::read(model_path("scara.yaml")).unwrap();
@@ -87,7 +87,7 @@ fn the_weight_of_a_slide_is_in_its_bodies() {
         let weight = at_rest(&model.parameters.values(&truth));
         let log = swinging_by(&model.robot, &truth, &[1.0, 1.2, 1.5, 0.1], 0.0);
         let (_, verdict, written) = consistent(&model, &log, &format!("{seed}_scara.csv"));
-        // 0.1 N m of white noise on five thousand samples.
+        // White noise of 0.1 N m, averaged over five thousand samples.
         assert!((at_rest(&written) - weight).abs() < 0.05, "draw {seed}: {} N, {weight} N", at_rest(&written));
         assert!((at_rest(&before) - weight).abs() > 0.05, "draw {seed} shows nothing");
         let bodies = verdict.uses.last().unwrap();

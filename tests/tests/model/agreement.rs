@@ -1,4 +1,4 @@
-//! Law 3: compiled code = Tape = plain f64, for every robot of `generated`.
+//! Tests that compiled code, the Tape and plain f64 evaluation agree for every robot of `generated`.
 
 use expr::{Function, Tape};
 use generated::robots;
@@ -44,7 +44,7 @@ fn compiled_code_the_tape_and_plain_f64_agree() {
         let compiled = generated::find(function.fingerprint()).unwrap();
         let tape = Tape::new(&function);
         let mut random = Random(21);
-        // More than one block of samples abreast, and a rest.
+        // 70 states: more than one block of SIMD lanes, plus an incomplete block.
         let states: Vec<State> = (0..70).map(|_| random.state(&robot)).collect();
         let inputs: Vec<f64> = states.iter().flat_map(State::inputs).collect();
         let size = tape.n_outputs();
@@ -82,7 +82,7 @@ fn wrong_lengths_are_refused_and_nothing_is_written() {
     }
 }
 
-/// f64 on a processor that does not fuse.
+/// An f64 number on a processor without fused multiply-add: `mul_add` rounds twice.
 #[derive(Clone, Copy)]
 struct Unfused(f64);
 
@@ -123,7 +123,7 @@ macro_rules! unfused {
 }
 unfused!(race, ur5, panda, tree);
 
-/// A generated function by numbers that are never fused and by fused ones, against the bound of the unfused sum.
+/// Compares a generated function without and with fused multiply-add, within the error bound of the unfused sum.
 macro_rules! unfused_is_within_the_bound {
     ($($module:ident: $file:literal),* $(,)?) => {$({
         const N: usize = robots::$module::COORDINATES.len();
@@ -141,7 +141,7 @@ macro_rules! unfused_is_within_the_bound {
             assert!(compiled.fill(&state.q, &state.dq, &state.ddq, &mut fused));
             let inputs = state.inputs();
             for ((y, fused), plain) in y.as_flattened().iter().zip(fused).zip(bounded(&function, &inputs)) {
-                // Both are within the bound of the exact value: one rounding less cannot be worse.
+                // Both results are within the bound of the exact value, since fusing removes roundings.
                 assert!((y.0 - fused).abs() <= 2.0 * plain.error, "{}: {} {fused} {plain:?}", $file, y.0);
             }
         }
@@ -153,7 +153,7 @@ fn without_fusing_the_difference_is_that_of_roundings() {
     unfused_is_within_the_bound!(race: "race.yaml", ur5: "ur5.yaml", panda: "panda.yaml", tree: "tree.yaml");
 }
 
-/// f32 in and out against f64 of the same (f32) states.
+/// Compares the generated code in f32 with an f64 evaluation at the same (f32) states.
 macro_rules! agrees_in_f32 {
     ($($module:ident: $file:literal),* $(,)?) => {$({
         const N: usize = robots::$module::COORDINATES.len();
@@ -170,7 +170,7 @@ macro_rules! agrees_in_f32 {
             let inputs: Vec<f64> = q.iter().chain(&dq).chain(&ddq).map(|&x| f64::from(x)).collect();
             let ratio = f64::from(f32::EPSILON) / f64::EPSILON;
             for (y, plain) in y.as_flattened().iter().zip(bounded(&function, &inputs)) {
-                // The bound of f64 grown to f32, whose lengths are rounded too.
+                // The error bound of f64, scaled to f32. The factor 4 allows for the rounded lengths.
                 let allowed = 4.0 * ratio * plain.error.max(f64::EPSILON * plain.value.abs());
                 assert!((f64::from(*y) - plain.value).abs() <= allowed, "{}: {y} {plain:?}", $file);
             }
@@ -190,18 +190,17 @@ fn sine_and_cosine_of_the_generated_files_are_right_to_an_ulp() {
     let multiples = (-1000..=1000).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
     let beside = multiples.flat_map(|x| [x, f64::from_bits(x.to_bits() + 1), x + 1e-9, x - 1e-9]);
     let far: Vec<f64> = (0..20_000).map(|_| 1e5 * random.unit()).collect();
-    // The reduction holds to its last power of two.
+    // The range reduction is exact up to its largest argument, 2^27.
     let farther = (17..27).flat_map(|k| (0..100).map(move |i| f64::from(1 << k) * (1.0 + 0.00999 * f64::from(i))));
     let edge = [134_217_727.999, -134_217_727.5];
     let tiny = [0.0, -0.0, 1e-300, -1e-300, 1e-9, f64::MIN_POSITIVE];
     for x in grid.chain(beside).chain(far).chain(farther).chain(edge).chain(tiny) {
         let (s, c) = robots::race::Real::sin_cos(x);
         let (expected_s, expected_c) = x.sin_cos();
-        // 2e-16 as the file says, and half an ulp of the library's own.
+        // 2e-16 as stated in the generated file, plus half an ulp of the library function.
         assert!((s - expected_s).abs() <= 2.6e-16 && (c - expected_c).abs() <= 2.6e-16, "{x:e}: {s} {c}");
     }
-    // What is no angle gives no number, and does not panic.
-    // So does what is too many turns to have an angle left.
+    // NaN, infinity and angles beyond 2^27, whose reduction is inexact, give NaN and no panic.
     let beyond = [134_217_728.0, -1e9, 1e15, -1e17, 1e300, f64::MAX];
     for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().chain(beyond) {
         let (s, c) = robots::race::Real::sin_cos(x);

@@ -1,4 +1,5 @@
-//! The exact rank of robots whose loops are closed by a search: at points of a finite field that close the loops there.
+//! Tests of the exact rank of robots whose loops are solved numerically, computed at points of a finite field where the loops
+//! close.
 
 use modeling::{BaseParameters, ExactRank, NoCertificate, UnclearRank};
 use robot::format;
@@ -10,7 +11,7 @@ fn exact_base(name: &str) -> BaseParameters {
     base_parameters(&with_loops(name))
 }
 
-/// The kept columns, and what each absorbs.
+/// Each column that is kept as a base parameter, and the standard parameters that it contains.
 fn structure(base: &BaseParameters) -> Vec<(usize, Vec<usize>)> {
     base.base.iter().map(|b| (b.column, b.terms.iter().map(|t| t.parameter).collect())).collect()
 }
@@ -23,11 +24,11 @@ fn the_exact_rank_is_that_of_the_numbers_or_there_is_a_reason() {
         assert_eq!(base.len(), count, "{name}: {rank:?}");
         assert_eq!(rank.exact.rank(), is_exact.then_some(count), "{name}: {rank:?}");
         if is_exact {
-            // Then every relation holds for every robot of the structure, whether its coefficients have names or not.
+            // An exact rank proves every relation for all robots of this structure, with symbolic or numeric coefficients.
             assert!(matches!(rank.exact, ExactRank::Closed { .. }) && rank.numeric_relations == 0, "{name}: {rank:?}");
         }
     }
-    // Dyads have coefficients that are products of powers of lengths.
+    // For linkages of dyads the coefficients are products of powers of lengths.
     for name in ["four_bar", "crossed_four_bar", "boom", "whitworth", "stephenson", "four_bars_in_series"] {
         assert_eq!(exact_base(name).rank.general_relations, 0, "{name}");
     }
@@ -38,7 +39,7 @@ fn the_exact_rank_is_that_of_the_numbers_or_there_is_a_reason() {
     assert_eq!(reason("bricard"), Some(NoCertificate::Overconstrained));
 }
 
-/// What is proven for almost every robot of a structure holds for others of it, drawn at random.
+/// An exact rank holds for almost all robots of a structure, so it must hold for others with random lengths.
 #[test]
 fn columns_and_relations_are_those_of_other_lengths() {
     for (name, count, is_exact) in LOOPS {
@@ -48,7 +49,7 @@ fn columns_and_relations_are_those_of_other_lengths() {
         let given = exact_base(name);
         let expected = structure(&given);
         for seed in 0..if count > 100 { 1 } else { 2 } {
-            // Small, so that the loops close from where the search starts.
+            // The change is small, so that the loops still close near the start configuration.
             let other = resized(&with_loops(name), 0.03, &mut Random(seed));
             let base = base_parameters(&other);
             assert_eq!(base.len(), count, "{name}");
@@ -82,7 +83,8 @@ fn the_base_parameters_lose_nothing_at_other_states() {
             let largest = d.iter().fold(1.0, |largest: f64, y| largest.max(y.abs()));
             for (row, base_row) in d.chunks(p).zip(d_base.chunks(x_base.len())) {
                 let apart = (product(row, &x) - product(base_row, &x_base)).abs();
-                // Coefficients that are numbers carry the rounding of the scan, more so where a column stands out by 1e-5.
+                // Numeric coefficients have the rounding error of the scan, which is larger if a column is nearly dependent
+                // (1e-5).
                 assert!(apart < 1e-7 * largest, "{name}: {apart:e} of {largest:e}");
             }
             found += 1;
@@ -97,13 +99,14 @@ fn lengths_that_are_equal_by_chance_are_refused() {
     let refused = try_base_parameters(&robot).err();
     let Some(UnclearRank::Coincident { numeric, exact, only_exact }) = refused else { panic!("{refused:?}") };
     assert_eq!((numeric, exact, only_exact.len()), (3, 8, 5));
-    // Almost equal: a four-bar like any other.
+    // With almost equal lengths it is an ordinary four-bar.
     let near = BY_CHANCE.replace("L2: 0.5,", "L2: 0.52,");
     let near = base_parameters(&format::read_yaml(&near, "near.yaml").unwrap());
     assert_eq!((near.len(), near.rank.exact.rank()), (8, Some(8)));
 }
 
-/// Crossed and uncrossed, one linkage has two ranks; the exact one is that of the assembly at the start.
+/// A linkage can have different ranks in its crossed and uncrossed assemblies. The exact rank belongs to the assembly at the
+/// start.
 #[test]
 fn another_assembly_may_have_another_rank() {
     let other = |name: &str| match exact_base(name).rank.exact {

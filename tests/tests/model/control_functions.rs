@@ -1,4 +1,4 @@
-//! The functions for control: each is held against the equations that tie it to others, and against differences or dual
+//! Tests of the functions for control against the equations that relate them, and against finite differences or dual
 //! numbers.
 
 use expr::{Algebra, Expr, Function, Symbol, Tape};
@@ -7,13 +7,13 @@ use robot::LinkId;
 use tests::random::Random;
 use tests::{Case, agree, base_parameters, evaluated, loops};
 
-/// Rounding of some thousand operations.
+/// Tolerance for rounding of some thousand operations.
 const ROUNDING: f64 = 1e-11;
-/// Central differences of fourth order with a step of 1e-3: h^4 of truncation, 1e-13 of rounding, times what an arm of
-/// seven joints makes of them.
+/// Tolerance for fourth-order central differences with step h = 1e-3: truncation h^4, rounding 1e-13, times the sensitivity of an
+/// arm of seven joints.
 const DIFFERENCES: f64 = 1e-8;
 
-/// d f / d x_k by central differences, entry by entry: one column per k.
+/// Derivative of each entry of f by each x_k with central differences: one column per k.
 fn columns_by_differences(x: &[f64], f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
     let h = 1e-3;
     let column = |k: usize| {
@@ -40,7 +40,7 @@ fn times(a: &[f64], x: &[f64]) -> Vec<f64> {
     a.chunks(x.len()).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
 }
 
-/// f64 with a derivative along one direction.
+/// A dual number: value and derivative along one direction.
 #[derive(Clone, Copy)]
 struct Dual([f64; 2]);
 
@@ -95,7 +95,7 @@ impl Algebra for Duals<'_> {
     }
 }
 
-/// The derivative of a function's first output by each entry of one of its inputs, row by row, in dual numbers.
+/// Derivative of the first output of a function by each entry of input number `by`, row by row, computed with dual numbers.
 fn by_duals(function: &Function, inputs: &[&[f64]], by: usize) -> Vec<f64> {
     let function = function.bound();
     let entries: Vec<(usize, usize)> =
@@ -142,7 +142,7 @@ fn coriolis_matrix_makes_the_bias_and_a_skew_symmetric_matrix() {
         let rest: Vec<f64> = bias.iter().zip(&gravity).map(|(h, g)| h - g).collect();
         agree("C dq", robot, &times(&c, &dq), &rest, ROUNDING);
 
-        // dA/dt along dq.
+        // dA/dt along dq. C + C^T must equal it.
         let rate = times(&by_duals(&derivation.inertia_matrix(base), &[&q, x_base], 0), &dq);
         let sum: Vec<f64> = (0..n * n).map(|k| c[k] + c[k % n * n + k / n]).collect();
         agree("C + C^T", robot, &sum, &rate, ROUNDING);
@@ -162,7 +162,7 @@ fn inverse_of_the_inertia_matrix_and_derivatives_of_forward_dynamics() {
         agree("inverse symmetric", robot, &inverse, &transposed, 0.0);
         let product: Vec<f64> = (0..n).flat_map(|r| times(&transposed, &a[r * n..][..n])).collect();
         let one: Vec<f64> = (0..n * n).map(|k| f64::from(u8::from(k / n == k % n))).collect();
-        // The condition of A, up to 1e4 here.
+        // Tolerance for the condition number of A, up to 1e4 here.
         agree("A times its inverse", robot, &product, &one, 1e-9);
 
         let forward = derivation.forward_dynamics(base);
@@ -214,7 +214,7 @@ fn momentum_is_a_dq_and_its_rate_is_the_torque_with_c_transposed() {
         let y = evaluated(&derivation.momentum_regressor(base), &[&q, &dq]);
         agree("y X", robot, &times(&y, x_base), &p, ROUNDING);
 
-        // dp/dt along the motion.
+        // dp/dt along the motion, with p = A dq.
         let by_q = times(&by_duals(&momentum, &[&q, &dq, x_base], 0), &dq);
         let by_dq = times(&by_duals(&momentum, &[&q, &dq, x_base], 1), &ddq);
         let rate: Vec<f64> = by_q.iter().zip(by_dq).map(|(a, b)| a + b).collect();
@@ -241,7 +241,7 @@ fn centre_of_mass_and_momentum_about_it() {
 
         let momentum = evaluated(&derivation.centroidal_momentum(), &[&q, &dq, x]);
         agree("h = map dq", robot, &momentum[..6], &times(&momentum[6..], &dq), ROUNDING);
-        // Sums over the links, of masses about the base's origin.
+        // Mass, first moment, linear and angular momentum about the origin of the base, summed over the links.
         let (mut mass, mut first, mut linear, mut angular) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
         let cross = |a: [f64; 3], b: [f64; 3]| {
             [0, 1, 2].map(|i: usize| {
@@ -306,12 +306,12 @@ fn frames_move_as_their_jacobians_say() {
             if reference == ReferenceFrame::Base {
                 let rate = times(&by_duals(&jacobian, &[&q], 0), &dq);
                 agree("dJ/dt dq", robot, &times(&rate, &dq), &rest, ROUNDING);
-                // The pose moves with the velocity.
+                // The derivative of the position along dq equals the linear velocity.
                 let pose = derivation.pose(last);
                 let moved = times(&by_duals(&pose, &[&q], 0), &dq);
                 agree("velocity of the pose", robot, &[moved[3], moved[7], moved[11]], &v[..3], ROUNDING);
             }
-            // A point of the frame moves by v + w x p.
+            // A point p of the frame has the velocity v + w x p.
             let of_point = evaluated(&derivation.point_jacobian(last, Some(&reference)), &[&q, &point]);
             let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
             let p = [0, 1, 2].map(|r| (0..3).map(|c| t[4 * r + c] * point[c]).sum::<f64>());
@@ -319,7 +319,7 @@ fn frames_move_as_their_jacobians_say() {
             let expected: Vec<f64> = (0..3).map(|i| v[i] + lever[i]).chain(v[3..].iter().copied()).collect();
             agree("a point's velocity", robot, &times(&of_point, &dq), &expected, ROUNDING);
         }
-        // T_last in other, and back through the base.
+        // Pose of the last frame in the frame of link `other`; expected: both poses in the base, combined.
         let reference = ReferenceFrame::Link(other.into());
         let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
         let poses = robot.link_poses(&q);
@@ -376,7 +376,8 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
     }
 }
 
-/// Branches that hang on one trunk are factored apart: each further one costs what the one before it did.
+/// The branches of a trunk are independent in the factorisation, so each further branch costs about the same number of
+/// operations.
 #[test]
 fn each_branch_of_a_tree_adds_the_same_to_its_forward_dynamics() {
     let cost = |branches: usize| {
@@ -396,11 +397,12 @@ fn each_branch_of_a_tree_adds_the_same_to_its_forward_dynamics() {
         count.mul + count.add
     };
     let [one, two, three, four] = [1, 2, 3, 4].map(cost);
-    // The base parameters of the trunk take up those of all branches, at a few operations each.
+    // The base parameters of the trunk include terms of all branches, which costs a few more operations per branch.
     assert!(10 * (four - three) < 11 * (two - one), "{one} {two} {three} {four}");
 }
 
-/// casadi's Jacobian of the torques by q and dq, common subexpressions taken out: 4340 operations of a UR5, 6811 of a Panda.
+/// Number of operations of casadi's Jacobian of the torques by q and dq after elimination of common subexpressions: UR5 4340,
+/// Panda 6811.
 #[test]
 fn derivatives_cost_less_than_half_of_automatic_differentiation() {
     for (file, casadi) in [("ur5.urdf", 4340), ("panda.yaml", 6811)] {

@@ -1,5 +1,5 @@
-//! The generated controller, from a log to a loop: what `rist identify` finds in a log is put into C by
-//! `rist generate --functions controller`, and follows a motion of the simulator better than the same PD alone.
+//! Tests of the generated controller: `rist identify` estimates from a log, `rist generate --functions controller` writes C code
+//! with the estimate, and the code tracks a simulated motion better than the same PD controller alone.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -13,15 +13,15 @@ use tests::joint_log::Machine;
 use tests::model_path;
 use tests::program::{done, folder, rist, run};
 
-/// Bandwidth of the loops, rad/s; damping is 1.
+/// Bandwidth of the position loops, rad/s; the damping ratio is 1.
 const W: f64 = 10.0;
-/// s.
+/// Sample time of the controller, s.
 const PERIOD: f64 = 1e-3;
 const SECONDS: f64 = 6.0;
-/// Velocity within which the friction of the controller turns, rad/s.
+/// Width of the tanh in the friction of the controller, rad/s.
 const WIDTH: f64 = 0.02;
 
-/// The compiled controller: a line of numbers in, a line of torques out.
+/// The running compiled controller. It reads a line of numbers and answers with a line of torques.
 struct Program {
     child: Child,
     to: ChildStdin,
@@ -29,7 +29,8 @@ struct Program {
 }
 
 impl Program {
-    /// `word`: the function; `inputs`: names of its arguments of n numbers that are read from each line.
+    /// Compiles and starts a program that calls function `word` with the arguments `call`. `inputs`: names of its arguments of n
+    /// numbers that are read from each line.
     fn started(here: &Path, robot: &str, n: usize, word: &str, inputs: &[&str], call: &str) -> Program {
         let declared: String = inputs.iter().map(|name| format!("    double {name}[{n}];\n")).collect();
         let read: String = inputs.iter().map(|name| format!("take({name}) && ")).collect();
@@ -51,7 +52,7 @@ int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
         Program { child, to, from }
     }
 
-    /// The torques, then whether one was cut.
+    /// The torques of one line of inputs, and at the end 1 if a torque was limited, otherwise 0.
     fn answer(&mut self, inputs: &[&[f64]]) -> Vec<f64> {
         let line: Vec<String> = inputs.iter().flat_map(|x| x.iter().map(|x| format!("{x:e}"))).collect();
         writeln!(self.to, "{}", line.join(" ")).unwrap();
@@ -70,7 +71,7 @@ fn at(series: &[Vec<f64>], i: usize) -> Vec<f64> {
     series.iter().map(|x| x[i]).collect()
 }
 
-/// A smooth motion of sines that begins at rest.
+/// A smooth motion of sines that starts at rest.
 fn motion(n: usize, amplitude: f64) -> Reference {
     let count = (SECONDS / PERIOD) as usize;
     let mut reference = Reference { sample_time: PERIOD, q: vec![], dq: vec![], ddq: vec![], ..Reference::default() };
@@ -91,7 +92,7 @@ fn rms(record: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Writes the controller with what is identified from a log of the machine.
+/// Simulates a log of the robot with friction, identifies it, and writes the controller with the estimate in C.
 fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: &[f64], coulomb: &[f64]) {
     let amplitude = vec![0.9; model.robot.n_coordinates()];
     let standard = model.nominal_standard_parameters().unwrap();
@@ -121,7 +122,7 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
         let (n, here) = (model.robot.n_coordinates(), folder(&format!("controller_{}", model.robot.name)));
         let truth = model.nominal_parameters().unwrap();
         let dynamics = RegressorDynamics::new(model.regressor(), truth);
-        // The inertia of each joint where it begins, and friction of a fiftieth of what moves it at 10 rad/s^2.
+        // Diagonal of the inertia matrix at the start, and Coulomb friction of 20 % of the torque for 10 rad/s^2.
         let (mut inertia, mut bias) = (vec![0.0; n * n], vec![0.0; n]);
         dynamics.fill(&vec![0.3; n], &vec![0.0; n], &mut inertia, &mut bias);
         let inertia: Vec<f64> = (0..n).map(|k| inertia[k * n + k]).collect();
@@ -174,7 +175,7 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
     }
 }
 
-/// Gravity compensation holds what `gravity` says; each torque beyond its limit is cut, and the answer says so.
+/// Gravity compensation equals the gravity torque. A torque beyond its limit is limited, and the return value reports it.
 #[test]
 fn torques_are_cut_at_their_limits() {
     let (file, n) = ("planar2r_vertical.yaml", 2);
@@ -190,7 +191,7 @@ fn torques_are_cut_at_their_limits() {
     let (mut a, mut expected) = ([0.0; 4], [0.0; 2]);
     RegressorDynamics::new(model.regressor(), truth).fill(&q, &[0.0; 2], &mut a, &mut expected);
     for (found, expected) in free.iter().zip(expected) {
-        // The noise of the log leaves a per cent.
+        // The noise of the log gives an error of about 1 %.
         assert!((found - expected).abs() < 0.02 * expected.abs(), "{found} {expected}");
     }
     assert_eq!(free[2], 0.0);
@@ -201,8 +202,8 @@ fn torques_are_cut_at_their_limits() {
     program.end();
 }
 
-/// The feedforward is the torque of the motion with its friction, Coulomb's by tanh: in Rust, without a standard library, as
-/// in C.
+/// The feedforward is the torque of the motion plus friction, with tanh for Coulomb friction. The Rust code, without the standard
+/// library, gives the same torques as the C code.
 #[test]
 fn the_feedforward_in_rust_is_that_in_c() {
     let (file, n) = ("planar2r_vertical.yaml", 2);
@@ -222,7 +223,7 @@ fn the_feedforward_in_rust_is_that_in_c() {
     );
     std::fs::write(here.join("main.rs"), main).unwrap();
     done(&here, "rustc", "--edition 2024 -A dead_code -D warnings -o main main.rs");
-    // The file alone needs no standard library.
+    // The generated file alone must compile without the standard library.
     std::fs::write(here.join("lib.rs"), "#![no_std]\npub mod arm;\n").unwrap();
     done(&here, "rustc", "--edition 2024 --crate-type lib -D warnings lib.rs");
 
@@ -236,7 +237,7 @@ fn the_feedforward_in_rust_is_that_in_c() {
     for (s, in_rust) in states.iter().zip(in_rust.chunks(2)) {
         let in_c = program.answer(&[&s[..2], &s[2..4], &s[4..], &[WIDTH; 2], &[1e6; 2]]);
         for (a, b) in in_rust.iter().zip(&in_c) {
-            // Torques of some ten N m; tanh of our own and of the C library are within 1e-15.
+            // Torques are tens of N m; tanh of the generated Rust file and of the C library agree within 1e-15.
             assert!((a - b).abs() < 1e-12, "{a} in Rust, {b} in C at {s:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Conversion between formats and conventions changes no torque.
+//! Tests that conversion between file formats and conventions does not change the torques.
 
 use foreign::write_par;
 use modeling::Derivation;
@@ -7,7 +7,7 @@ use robot::format::{read_par, read_urdf, read_yaml, write_urdf, write_yaml};
 use robot::{Note, Robot, RotorInertia, StandardParameter};
 use tests::{evaluated, model};
 
-/// Physical parameters of link j: a body of two points and an ellipsoid, no symmetry to hide behind.
+/// Physical parameters of link j: a general body without symmetry, so that an exchange of entries is detected.
 fn body(j: usize) -> [f64; 10] {
     let scale = 1.0 + 0.3 * j as f64;
     let (m, c) = (2.0 * scale, [0.05, -0.02 * scale, 0.03]);
@@ -19,7 +19,7 @@ fn body(j: usize) -> [f64; 10] {
     [xx, xy, xz, yy, yz, zz, m * x, m * y, m * z, m]
 }
 
-/// The model with every parameter known and no rotors, which a URDF cannot carry.
+/// The model with all inertial parameters known and without rotors, which a URDF cannot hold.
 fn known(file: &str) -> Robot {
     let mut robot = model(file);
     for (j, link) in robot.links.iter_mut().enumerate() {
@@ -55,13 +55,13 @@ fn a_robot_has_the_same_torques_in_every_format() {
     for file in ["rx90.yaml", "puma560.yaml", "stanford.yaml", "ur5.yaml", "scara.yaml", "tx40.yaml", "race.yaml"] {
         let robot = known(file);
         let reference = torques(&robot);
-        // Decimals are written so that they read back; what is left is the rounding of the torque itself.
+        // The written decimals restore every number exactly, so only the rounding of the torque itself differs.
         let yaml = read_yaml(&write_yaml(&robot).0, "written.yaml").unwrap_or_else(|e| panic!("{file}: {e}"));
         agree(&format!("{file} through YAML"), &reference, &torques(&yaml), 1e-13);
         let par = read_par(&write_par(&robot).0, "written.par").unwrap_or_else(|e| panic!("{file}: {e}"));
         agree(&format!("{file} through .par"), &reference, &torques(&par), 1e-13);
         if robot.loops.is_empty() {
-            // Re-framed, with inertias about the centre of mass: some more roundings.
+            // A URDF needs other link frames and inertias about the centre of mass, which adds some rounding.
             let urdf = read_urdf(&write_urdf(&robot).0, "written.urdf").unwrap_or_else(|e| panic!("{file}: {e}"));
             agree(&format!("{file} through URDF"), &reference, &torques(&urdf), 1e-11);
         }
@@ -80,7 +80,7 @@ fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
         let yaml = read_yaml(&written, "written.yaml").unwrap_or_else(|e| panic!("{name:?}: {e}\n{written}"));
         assert_eq!(yaml.name, name);
         assert_eq!(write_yaml(&yaml).0, written, "{name:?}");
-        // These formats have no sign for some characters: the name reads back, or a note says so.
+        // These formats cannot hold some characters: either the name is read back exactly, or a note reports the change.
         let (par, urdf) = (write_par(&robot), write_urdf(&robot));
         let told = |notes: &[Note]| notes.iter().any(|n| n.subject == "name");
         let read = read_par(&par.0, "written.par").unwrap_or_else(|e| panic!("{name:?}: {e}"));
@@ -90,7 +90,8 @@ fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
     }
 }
 
-/// A URDF may say lower="-0", and sums of shifted parts may be it.
+/// Negative zero occurs in files (lower="-0") and as a sum of transformed parameters. It is written as 0, so a second write is
+/// equal.
 #[test]
 fn a_zero_with_a_sign_is_written_as_it_reads_back() {
     let mut robot = model("planar2r.yaml");

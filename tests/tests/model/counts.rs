@@ -1,6 +1,6 @@
-//! Operation counts: the exact figures of every model, and the figures of others that they must not exceed.
+//! Tests of operation counts: the exact counts of every model, and published counts that they must not exceed.
 //!
-//! A binary + or - is one addition, a product or a square one multiplication; signs are free.
+//! A binary + or - counts as one addition, a product or a square as one multiplication; sign changes are free.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use expr::Count;
 use robot::{Robot, RotorInertia};
 use tests::{derived, model, models};
 
-/// Mul, add and sin_cos of each function.
+/// Function name -> [multiplications, additions, sin_cos].
 type Counts = BTreeMap<String, [usize; 3]>;
 
 fn counts(robot: &Robot) -> Counts {
@@ -34,8 +34,8 @@ fn without_rotors(file: &str) -> Robot {
 
 #[test]
 fn counts_are_at_most_those_of_a_hand_written_recursion() {
-    // Base and standard columns of a hand-written recursion with hash-consing and numeric geometry, no rotor
-    // inertia: multiplications, additions.
+    // Counts of a hand-written recursion with hash-consing and numeric geometry, without rotor inertia: (multiplications,
+    // additions) of the base regressor and of the standard regressor.
     for (file, base, standard) in [
         ("ur5.yaml", [357, 280], [451, 355]),
         ("kuka_lwr.yaml", [658, 472], [799, 601]),
@@ -51,7 +51,7 @@ fn counts_are_at_most_those_of_a_hand_written_recursion() {
 
 #[test]
 fn torque_of_the_base_parameters_costs_no_more_than_the_best_published_recursion() {
-    // The moment form of Khalil and Kleinfinger 1987, dead code removed, rotor inertia kept.
+    // The recursion in moment form of Khalil and Kleinfinger 1987, without unused operations, with rotor inertia.
     for (file, limit) in [
         ("planar2r.yaml", [20, 12]),
         ("rx90.yaml", [253, 237]),
@@ -81,7 +81,7 @@ fn counts_are_those_of_the_table() {
 
 #[test]
 fn the_inertia_matrix_costs_less_than_symoro_printed() {
-    // SYMORO+ printed 260 multiplications and 212 additions for the KUKA LWR.
+    // SYMORO+ printed 260 multiplications and 212 additions for the inertia matrix of the KUKA LWR.
     let robot = model("kuka_lwr.yaml");
     let (mut derivation, _, base) = derived(&robot);
     let count = derivation.inertia_matrix(&base).bound().count();

@@ -1,4 +1,4 @@
-//! Every derivation ends: the work is bounded before it is begun, and what it prints grows with the robot.
+//! Tests that every derivation terminates: its work is bounded in advance, and its output grows with the number of links.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use robot::{Robot, format};
 use tests::rules::coefficients;
 use tests::{base_parameters, standard_names};
 
-/// The base parameters, and the values of the constants that rules name.
+/// Base parameters of a robot, and the values of the constants that occur in their rules.
 fn derived(robot: &Robot) -> (BaseParameters, Vec<(String, f64)>) {
     let parameters = base_parameters(robot);
     let constants = parameters.constants.clone();
@@ -18,7 +18,7 @@ fn yaml(text: &str) -> Robot {
     format::read_yaml(text, "robot.yaml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A URDF of joints given as (parent, child, origin, rpy, mimic).
+/// A URDF with joints given as (parent, child, origin xyz, origin rpy, mimicked joint).
 fn urdf(joints: &[(&str, &str, &str, &str, Option<&str>)]) -> Robot {
     let mut text = String::from("<robot name='tree'><link name='base'/>\n");
     for (parent, child, xyz, rpy, mimic) in joints {
@@ -31,7 +31,7 @@ fn urdf(joints: &[(&str, &str, &str, &str, Option<&str>)]) -> Robot {
     format::read_urdf(&(text + "</robot>"), "tree.urdf").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// n joints on oblique axes, every fourth prismatic where `slides`.
+/// A chain of n joints on oblique axes; with `slides` every fourth joint is prismatic.
 fn oblique(n: usize, slides: bool) -> Robot {
     let mut text = String::from("convention: khalil-kleinfinger\nname: oblique\nlinks:\n");
     for j in 1..=n {
@@ -46,7 +46,7 @@ fn oblique(n: usize, slides: bool) -> Robot {
     yaml(&text)
 }
 
-/// A robot whose two fingers are parallel chains of three joints that mimic the first, behind `n_before` joints.
+/// A hand with two fingers after `n_before` joints. Each finger has three parallel joints; all mimic the first of them.
 fn two_fingers(n_before: usize) -> Robot {
     let names: Vec<String> = (0..n_before + 6).map(|k| format!("l{k}")).collect();
     let mut joints: Vec<(&str, &str, &str, &str, Option<&str>)> = Vec::new();
@@ -73,12 +73,12 @@ fn mimic_joints_in_parallel_chains_end() {
         let (parameters, _) = derived(&two_fingers(n_before));
         let rank = parameters.rank;
         assert_eq!(rank.exact.rank(), Some(rank.numeric));
-        // What has no short closed form is said to hold only for these numbers.
+        // Relations without a short closed form hold only for the numbers of this robot; they are counted separately.
         assert!(rank.exact_relations > 0, "{rank:?}");
     }
 }
 
-/// A floating body has nothing to absorb.
+/// A single floating body has no parameters to regroup.
 #[test]
 fn a_robot_without_relations_to_solve_ends() {
     let text = "<robot name='drone'><link name='frame'/></robot>";
@@ -102,11 +102,11 @@ fn slides_on_one_axis_end() {
     }
 }
 
-/// Nested rules grow with the number of links, and expanded they are the terms.
+/// Nested rules grow linearly with the number of links; expanded, they give the same coefficients.
 #[test]
 fn rules_of_long_chains_are_nested() {
     let text = |rules: &modeling::Rules| rules.base.iter().chain(&rules.regrouped).map(String::len).sum::<usize>();
-    // The shortest chains whose rules would fill more than 200 000 characters.
+    // The shortest chains whose expanded rules exceed 200 000 characters.
     for (n, slides) in [(12, false), (9, true)] {
         let short = oblique(n, slides);
         let (parameters, constants) = derived(&short);
@@ -126,8 +126,8 @@ fn rules_of_long_chains_are_nested() {
         let long = derived(&oblique(40, slides)).0;
         let rules = long.rules();
         assert!(rules.coefficients.is_empty() && !rules.regrouped.is_empty(), "40 oblique links are nested");
-        // A link's rules name at most ten parameters of the next, each with a few products of six numbers; those of the
-        // first links, which the base partly absorbs, are up to a third shorter.
+        // The rules of a link contain at most ten parameters of the next link, each with a few products of six numbers. The rules
+        // of the first links are up to a third shorter, since the base absorbs some parameters.
         assert!(
             text(&rules) * n * 3 <= text(&nested) * 40 * 4,
             "{} for 40 links, {} for {n}",
@@ -139,7 +139,8 @@ fn rules_of_long_chains_are_nested() {
 
 type Sum = BTreeMap<String, f64>;
 
-/// The regrouped parameters in standard ones; the last links first, since a rule names the next link.
+/// The regrouped parameters as sums of standard ones. The last links come first, since a rule contains parameters of the next
+/// link.
 fn substituted(rules: &[String], names: &[String], constants: &[(String, f64)]) -> BTreeMap<String, Sum> {
     let mut known = BTreeMap::new();
     for rule in rules.iter().rev() {
@@ -161,7 +162,7 @@ fn put_in(rule: &str, known: &BTreeMap<String, Sum>, names: &[String], constants
     sum
 }
 
-/// To 1e-12: sums of some hundred products of order one. What cancels may be missing on either side.
+/// Tolerance 1e-12 for sums of some hundred products of order one. A cancelled term may be absent in either sum.
 fn same(found: &Sum, expected: &Sum, what: &str) {
     for name in found.keys().chain(expected.keys()) {
         let [a, b] = [found, expected].map(|sum| sum.get(name).copied().unwrap_or(0.0));

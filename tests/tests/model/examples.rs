@@ -1,4 +1,4 @@
-//! The examples of the library run, and the generated file that one of them holds is what the generator writes.
+//! Tests that the examples of the library run, and that the generated file in one of them equals the output of the generator.
 
 use std::process::Command;
 
@@ -6,7 +6,7 @@ use rist::describe::source::Language;
 use rist::generate;
 use tests::{model, workspace};
 
-/// What an example prints; panics where it fails. Built as `cargo test --workspace` has built it already.
+/// Output of an example; panics if it fails. `cargo test --workspace` has usually built the examples already.
 fn run(example: &str) -> String {
     let build = ["build", "--quiet", "--workspace", "--examples"];
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
@@ -22,7 +22,7 @@ fn run(example: &str) -> String {
 fn every_example_runs() {
     let expected = [
         ("inspect", "ZZR1 = ZZ1 + IA1 + L1^2*M2"),
-        // The description's ZZ1 = 0.25 and MX1 = 0.5, to what the filters at the log's ends leave.
+        // The model file has ZZ1 = 0.25 and MX1 = 0.5; the filter causes small errors at the ends of the log.
         ("identify_log", "ZZR1           0.2500"),
         ("identify_log", "MX1           0.49999"),
         ("computed_torque", "after 2 s the joints are at"),

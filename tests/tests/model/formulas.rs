@@ -1,5 +1,5 @@
-//! What `rist derive` prints computes what the tape computes: text, MATLAB and LaTeX by a small calculator, SymPy by
-//! Python where it is installed.
+//! Tests that the formulas printed by `rist derive` give the same values as the tape. A small calculator evaluates text, MATLAB
+//! and LaTeX; Python evaluates SymPy if it is installed.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -13,10 +13,10 @@ use tests::model;
 use tests::program::{done, folder, has_python};
 use tests::random::Random;
 
-/// Two ways to add up some thousand terms that mostly cancel.
+/// Tolerance for two orders of summation of some thousand terms that mostly cancel.
 const ROUNDING: f64 = 1e-11;
 
-/// The functions of a robot by word, those of a link for its last one; all constants are symbols.
+/// The functions with these words, those of a link for the last link. All constants stay symbols.
 fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
     let last = LinkFrame::from(robot.link_ids().next_back().unwrap());
     let function = |word: &&str| match RobotFunction::of_robot(word) {
@@ -32,7 +32,7 @@ fn all_words() -> Vec<&'static str> {
     RobotFunction::words().map(|(word, _)| word).collect()
 }
 
-/// Values for the inputs, then for the symbols that stay.
+/// Random values for the inputs, then the values of the remaining symbols.
 fn values(function: &Function, random: &mut Random) -> Vec<f64> {
     let inputs = function.inputs.iter().flat_map(|i| &i.entries).map(|_| random.unit() + 0.1).collect::<Vec<_>>();
     inputs.into_iter().chain(function.constants().into_iter().map(|(_, _, x)| x)).collect()
@@ -43,7 +43,7 @@ fn by_tape(function: &Function, values: &[f64]) -> Vec<f64> {
     tests::evaluated(function, &[&values[..n]])
 }
 
-/// The entries of all outputs, where `name` gives what the language calls one; what it does not assign is zero.
+/// Entries of all outputs as the printed file computes them. An entry that the file does not assign is zero.
 fn by_file(function: &Function, file: &str, language: FormulaLanguage, values: &[f64]) -> Vec<f64> {
     let symbols: HashMap<String, f64> =
         printed_symbols(function, language).into_iter().zip(values.iter().copied()).collect();
@@ -86,7 +86,7 @@ fn agree(what: &str, found: &[f64], expected: &[f64]) {
     let scale = expected.iter().fold(1.0, |s: f64, x| s.max(x.abs()));
     assert_eq!(found.len(), expected.len(), "{what}");
     for (k, (a, b)) in found.iter().zip(expected).enumerate() {
-        // A pose that no configuration reaches.
+        // Both are NaN for a pose that no configuration reaches.
         assert!(
             (a - b).abs() <= ROUNDING * scale || (a.is_nan() && b.is_nan()),
             "{what}, entry {k}: {a} printed, {b} by the tape"
@@ -100,7 +100,7 @@ fn text_latex_and_matlab_compute_what_the_tape_does() {
     for file in ["planar2r_vertical.yaml", "rx90.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "race.yaml"] {
         let robot = model(file);
         for function in functions(&robot, &all_words()) {
-            // Also with some of the constants as numbers.
+            // The function is tested with all constants as symbols, and with some of them as numbers.
             for function in [function.bound_except(&|name| name.len() % 2 == 0), function] {
                 let values = values(&function, &mut random);
                 let expected = by_tape(&function, &values);

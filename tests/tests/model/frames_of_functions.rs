@@ -1,4 +1,5 @@
-//! Functions of a link speak of the frame that the file gives it; a file of several compiles; nothing of a text is code.
+//! Tests that functions of a link use the link frame of the file, that several functions compile in one file, and that names are
+//! not code.
 
 use modeling::{Derivation, LinkFrame, RobotFunction};
 use rist::Model;
@@ -19,7 +20,7 @@ fn arm() -> Robot {
     format::read_urdf(ARM, "arm.urdf").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Rz(yaw) Ry(pitch) Rx(roll), then the axis turned by q: the chain as the file has it, written here.
+/// Pose of a frame of `ARM`, computed from the origins and axes of the URDF: Rz(yaw) Ry(pitch) Rx(roll), then the rotation by q.
 fn file_pose(q: &[f64], frame: &str) -> Pose {
     let rpy = |r: [f64; 3]| {
         let about = |axis: usize, angle: f64| {
@@ -32,7 +33,7 @@ fn file_pose(q: &[f64], frame: &str) -> Pose {
         about(2, r[2]).compose(&about(1, r[1])).compose(&about(0, r[0]))
     };
     let at = |position: [f64; 3], angles: [f64; 3]| Pose { position, ..rpy(angles) };
-    // Rodrigues.
+    // Rotation about axis `a` by the formula of Rodrigues.
     let turned = |a: [f64; 3], angle: f64| {
         let (s, c) = angle.sin_cos();
         let across = [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]];
@@ -67,12 +68,12 @@ fn frames_of_a_urdf_are_the_files() {
             for r in 0..3 {
                 for c in 0..4 {
                     let entry = if c < 3 { wanted.rotation[r][c] } else { wanted.position[r] };
-                    // A chain of some ten rotations.
+                    // Rounding of a chain of about ten rotations.
                     assert!((t[4 * r + c] - entry).abs() < 1e-13, "{name} {r} {c}: {} {entry}", t[4 * r + c]);
                 }
             }
             let j = evaluated(&jacobian, &[&q]);
-            // Central differences: h^2 of truncation and 1e-16 / h of rounding.
+            // Central differences: truncation h^2 and rounding 1e-16 / h.
             let h = 1e-5;
             for k in 0..2 {
                 let moved = |step: f64| {
@@ -86,7 +87,7 @@ fn frames_of_a_urdf_are_the_files() {
                     let in_frame: f64 = (0..3).map(|i| wanted.rotation[i][axis] * rate[i]).sum();
                     assert!((j[2 * axis + k] - in_frame).abs() < 1e-8, "{name}: {} {in_frame}", j[2 * axis + k]);
                 }
-                // R^T dR/dq is the cross product with the angular velocity.
+                // R^T dR/dq is the skew-symmetric matrix of the angular velocity in the frame.
                 let spin = |i: usize, c: usize| -> f64 {
                     let rate = |r: usize| (b.rotation[r][c] - a.rotation[r][c]) / (2.0 * h);
                     (0..3).map(|r| wanted.rotation[r][i] * rate(r)).sum()
@@ -128,7 +129,7 @@ fn functions_carry_their_link_and_stand_once() {
     assert!(written(&khalil, &[RobotFunction::of_link("pose").unwrap()(third)]).contains("the frame is Khalil's"));
 }
 
-/// What stands in the head is what a reader of the code counts.
+/// The operation counts in the doc comment equal the number of operations in the generated code.
 #[test]
 fn counts_are_those_of_the_code() {
     let of_entries = "inertia_matrix_entries<";
@@ -165,7 +166,7 @@ fn nothing_of_a_name_becomes_code() {
     }
 }
 
-/// By the name of the function: a pose alone gives configurations, and one of them is where it came from.
+/// Inverse geometry, evaluated by name from poses alone: one of its configurations is the one from which the pose was computed.
 #[test]
 fn configurations_are_evaluated_from_poses() {
     tests::register_wings();

@@ -1,11 +1,11 @@
-//! The functions beside the regressor: each is held against the equations that tie it to the others.
+//! Tests of the functions other than the regressor against the equations that relate them.
 
 use modeling::Derivation;
 use robot::LinkId;
 use tests::random::Random;
 use tests::{Case, agree, evaluated};
 
-/// Rounding of some hundred operations, with room for a condition of a thousand.
+/// Tolerance for rounding of some hundred operations and a condition number of a thousand.
 const ROUNDING: f64 = 1e-12;
 
 fn cases() -> Vec<Case> {
@@ -55,7 +55,7 @@ fn forward_dynamics_undoes_inverse_dynamics() {
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let tau = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let back = evaluated(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
-        // The condition of A, up to 1e4 here, amplifies rounding.
+        // The condition number of A, up to 1e4 here, amplifies rounding.
         agree("ddq", robot, &ddq, &back, 1e-9);
     }
 }
@@ -76,7 +76,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
 
-        // The Hessian of K, exactly: K is quadratic in dq.
+        // Hessian of the kinetic energy K; differences are exact because K is quadratic in dq.
         let unit = |i: usize, j: usize| (0..n).map(|k| f64::from(k == i) + f64::from(k == j)).collect::<Vec<f64>>();
         let single = |i: usize| (0..n).map(|k| f64::from(k == i)).collect::<Vec<f64>>();
         let kinetic = |dq: Vec<f64>| energies(&q, &dq).0;
@@ -84,7 +84,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         let of_energy: Vec<f64> = (0..n * n).map(|k| hessian(k / n, k % n)).collect();
         agree("Hessian of K", robot, &a, &of_energy, ROUNDING);
 
-        // dE/dt = tau . dq along q + t dq, dq + t ddq, by central differences of the fourth order.
+        // dE/dt = tau . dq, by fourth-order central differences along q + t dq, dq + t ddq.
         let ddq = random.vector(n, 1.0);
         let torque = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
@@ -96,7 +96,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         };
         let h = 1e-3;
         let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-        // h^4 of truncation and epsilon / h of rounding, on energies of some hundred joules.
+        // Truncation h^4 and rounding epsilon / h, for energies of some hundred joules.
         agree("power", robot, &[power], &[slope], 1e-8);
     }
 }
@@ -116,7 +116,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
                 let row: Vec<f64> = frame.rotation[r].iter().copied().chain([frame.position[r]]).collect();
                 agree("pose", robot, &t[4 * r..4 * r + 4], &row, ROUNDING);
             }
-            // Velocity of O_j in frame j, from differences of its position.
+            // Velocity of O_j in frame j, by central differences of its position.
             let jacobian = evaluated(&derivation.jacobian(j), &[&q]);
             let h = 1e-5;
             let moved = |t: f64| robot.link_poses(&(0..n).map(|k| q[k] + t * dq[k]).collect::<Vec<_>>())[j.0];
@@ -124,7 +124,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
             let world: Vec<f64> = (0..3).map(|i| (after.position[i] - before.position[i]) / (2.0 * h)).collect();
             let local: Vec<f64> = (0..3).map(|c| (0..3).map(|r| frame.rotation[r][c] * world[r]).sum()).collect();
             let linear: Vec<f64> = (0..3).map(|r| (0..n).map(|k| jacobian[r * n + k] * dq[k]).sum()).collect();
-            // h^2 of truncation.
+            // Truncation error h^2.
             agree("velocity", robot, &local, &linear, 1e-9);
 
             let wrench = random.vector(6, 1.0);
@@ -135,7 +135,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
     }
 }
 
-/// With the base parameters: the same kinetic energy, and the same differences of the potential one.
+/// With base parameters, the kinetic energy is the same, and differences of potential energy are the same.
 #[test]
 fn energies_of_base_parameters_are_those_of_the_bodies() {
     let mut random = Random(14);
@@ -157,8 +157,8 @@ fn energies_of_base_parameters_are_those_of_the_bodies() {
     }
 }
 
-/// What passes through the joints of the first links moves the whole: its rate of momentum less its weight, and the
-/// moment about the centre of mass is the rate of the angular momentum. Along the axis it is the joint's torque.
+/// The wrenches at the joints of the first links give the rate of the momentum minus the weight; their moment about the centre of
+/// mass is the rate of the angular momentum. Along its axis, the joint reaction equals the joint torque.
 #[test]
 fn reactions_move_all_that_the_base_carries() {
     let (mut random, mut seen) = (Random(15), 0);
@@ -192,7 +192,7 @@ fn reactions_move_all_that_the_base_carries() {
                 total[3 + i] += n[i] + lever[j] * f[l] - lever[l] * f[j];
             }
         }
-        // Gravity has no moment about the centre of mass.
+        // Gravity has no moment about the centre of mass, so only the force is corrected.
         let masses = robot::StandardParameter::all(robot).into_iter().zip(x);
         let mass: f64 = masses.filter(|(p, _)| p.inertial == robot::Inertial::M).map(|(_, x)| x).sum();
         for i in 0..3 {
@@ -219,7 +219,7 @@ fn reactions_move_all_that_the_base_carries() {
     }
     assert!(seen > 50, "{seen} joints");
 
-    // The forces in a loop are not determined by the torques: a planar loop can be braced across its plane.
+    // In a closed loop the torques do not determine all reaction forces: a planar loop can have internal forces out of its plane.
     let reactions = modeling::RobotFunction::of_robot("joint-reactions").unwrap();
     for Case { robot, .. } in cases().iter().filter(|case| !case.robot.loops.is_empty()) {
         let refused = reactions.check(robot).unwrap_err().to_string();
@@ -249,7 +249,7 @@ fn constraint_equations_are_those_of_the_closed_loops() {
         let rates: Vec<f64> =
             (0..rows * n).map(|k| ja[k] + (0..m).map(|p| jp[k / n * m + p] * g[p * n + k % n]).sum::<f64>()).collect();
         agree("ja + jp g", &robot, &rates, &vec![0.0; rows * n], 1e-8);
-        // Along the closed configurations.
+        // The Jacobian g must equal the derivative of the passive coordinates along closed configurations.
         let h = 1e-4;
         let moved = |k: usize, h: f64, closure: &mut modeling::Closure| {
             let mut q = q.clone();

@@ -1,9 +1,7 @@
-//! Law 3 for files that leave the repository: a file of Rust or of C compiles alone, without a warning, and
-//! computes what the Tape computes.
+//! Tests that generated Rust and C files compile alone without a warning, and compute the values of the Tape.
 //!
-//! The two differ by rounding alone (the operations are the same; products may be fused into sums in one and not in the
-//! other), so they agree within twice the running error bound of the evaluation. Where both fuse, or neither does, Rust and
-//! C give the bits of the tape, but for square roots.
+//! The operations are the same; only fused multiply-adds may differ. So the values agree within twice the running error bound of
+//! the evaluation. If both sides fuse or both do not, the values agree bit by bit, apart from functions with square roots.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,7 +15,7 @@ use tests::running_error::bounded;
 
 const STATES: usize = 50;
 
-/// Whether this processor fuses a product with a sum, and a compiler has to be told.
+/// Whether the processor has fused multiply-add that a compiler uses only with an option (x86-64 with AVX2 and FMA).
 fn fuses() -> bool {
     #[cfg(target_arch = "x86_64")]
     return is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
@@ -25,11 +23,11 @@ fn fuses() -> bool {
     return false;
 }
 
-/// Beside the base regressor; forward dynamics divides.
+/// Functions that are tested in addition to the base regressor; forward dynamics contains divisions.
 const FUNCTIONS: [&str; 3] = ["energy", "inertia-matrix", "forward-dynamics"];
 
-/// sqrt(x^2 + y^2) / (x - 7), -(x / y), sqrt(-u) y: division and roots of varying expressions, two
-/// functions in a file, inputs named like variables, and an input that nothing reads.
+/// A module with sqrt(x^2 + y^2) / (x - 7), -(x / y), sqrt(-u) y: divisions and roots of variables, several functions in a file,
+/// inputs named like variables, and an unused input.
 fn quotients() -> Module {
     let mut g = Graph::new();
     let [x, y, u, v] = ["x", "y", "u", "v"].map(|name| g.symbol(name, SymbolKind::Input));
@@ -49,7 +47,7 @@ fn quotients() -> Module {
     let entries = vec![sine, cosine, Expr::ONE, -y];
     let output = Output { name: "w".into(), rows: 2, columns: 2, entries };
     module.function("Sines.\nOf two inputs.", Function::new("sines", &g, inputs.clone(), vec![output]));
-    // What is stored first is read later: in place it shows whether the input was read before.
+    // The outputs are y, x of the inputs x, y: a call in place is wrong if an output is stored before all inputs are read.
     let output = Output { name: "w".into(), rows: 2, columns: 1, entries: vec![y, x] };
     module.function("Swapped.", Function::new("swapped", &g, inputs, vec![output]));
     module
@@ -58,15 +56,15 @@ fn quotients() -> Module {
 fn modules() -> Vec<Module> {
     let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
     let read = |name: &str| modeling::module(&model(name), &functions).unwrap_or_else(|e| panic!("{e}"));
-    // Lengths as an argument.
+    // The lengths of this robot stay symbols and become an argument.
     let open = modeling::module_with_symbols(&model("rx90.yaml"), &functions, &|_| true);
     let open = open.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(open.symbols, ["gz", "D3", "RL4"]);
     vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml"), open.module]
 }
 
-/// Inputs of each state: angles and rates a robot sees, and in every fifth state what is far beyond; `s` of `quotients` is
-/// negative.
+/// Random inputs of all states: usual angles and rates, and in every fifth state a thousand times larger ones. Input `s` of
+/// `quotients` is negative.
 fn states(function: &Function) -> Vec<f64> {
     let mut random = SplitMix(1);
     let mut states = Vec::new();
@@ -82,7 +80,7 @@ fn states(function: &Function) -> Vec<f64> {
     states
 }
 
-/// All states, one number a line, functions in turn: what the programs read.
+/// Inputs of all states of all functions in turn, one number per line; the test programs read them.
 fn all_states(modules: &[Module]) -> String {
     let mut text = String::new();
     for f in modules.iter().flat_map(|m| &m.functions) {
@@ -93,7 +91,7 @@ fn all_states(modules: &[Module]) -> String {
     text
 }
 
-/// Holds what a program printed against the Tapes; to the bit where the program fuses what they fuse.
+/// Compares the printed outputs of a program with the Tapes; bit by bit if `to_the_bit` and the function has no square root.
 fn held_against_tapes(modules: &[Module], printed: &str, to_the_bit: bool) {
     let mut printed = printed.split_whitespace().map(|x| x.parse::<f64>().unwrap());
     for f in modules.iter().flat_map(|m| &m.functions) {
@@ -122,7 +120,7 @@ fn held_against_tapes(modules: &[Module], printed: &str, to_the_bit: bool) {
     assert!(printed.next().is_none(), "the program prints nothing else");
 }
 
-/// Compiles in a folder of its own and runs with the states on standard input.
+/// Compiles a program in `folder`, runs it with the states on standard input, and compares its outputs with the Tapes.
 fn compiled_and_run(folder: &Path, compile: &mut Command, modules: &[Module], to_the_bit: bool) {
     let made = run(compile.current_dir(folder)).ended(0);
     assert!(made.err.is_empty(), "{compile:?}\n{}", made.err);
@@ -132,7 +130,7 @@ fn compiled_and_run(folder: &Path, compile: &mut Command, modules: &[Module], to
     held_against_tapes(modules, &ran.out, to_the_bit);
 }
 
-/// An output may be the array of an input of its length: each such call gives what the one apart has given.
+/// C code that calls a function with one array as input and output: the result must equal that of the call with separate arrays.
 fn calls_in_place(m: &Module, f: &Function) -> String {
     let (mut main, name) = (String::new(), &f.name);
     let [output] = &f.outputs[..] else { return main };
@@ -157,7 +155,7 @@ fn calls_in_place(m: &Module, f: &Function) -> String {
     main
 }
 
-/// The part of `main` that calls each function of a module at all states.
+/// Part of `main` in C: calls each function of a module at all states.
 fn calls_of_c(m: &Module) -> String {
     let mut main = String::new();
     for f in &m.functions {
@@ -182,7 +180,7 @@ fn calls_of_c(m: &Module) -> String {
         }
         main += &calls_in_place(m, &f.function);
         if let Some(entries) = &f.entries {
-            // The function of the entries gives those of the whole, each at its place.
+            // The function of the nonzero entries must return the entries of the full output, each at its place.
             let (list, n) = (entries.list.to_ascii_lowercase(), entries.of.places.len());
             let inputs: Vec<String> = f.function.inputs.iter().map(|i| format!("in_{}, ", i.name)).collect();
             let (module, inputs, whole) = (&m.name, inputs.concat(), &outputs[0].name);
@@ -209,7 +207,7 @@ fn write_c(folder: &Path, m: &Module) {
 
 #[test]
 fn c_agrees_with_the_tape() {
-    // gcc and clang fuse in ways of their own.
+    // gcc and clang use different rules for fused multiply-add, so both are tested.
     let found: Vec<&str> = ["cc", "clang"].into_iter().filter(|cc| is_there(cc)).collect();
     if found.is_empty() {
         println!("skipped: no C compiler");
@@ -262,15 +260,15 @@ int main(void)
     run("-O1", !fuses());
     if fuses() {
         run("-O1 -mfma", true);
-        // Vectors of four, by the optimiser that makes them.
+        // At -O3 the compiler vectorises the code with four lanes.
         run("-O3 -mavx2 -mfma", true);
     }
-    // Regrouped sums would undo the rounding of an angle to its quadrant.
+    // Reordered sums must not change the rounding of an angle to its quadrant.
     run("-O2 -ffast-math", false);
     run("-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math", false);
 }
 
-/// As [`calls_of_c`], in Rust.
+/// Part of `main` in Rust: calls each function of a module at all states, like [`calls_of_c`] in C.
 fn calls_of_rust(m: &Module) -> String {
     let mut main = String::new();
     for f in &m.functions {
@@ -342,7 +340,7 @@ fn rust_agrees_with_the_tape() {
     }
 }
 
-/// A processor with floats alone computes doubles by slow calls: code of float has no instruction of doubles.
+/// Code for f32 contains no instructions for doubles, which are slow on processors with single precision only.
 #[test]
 fn floats_are_computed_as_floats() {
     if !cfg!(target_arch = "x86_64") {
@@ -380,7 +378,7 @@ fn floats_are_computed_as_floats() {
         let assembly = std::fs::read_to_string(folder.join("out.s")).unwrap();
         assert!(assembly.contains("mulss") || assembly.contains("mulps"), "{}: no floats", m.name);
         assert_eq!(has_doubles(&assembly), None, "Rust of {}", m.name);
-        // The same for every target, before instructions are chosen.
+        // The LLVM code is the same for every target, so it is checked too.
         let ir = std::fs::read_to_string(folder.join("out.ll")).unwrap();
         let double = ir.lines().find(|line| line.contains("double"));
         assert!(ir.contains("float"), "{}: no floats", m.name);
@@ -401,9 +399,9 @@ fn floats_are_computed_as_floats() {
     }
 }
 
-/// An object for a Cortex-M4F, which has floats in hardware and no doubles, calls no routine that computes with doubles: no
-/// `__aeabi_d..`, no conversion between the two, no sine, and no `fmaf`, which newlib computes by doubles.
-/// Of Rust the same is read in [`floats_are_computed_as_floats`]: the target has no standard library here.
+/// Compiled for a Cortex-M4F, which has single precision only in hardware, the C code calls no routine for doubles: no
+/// `__aeabi_d..`, no conversion, no sine, and no `fmaf`, which newlib computes with doubles. For Rust,
+/// [`floats_are_computed_as_floats`] checks this, since the target has no standard library here.
 #[test]
 fn floats_of_a_cortex_m4f_call_no_doubles() {
     let (Some(nm), true) = (["llvm-nm", "nm"].into_iter().find(|nm| is_there(nm)), is_there("clang")) else {
@@ -411,7 +409,7 @@ fn floats_of_a_cortex_m4f_call_no_doubles() {
         return;
     };
     let (folder, modules) = (folder("cortex"), modules());
-    // What the code may use of the header of a library for such a processor.
+    // A header with the declarations of a C library that the code may use.
     let of = |names: &[&str], number: &str| {
         let declared = |name: &&str| format!("{number} {name}({number});\n");
         names.iter().map(declared).collect::<String>()
@@ -433,7 +431,7 @@ fn floats_of_a_cortex_m4f_call_no_doubles() {
         let called = undefined(&m.name, "float");
         let others: Vec<_> = called.iter().filter(|n| !of_floats.contains(&n.as_str()) && !of_memory(n)).collect();
         assert!(others.is_empty(), "{}: {others:?}", m.name);
-        // The test would see them.
+        // Control: the code for doubles does call such a routine, so the check can detect it.
         assert!(undefined(&m.name, "double").iter().any(|name| name == "__aeabi_dmul"), "{}", m.name);
     }
 }
@@ -464,6 +462,6 @@ fn main() {
     done(&folder, "rustc", "--edition 2024 -C opt-level=1 -o program main.rs");
     let printed = run(&mut Command::new(folder.join("program"))).out;
     let numbers: Vec<f64> = printed.split_whitespace().map(|x| x.parse().unwrap()).collect();
-    // An ulp of 1 is 1.2e-7.
+    // The spacing of f32 numbers at 1 is 1.2e-7.
     assert!(numbers.len() == 2 && numbers[0] < 1e-7 && numbers[1] < 6.2e-8, "{printed}");
 }

@@ -1,5 +1,5 @@
-//! Law 7, the same bytes again, and the form of generated files: a file compiles alone without std and holds nothing
-//! that could fail. Any tree of joints can be generated, large or small.
+//! Tests that generated files are reproducible byte by byte, compile alone without std, and contain nothing that can fail. Code
+//! can be generated for any tree of joints, small or large.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn generated(robot: &Robot) -> String {
     codegen::rust_file(&module, "this test")
 }
 
-/// With warnings as errors: as a library of its own, or as a module of a crate without std.
+/// Compiles the file with warnings as errors, as a library of its own or as a module of a crate without std (`root`).
 fn compiles(folder: &Path, root: &str, text: &str) {
     std::fs::write(folder.join("x.rs"), text).unwrap();
     std::fs::write(folder.join("without_std.rs"), "#![no_std]\npub mod x;\n").unwrap();
@@ -41,9 +41,9 @@ fn a_generated_file_compiles_alone_without_std_and_without_a_warning() {
 #[test]
 fn nothing_in_a_generated_file_can_fail_or_allocate() {
     for (file, robot) in models() {
-        // The standard library's fused product and sum, where the target has one and an instruction for it.
+        // This line imports std for fused multiply-add, where the target has an instruction for it.
         let of_std = |line: &str| line.trim() == "extern crate std;";
-        // Fails where it is compiled, if at all.
+        // A `const` block can only fail at compile time.
         let of_compiler = |line: &str| line.trim_start().starts_with("const {");
         let code = |line: &&str| !line.trim_start().starts_with("//") && !of_std(line) && !of_compiler(line);
         for line in generated(&robot).lines().filter(code) {
@@ -52,13 +52,13 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
             {
                 assert!(!line.contains(word), "{file}: {line}");
             }
-            // An index is a literal, checked by the compiler; an entry is handed out with literals for its indices.
+            // Each index must be a literal, which the compiler checks; calls of `set` have literals as indices.
             let handed_out = line.trim_start().strip_prefix("set(").map(|text| text.split(", ").take(3));
             if let Some(mut indices) = handed_out {
                 assert!(indices.all(|word| word.chars().all(|c| c.is_ascii_digit())), "{file}: {line}");
             }
             for index in line.split('[').skip(1) {
-                // Without an end before the next begins: a list.
+                // If no `]` follows before the next `[`, it is a list and not an index.
                 let Some((inside, _)) = index.split_once(']') else { continue };
                 if ["entry", "row", "column"].contains(&inside) {
                     continue;
@@ -71,7 +71,7 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
     }
 }
 
-/// Read, derived to the right torque, regrouped and generated.
+/// Reads a random tree of n joints, checks the torque from its base regressor, and compiles the generated code.
 fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let text = random_tree(n, reach, seed);
     let robot = robot::format::read_urdf(&text, "tree.urdf").unwrap_or_else(|e| panic!("{e}"));
@@ -83,7 +83,7 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let x_base = base.values(&x);
     for (row, tau) in y.chunks(base.len()).zip(recursion::torque(&robot, &state, &x)) {
         let (found, size) = dot(row, &x_base);
-        // The rules of a long arm add up lengths over many links.
+        // In a long arm the regrouping adds lengths over many links, which increases rounding.
         assert!((found - tau).abs() <= 1e-10 * (1.0 + size), "{n} joints: {found} {tau}");
     }
     compiles(&folder(&format!("tree_of_{n}")), "without_std.rs", &generated(&robot));

@@ -1,4 +1,4 @@
-//! Loops closed numerically: against the same loops closed by affine functions, and against energy.
+//! Tests of loops that are solved numerically: against the same loops as affine functions, and by conservation of energy.
 
 use modeling::{Derivation, NotClosed};
 use robot::{
@@ -7,7 +7,7 @@ use robot::{
 use tests::loops::with_loops;
 use tests::{base_parameters, derived, dot, evaluated};
 
-/// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
+/// A planar four-bar with crank l1, coupler l2, rocker l3 and base length l4. The cut is between coupler and rocker.
 fn four_bar([l1, l2, l3, l4]: [f64; 4]) -> Robot {
     let text = format!(
         "convention: khalil-kleinfinger
@@ -37,7 +37,7 @@ links:
     robot
 }
 
-/// Physical parameters of three links and a rotor.
+/// Physical parameters, ten per link; with n = 31 also one rotor inertia.
 fn parameters(n: usize) -> Vec<f64> {
     let body = [0.03, 0.001, -0.002, 0.05, 0.003, 0.04, 0.2, 0.05, -0.03, 2.0];
     (0..n).map(|i| body[i % 10] * (1.0 + 0.1 * (i / 10) as f64)).collect()
@@ -45,7 +45,7 @@ fn parameters(n: usize) -> Vec<f64> {
 
 #[test]
 fn a_parallelogram_solved_numerically_is_the_affine_one() {
-    // Four-bar with equal opposite sides: coupler parallel to the base, rocker to the crank.
+    // With equal opposite sides the coupler stays parallel to the base and the rocker parallel to the crank.
     let implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
     let mut affine = implicit.clone();
     affine.passive.clear();
@@ -63,14 +63,15 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
         assert!((passive[0] + q).abs() < 1e-10 && (passive[1] - q).abs() < 1e-10, "{passive:?}");
         let a = evaluated(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
         let b = evaluated(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
-        // The passive angles are solved to 1e-11; the torque is some newton metres.
+        // The passive angles are accurate to 1e-11; the torque is a few N m.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 }
 
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
-    // Opposite sides share their symbols: equal at every value, so that the exact rank is that of the parallelogram.
+    // Opposite sides share a symbol, so they are equal for all values of the symbols, and the exact rank is that of a
+    // parallelogram.
     let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
     let symbol = |name: &str| Value::Symbol(SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
     let (crank, base) = (symbol("L1"), symbol("L4"));
@@ -99,7 +100,7 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
             let d = evaluated(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
             let d_base = evaluated(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
             assert!((dot(&d, &x).0 - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
-            // Numeric coefficients carry the rounding of the scan.
+            // Numeric coefficients have the rounding error of the rank scan.
             assert!((dot(&d_base, &x_base).0 - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
 
             let mut at = |t: f64| {
@@ -110,11 +111,11 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
             };
             let h = 1e-3;
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-            // h^4 of truncation, and 1e-11 / h of the closure.
+            // Truncation error h^4, and 1e-11 / h from the solution of the loop.
             assert!((slope - tau * dq).abs() < 1e-6 * (1.0 + slope.abs()), "{}: {slope} {}", robot.name, tau * dq);
         }
 
-        // A ddq + h = tau, and forward undoes inverse.
+        // A ddq + h = tau must hold (h: bias torque), and forward dynamics must give back ddq.
         let q = 0.7;
         let passive = closure.solve(&[q], None).unwrap();
         let inverse = evaluated(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
@@ -137,7 +138,7 @@ fn what_does_not_close_is_said() {
     let refused = Derivation::new(&torn).err().map(|e| e.to_string());
     assert!(refused.is_some_and(|text| text.contains("no configuration was found")));
 
-    // Flat: crank and coupler in line with the base, where the rocker's direction is not determined.
+    // At q1 = 0 all links are collinear, so the angle of the rocker is not determined.
     let flat = four_bar([0.3, 0.6, 0.3, 0.6]);
     let derivation = Derivation::new(&flat).unwrap();
     let outcome = derivation.closure().unwrap().solve(&[0.0], Some(&[0.0, 0.0, 0.0]));

@@ -1,4 +1,4 @@
-//! The inverse geometric model against the direct one.
+//! Tests of the inverse geometric model against the direct geometric model.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use tests::{files_below, model};
 
 const POSES: usize = 2_000;
 
-/// An RX90 from its end: axes 1, 2 and 3 meet, and 4 and 5 are parallel.
+/// An RX90 with its chain reversed: axes 1, 2 and 3 intersect in one point, axes 4 and 5 are parallel.
 const SHOULDER: &str = "\
 convention: khalil-kleinfinger
 name: shoulder
@@ -24,7 +24,7 @@ links:
   - {link: 6, antecedent: 5, alpha: -pi/2, d: 0.02, theta: -q6, r: 0.1}
 ";
 
-/// A UR5 from its end: axes 3, 4 and 5 parallel.
+/// A UR5 with its chain reversed: axes 3, 4 and 5 are parallel.
 const PARALLEL: &str = "\
 convention: khalil-kleinfinger
 name: parallel
@@ -37,7 +37,7 @@ links:
   - {link: 6, antecedent: 5, alpha: pi/2, theta: q6, r: 0.05}
 ";
 
-/// A Stanford arm whose boom passes beside axis 2, which stands above frame 1.
+/// A Stanford arm whose prismatic axis does not intersect axis 2; axis 2 is above frame 1.
 const BOOM: &str = "\
 convention: khalil-kleinfinger
 name: boom
@@ -50,7 +50,7 @@ links:
   - {link: 6, antecedent: 5, alpha: pi/2, theta: q6, r: 0.08}
 ";
 
-/// The same with its boom, the fourth joint, behind a spherical shoulder.
+/// The arm of `BOOM` with the prismatic joint as joint 4, after a spherical shoulder.
 const BOOM_BEHIND: &str = "\
 convention: khalil-kleinfinger
 name: boom behind
@@ -63,7 +63,8 @@ links:
   - {link: 6, antecedent: 5, alpha: -pi/2, d: 0.07, theta: q6, r: 0.3}
 ";
 
-/// Axis 3 points against axis 2, and axis 4 lies along it at a distance, as many makers draw them.
+/// An arm whose axis 3 is antiparallel to axis 2, and whose axis 4 is parallel to it at a distance, as in many manufacturers'
+/// drawings.
 const AGAINST: &str = "\
 convention: khalil-kleinfinger
 name: against
@@ -76,7 +77,7 @@ links:
   - {link: 6, antecedent: 5, alpha: -pi/2, theta: q6, r: 0.1}
 ";
 
-/// A UR5 of which each second parallel axis points against the one before.
+/// A UR5 in which successive parallel axes point in opposite directions.
 const ALL_AGAINST: &str = "\
 convention: khalil-kleinfinger
 name: all against
@@ -93,8 +94,8 @@ fn read(text: &str) -> Robot {
     robot::format::read_yaml(text, "arm.yaml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// All solutions that are numbers reach the pose, and one of them is where it came from. Of a wrist with a centre
-/// behind axes 1 and 2 that meet all eight are there; else the elbow may not reach what the other shoulder or wrist asks for.
+/// All finite solutions reach the pose, and one of them equals the configuration from which the pose was computed. With `has_all`
+/// (spherical wrist, axes 1 and 2 intersect) all eight solutions exist; otherwise some may be out of reach of the elbow.
 #[test]
 fn all_solutions_reach_the_pose() {
     let shipped = [
@@ -151,7 +152,7 @@ fn all_solutions_reach_the_pose() {
             }
             solutions += here;
             assert!(!has_all || here == 8, "{file}: {here} solutions at {q:?}");
-            // Near a singular configuration rounding of 1e-16 becomes its root.
+            // Near a singular configuration, a rounding error of 1e-16 grows to its square root.
             assert!(nearest < 1e-5, "{file}: {nearest:e} from {q:?}");
         }
         assert!(worst < 1e-9, "{file}: {worst:e}");
@@ -159,8 +160,8 @@ fn all_solutions_reach_the_pose() {
     }
 }
 
-/// The shipped arms and those of this file, each from its first to its last link; in their place those of a folder of URDF files
-/// where `RIST_ARMS` names one.
+/// The arms of models/ and of this file, each with its last link as end effector. If `RIST_ARMS` names a folder, the arms of the
+/// URDF files there instead.
 fn arms() -> impl Iterator<Item = Robot> {
     if let Some(folder) = std::env::var_os("RIST_ARMS") {
         return arms_below(Path::new(&folder)).into_iter();
@@ -170,8 +171,8 @@ fn arms() -> impl Iterator<Item = Robot> {
     shipped.into_iter().chain(own).collect::<Vec<_>>().into_iter()
 }
 
-/// The arms of six joints among the URDF files below a folder that have an inverse geometric model; of the others it is
-/// printed why not.
+/// All arms with six joints in the URDF files below a folder that have an inverse geometric model. For each of the others the
+/// reason is printed.
 fn arms_below(folder: &Path) -> Vec<Robot> {
     let mut arms = Vec::new();
     for path in files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "urdf")) {
@@ -192,10 +193,10 @@ fn arms_below(folder: &Path) -> Vec<Robot> {
     arms
 }
 
-/// What singular poses are looked for along: the Jacobian's determinant changes its sign there.
+/// Steps per turn in the search for a sign change of the determinant of the Jacobian, that is, for a singular configuration.
 const STEPS: usize = 40;
 
-/// Poses and rows that were looked at, and how far a row was off.
+/// Counts of tested poses, of finite solutions, and of poses without a solution; `worst`: largest pose error.
 #[derive(Default)]
 struct Singular {
     poses: usize,
@@ -204,7 +205,7 @@ struct Singular {
     worst: f64,
 }
 
-/// An arm with its functions as tapes.
+/// An arm with tapes of its direct model, inverse model and Jacobian.
 struct Arm {
     name: String,
     sliding: Option<usize>,
@@ -257,7 +258,8 @@ impl Arm {
         if self.sliding == Some(joint) { difference.abs() } else { difference.sin().abs().max(1.0 - difference.cos()) }
     }
 
-    /// A coordinate at which the arm is singular, the others as they are.
+    /// A value of coordinate `joint` at which the arm is singular, with the other coordinates of `q`; `None` if the search finds
+    /// none.
     fn singular(&self, q: &[f64], joint: usize) -> Option<f64> {
         let determinant = |x: f64| {
             let mut q = q.to_vec();
@@ -274,19 +276,19 @@ impl Arm {
         Some(low)
     }
 
-    /// At a pose that is singular but for `offset`, or singular twice, every row that is a number reaches it. Where it is
-    /// singular once, one is where it came from, but for what moves freely: the joints that the Jacobian's null vector moves.
+    /// Checks that every finite solution reaches the pose of `q`. `offset`: distance from a single singularity; then one solution
+    /// must equal q, apart from joints that move freely along the null vector of the Jacobian. `None`: two singularities.
     fn holds(&self, q: &[f64], offset: Option<f64>, told: &mut Singular) {
         let t = self.pose(q);
         let solutions = self.solutions(&t);
         (told.poses, told.rows) = (told.poses + 1, told.rows + solutions.len());
         for solution in &solutions {
             let apart = t.iter().zip(self.pose(solution)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // What is taken for zero is below 1e-13 m or rad, and a wrist is some lengths of 1 m from what it turns.
+            // Numbers below 1e-13 m or rad are treated as zero; the lever arms to the end effector are a few metres.
             assert!(apart < 1e-12, "{}: {apart:e} from {t:?} of {q:?} by {solution:?}", self.name);
             told.worst = told.worst.max(apart);
         }
-        // What is singular twice moves farther than along its null vectors.
+        // At a double singularity the joints can move farther than along the null vectors, so q is not compared.
         let Some(offset) = offset else {
             told.none += usize::from(solutions.is_empty());
             return;
@@ -297,12 +299,13 @@ impl Arm {
             (0..6).filter(|j| !moves(*j)).map(|j| self.off(j, q[j], solution[j])).fold(0.0, f64::max)
         };
         let nearest = solutions.iter().map(nearest).fold(f64::INFINITY, f64::min);
-        // The root of a rounding of 1e-13; of 1e-16 over an offset of 1e-5, where another singularity is not far.
+        // Square root of a rounding error of 1e-13, or a rounding of 1e-16 divided by an offset of 1e-5 near a second
+        // singularity.
         assert!(nearest < 1e-5, "{}: {nearest:e} from {q:?} by {solutions:?}", self.name);
     }
 }
 
-/// `draws` states of each arm, singular along each joint and along pairs of joints, and off it by 1e-15 to 1e-3.
+/// Tests `draws` states of each arm: singular in one joint, singular in two joints, and at 1e-15 to 1e-3 from a singularity.
 fn singular_poses(draws: usize) {
     for robot in arms() {
         let (arm, mut random, mut told) = (Arm::new(&robot), Random(61), Singular::default());
@@ -324,7 +327,7 @@ fn singular_poses(draws: usize) {
                 }
             }
         }
-        // A home pose: every angle a quarter turn.
+        // Home poses: every angle is a multiple of a quarter turn.
         for k in 0..4_usize.pow(5) {
             let q: Vec<f64> = (0..6).map(|j| (k >> (2 * j) & 3) as f64 * std::f64::consts::FRAC_PI_2).collect();
             arm.holds(&q, None, &mut told);
@@ -333,7 +336,8 @@ fn singular_poses(draws: usize) {
             "{}: {} poses, {} rows, {} without one, {:e} off",
             arm.name, told.poses, told.rows, told.none, told.worst
         );
-        // Of parallel axes nearly singular twice, the direction of theta_6 has lost the digits that a stretched arm needs.
+        // With parallel axes near a double singularity, theta_6 loses the digits that a stretched arm needs, so a few poses have
+        // no solution.
         assert!(1000 * told.none <= told.poses, "{}: {} of {} without a solution", arm.name, told.none, told.poses);
         assert!(told.poses > draws, "{}: {} poses", arm.name, told.poses);
     }
@@ -344,7 +348,8 @@ fn singular_and_nearly_singular_poses_are_reached() {
     singular_poses(40);
 }
 
-/// At q5 = 1e-13 rounding of the pose turns theta_6 by 1e-4, and O_4 of an arm stretched to 1e-7 m would be out of reach.
+/// At q5 = 1e-13, rounding of the pose changes theta_6 by 1e-4. The arm is stretched to within 1e-7 m, so O_4 must not get out of
+/// reach.
 #[test]
 fn a_stretched_arm_of_a_nearly_singular_wrist_is_reached() {
     let arm = Arm::new(&read(ALL_AGAINST));

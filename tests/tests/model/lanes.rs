@@ -1,9 +1,9 @@
-//! Law 3 for many samples: `fill_many` writes what `fill` writes, bit for bit, for every compiled robot and any
-//! number of samples. The same products are fused in both.
+//! Tests that `fill_many` gives the same bits as `fill` for every compiled robot and any number of samples. Both use
+//! the same fused multiply-adds.
 
 use random::SplitMix;
 
-/// The compiled robots; under Miri, which takes hours for the others, the small ones.
+/// All compiled robots; under Miri only those with at most three coordinates, since the others take hours.
 fn robots() -> impl Iterator<Item = &'static generated::Compiled> {
     generated::all().iter().filter(|robot| !cfg!(miri) || robot.coordinates.len() <= 3)
 }
@@ -12,12 +12,12 @@ fn robots() -> impl Iterator<Item = &'static generated::Compiled> {
 fn many_samples_equal_one_at_a_time() {
     for robot in robots() {
         let (n, size) = (robot.coordinates.len(), robot.coordinates.len() * robot.parameters.len());
-        // 23: two full vectors of eight, one of four and a rest of three where the processor has both.
+        // 23 samples: two vectors of eight lanes, one of four, and a remainder of three, if the processor has both vector widths.
         for samples in [0, 1, 23] {
             let mut random = SplitMix(1);
             let states: Vec<f64> = (0..3 * n * samples)
                 .map(|i| {
-                    // Angles of many turns among them: every quadrant, and the reduction.
+                    // Every fifth number is large, which tests all quadrants and the range reduction of the angles.
                     let scale = if i % 5 == 0 { 1e4 } else { 4.0 };
                     scale * random.unit()
                 })
@@ -34,7 +34,7 @@ fn many_samples_equal_one_at_a_time() {
     }
 }
 
-/// The entries that are not always zero, one sample or eight at a time, are those of the dense matrix, and the rest of it is
+/// The nonzero entries, computed for one sample or for eight, equal the entries of the dense matrix; its other entries are
 /// zero.
 #[test]
 fn the_entries_are_those_of_the_matrix() {

@@ -1,8 +1,8 @@
-//! Robots of many joints: right results, not only an end.
+//! Tests that robots with many joints get the right base parameters.
 //!
-//! A joint's rows of the regressor are fewer than the columns, so a rank that is right for ten joints may be wrong for fifty.
-//! Every rank here is that of a regressor by the recursion of Newton and Euler, column by column, which shares no code with
-//! `modeling`; where that is too large, it is the known number and nothing may be lost.
+//! Each joint gives fewer regressor rows than there are columns, so a rank method that works for ten joints may fail for fifty.
+//! The reference rank comes from a Newton-Euler regressor, computed column by column, which shares no code with
+//! `modeling`. Where that is too large, the expected number is known, and D_base X_base = D X must hold.
 
 use std::fmt::Write as _;
 use std::process::Command;
@@ -17,13 +17,13 @@ use tests::{derived, dot, evaluated, recursion, standard_names};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Axes {
-    /// 0, 90, -90 degrees in turn, lengths along z and x in turn.
+    /// Twists of 0, 90, -90 degrees in turn, lengths along z and x in turn.
     Right,
-    /// Any angle, offsets in all directions.
+    /// General twists, and offsets in all directions.
     Oblique,
 }
 
-/// A URDF of n joints; each hangs on one of the last `reach` links, every `sliding`-th slides.
+/// A URDF with n joints. Each parent is one of the last `reach` links; every `sliding`-th joint is prismatic.
 fn urdf(n: usize, axes: Axes, reach: usize, sliding: Option<usize>) -> String {
     let random = &mut Random(n as u64);
     let mut text = format!("<robot name=\"many\"><link name=\"l0\">{BODY}</link>\n");
@@ -62,7 +62,7 @@ fn read(text: &str, floating_base: bool) -> Robot {
     if floating_base { robot.floating() } else { robot }
 }
 
-/// The base parameters, after D_base X_base = D X was found to hold at some states.
+/// The base parameters, after a check of D_base X_base = D X at two random states.
 fn regrouped(robot: &Robot) -> BaseParameters {
     let (_, regressor, base) = derived(robot);
     let base_regressor = base.regressor(&regressor);
@@ -73,7 +73,7 @@ fn regrouped(robot: &Robot) -> BaseParameters {
         let x_base = base.values(&x);
         for (row, tau) in y.chunks(base.len()).zip(recursion::torque(robot, &state, &x)) {
             let (found, size) = dot(row, &x_base);
-            // Thousands of terms, and rules that add up lengths over all links.
+            // Thousands of terms, and regrouping rules that add lengths over all links.
             assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{} joints: {found} {tau}", robot.links.len());
         }
     }
@@ -83,10 +83,11 @@ fn regrouped(robot: &Robot) -> BaseParameters {
     base
 }
 
-/// The rank of the recursion's regressor: QR with pivots, rows and columns scaled, and the gap behind the rank.
+/// (rank of the Newton-Euler regressor, gap after it). Pivoted QR of the matrix with scaled columns; gap: last kept over first
+/// dropped entry.
 fn independent_rank(robot: &Robot) -> (usize, f64) {
     let (n, p) = (robot.n_coordinates(), standard_names(robot).len());
-    // The last link's columns need a dozen states; its rows alone tell them.
+    // The parameters of the last link need a dozen states, since only its own joint row identifies them.
     let states = p.div_ceil(n) + 4;
     let random = &mut Random(2);
     let mut observed = DMatrix::zeros(states * n, p);
@@ -103,13 +104,13 @@ fn independent_rank(robot: &Robot) -> (usize, f64) {
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
         let norm = column.norm();
-        // What has no effect leaves rounding.
+        // A column without effect contains only rounding errors.
         if norm > 1e-10 * largest { column /= norm } else { column.fill(0.0) }
     }
-    // The triangle of a plain QR first, so that pivoting looks at p rows only.
+    // A plain QR first reduces the matrix to p rows, which makes the pivoted QR fast.
     let r = observed.qr().unpack_r().col_piv_qr().unpack_r();
     let diagonal: Vec<f64> = r.diagonal().iter().map(|x| x.abs()).collect();
-    // A column of unit norm leaves 1e-14 of rounding; what is independent leaves more than 1e-8 of itself here.
+    // A dependent column of unit norm has a residual of about 1e-14, an independent one of more than 1e-8 in these robots.
     let rank = diagonal.iter().filter(|x| **x > 1e-11).count();
     (rank, diagonal[rank - 1] / diagonal.get(rank).copied().unwrap_or(0.0))
 }
@@ -127,7 +128,7 @@ fn has_its_rank(text: &str, floating: bool, expected: Option<usize>) {
 
 #[test]
 fn chains_of_right_angles() {
-    // One above and one below the length from which columns were once lost.
+    // Lengths just below and above 44 joints, where columns were once dropped by mistake.
     for (n, expected) in [(43, 297), (44, 304), (45, 311), (60, 416)] {
         has_its_rank(&urdf(n, Axes::Right, 1, None), false, Some(expected));
     }
@@ -140,7 +141,7 @@ fn a_chain_of_a_hundred() {
 
 #[test]
 fn a_chain_of_two_hundred_loses_nothing() {
-    // 7 a joint less 4, as of shorter chains of these axes.
+    // 7 parameters per joint minus 4, as for shorter chains with these axes.
     assert_eq!(regrouped(&read(&urdf(200, Axes::Right, 1, None), false)).len(), 1396);
 }
 
@@ -158,7 +159,7 @@ fn an_oblique_tree_of_a_hundred() {
 
 #[test]
 fn two_arms_on_a_floating_base() {
-    // Joint 26 hangs on the base as joint 1 does.
+    // Joint 26 is attached to the base, like joint 1, which gives two arms.
     let text = urdf(50, Axes::Oblique, 1, None).replace("<parent link=\"l25\"/>", "<parent link=\"l0\"/>");
     has_its_rank(&text, true, None);
 }
@@ -171,8 +172,8 @@ fn compiler_of_c() -> Option<&'static str> {
     found
 }
 
-/// What `main` prints in C, compiled without a warning beside the files `many.h` and `many.c`; it has q, dq, ddq and the
-/// base parameters x of a random state.
+/// Output of `main` in C, compiled without warnings with the generated `many.h` and `many.c`, and the expected torques. `main`
+/// can use q, dq, ddq and the base parameters x of a random state.
 fn printed_by_c(
     cc: &str,
     (robot, base, functions): (&Robot, &BaseParameters, &[RobotFunction]),
@@ -198,8 +199,8 @@ fn printed_by_c(
     (run(&mut Command::new(folder.join("program"))).out, recursion::torque(robot, &state, &x))
 }
 
-/// Each function of a robot, in C: of more than eight angles the sines are taken four at a time, where they are needed. It
-/// compiles without a warning, and its torque is that of the recursion.
+/// All functions of a robot compile in C without a warning, and the torque equals that of the recursion. With more than eight
+/// angles, the code computes sines in groups of four where they are needed.
 #[test]
 fn every_function_of_ten_joints_compiles_in_c() {
     let Some(cc) = compiler_of_c() else { return };
@@ -242,12 +243,12 @@ fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
     for (line, tau) in printed.lines().zip(expected) {
         let (found, size) = line.split_once(' ').unwrap();
         let (found, size): (f64, f64) = (found.parse().unwrap(), size.parse().unwrap());
-        // Thousands of terms, and rules that add up lengths over all links.
+        // Thousands of terms, and regrouping rules that add lengths over all links.
         assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{found} {tau}");
     }
 }
 
-/// A chain of links of 1e15 m: lengths of the first drown all that the last does.
+/// A chain with link lengths of 1e15 m: in double precision, the first links hide all effects of the last ones.
 #[test]
 fn what_rounding_drowns_is_refused() {
     let link = |j: usize| {

@@ -1,5 +1,5 @@
-//! Laws 1, 4 and 5: the torque is that of mechanics; the inertia matrix is symmetric and positive definite; the order
-//! in a file, the unit of length and the attitude of the base change nothing.
+//! Tests of laws of mechanics: the torque equals Newton-Euler and Lagrange; the inertia matrix is symmetric and positive
+//! definite; the order of links in the file, the unit of length and the orientation of the base change nothing.
 
 use expr::{Tape, Workspace};
 use modeling::{BaseParameters, Derivation};
@@ -11,7 +11,7 @@ use robot::{
 use tests::random::{Random, State};
 use tests::{base_parameters as base, dot, lagrangian, model_text, models, recursion, standard_names};
 
-/// Rounding of two ways to the same sum, relative to the sum of the magnitudes of its terms: some thousand
+/// Tolerance between two summations of the same terms, relative to the sum of their magnitudes: some thousand
 /// operations of 1e-16 each, which mostly cancel.
 const ROUNDING: f64 = 1e-13;
 
@@ -19,7 +19,7 @@ fn derived(robot: &Robot) -> Derivation<'_> {
     Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name))
 }
 
-/// D as something to call.
+/// The regressor D as a tape with its workspace; n rows and p columns.
 struct Regressor {
     tape: Tape,
     work: Workspace,
@@ -34,14 +34,14 @@ impl Regressor {
         Regressor { tape, work, n: robot.n_coordinates(), p: StandardParameter::all(robot).len() }
     }
 
-    /// Row by row.
+    /// The rows of D at a state, one per joint.
     fn rows(&mut self, state: &State) -> Vec<Vec<f64>> {
         let mut y = vec![f64::NAN; self.n * self.p];
         self.tape.evaluate(&state.inputs(), &mut self.work, &mut y);
         y.chunks(self.p).map(<[f64]>::to_vec).collect()
     }
 
-    /// D X, and the magnitude of the terms of each sum.
+    /// (D X, sum of the magnitudes of the terms of each row).
     fn times(&mut self, state: &State, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         self.rows(state).iter().map(|row| dot(row, x)).unzip()
     }
@@ -68,7 +68,7 @@ fn close(found: &[f64], expected: &[f64], size: &[f64], tolerance: f64, what: &s
 
 #[test]
 fn regressor_times_parameters_is_the_torque_of_newton_and_euler_and_of_lagrange() {
-    // Beside the models, loops whose frames stand on one another.
+    // In addition to the models: a robot with two loops whose cut frames are on the same link.
     let file = "two_loops_on_one_frame.par";
     let on_frames = robot::format::read(&tests::test_robot_path(file)).unwrap_or_else(|e| panic!("{e}"));
     for (file, robot) in models().into_iter().chain([(file.to_string(), on_frames)]) {
@@ -98,7 +98,7 @@ fn inertia_matrix_is_symmetric_and_positive_definite_for_physical_parameters() {
             let m = regressor.inertia_matrix(&state.q, &x);
             assert!((&m - m.transpose()).norm() <= ROUNDING * m.norm(), "{file}: {m}");
             assert!(m.clone().cholesky().is_some(), "{file}: {m}");
-            // And it is the inertia of the kinetic energy: dq . M dq = 2 T.
+            // M must also be the inertia matrix of the kinetic energy T: dq . M dq = 2 T.
             let lift = |v: &[f64]| v.iter().map(|&x| tests::number::Number::constant(x)).collect::<Vec<_>>();
             let kinetic = lagrangian::energies(&robot, &lift(&state.q), &lift(&state.dq), &x).0.value;
             let dq = DVector::from_row_slice(&state.dq);
@@ -129,7 +129,7 @@ fn read(text: &str) -> Robot {
 
 #[test]
 fn order_of_the_links_in_the_file_changes_no_torque_and_no_rank() {
-    // Every order that puts antecedents first, drawn at random.
+    // Random orders of the links in which each parent comes before its children.
     for file in ["race.yaml", "tree.yaml"] {
         let text = model_text(file);
         let robot = read(&text);
@@ -137,7 +137,7 @@ fn order_of_the_links_in_the_file_changes_no_torque_and_no_rank() {
         let n_lines = robot.links.len();
         let lines: Vec<&str> = rest.split_inclusive('\n').take(n_lines).collect();
         let after: String = rest.split_inclusive('\n').skip(n_lines).collect();
-        // The order of the coordinates is otherwise that of the links that name them.
+        // The order of the coordinates is fixed here; by default it follows the order of the links.
         let coordinates: Vec<&str> = robot.coordinates.iter().map(|c| c.name.as_str()).collect();
         let stated = if before.contains("coordinates:") {
             before.to_string()
@@ -174,7 +174,7 @@ fn order_of_the_links_in_the_file_changes_no_torque_and_no_rank() {
 
 #[test]
 fn unit_of_length_changes_no_torque_and_no_rank() {
-    // Metres to decimetres: every length, and gravity, ten times its number.
+    // Metres are replaced by decimetres: the numbers of all lengths and of gravity grow by a factor of ten.
     let factor = 10.0;
     for (file, robot) in models() {
         let mut other = robot.clone();
@@ -217,7 +217,7 @@ fn unit_of_length_changes_no_torque_and_no_rank() {
                 })
                 .collect();
             let (tau, size) = d.times(&state, &x);
-            // A torque is a mass times a length squared, a force a mass times a length.
+            // A torque has the unit mass times length squared over time squared, a force mass times length over time squared.
             let found = other_d.times(&other_state, &other_x).0;
             let found: Vec<f64> = (0..found.len()).map(|k| found[k] * unit(k) / (factor * factor)).collect();
             close(&found, &tau, &size, ROUNDING, &file);
@@ -233,7 +233,7 @@ fn product(a: &Value, b: Value) -> Value {
     Value::Mul(Box::new(a.clone()), Box::new(b))
 }
 
-/// (c x - s y, s x + c y).
+/// The pair (x, y) rotated by the angle: (c x - s y, s x + c y) with s, c its sine and cosine.
 fn turned_pair(x: &Value, y: &Value, angle: &Value) -> [Value; 2] {
     let (sin, cos) = (Value::Sin(Box::new(angle.clone())), Value::Cos(Box::new(angle.clone())));
     let [cx, sy, sx, cy] =
@@ -259,9 +259,9 @@ fn turning_the_robot_and_gravity_together_changes_no_torque_and_no_rank() {
         let mut random = Random(7);
         let mut turned = robot.clone();
         let [phi, theta, psi] = [0.4, 1.1, -2.3].map(|a: f64| a + 0.1 * random.unit());
-        // The pedestal: a fixed link whose frame stands askew in the base, Rz(phi) Rx(theta) Rz(psi). Its angles
-        // have names, and gravity is written in them: that it is still the old one along the old axes is no
-        // coincidence of numbers, and must not be taken for one.
+        // The pedestal is a fixed link with a general orientation in the base, Rz(phi) Rx(theta) Rz(psi). Its angles are
+        // symbols, and gravity is written with them. So gravity stays parallel to the old direction for all values of the
+        // symbols, and the exact rank must not treat this as a coincidence of numbers.
         let mut pedestal = robot.links[0].clone();
         let angles = [("phi_", phi), ("theta_", theta), ("psi_", psi)].map(|(name, x)| {
             turned.symbols.push(Symbol { name: name.into(), value: Value::Number(x), generic: false });

@@ -1,4 +1,4 @@
-//! The model of a robot and the code made of it: laws, published tables, agreement with others.
+//! Tests of the model of a robot and of the generated code: laws of mechanics, published tables, comparison with other programs.
 
 mod agreement;
 mod closed_loops;

@@ -1,8 +1,8 @@
-//! Five URDF robots against Pinocchio: standard parameters, regressor, torque; and their ranks.
+//! Tests of five URDF robots against Pinocchio: standard parameters, regressor, torque and rank.
 //!
 //! The tables of ../shared/oracle hold random states q, dq, ddq with the torque, the regressor and, for each
-//! moving link, m mx my mz Ixx Ixy Iyy Ixz Iyz Izz about the origin of its joint frame, in that frame. Our link
-//! frames are others; the parameters go from one to the other by the linear map of the robot crate, exactly.
+//! moving link, m mx my mz Ixx Ixy Iyy Ixz Iyz Izz about the origin of its joint frame, in that frame. The link
+//! frames of rist differ; the linear map of the crate `robot` converts the parameters exactly.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -16,7 +16,7 @@ use tests::{base_parameters, dot, evaluated, shared};
 const ROBOTS: [(&str, usize); 5] =
     [("ur5", 36), ("panda", 51), ("solo12", 68), ("baxter", 103), ("double_pendulum", 6)];
 
-/// Pinocchio's names in the order of ours: XX XY XZ YY YZ ZZ MX MY MZ M.
+/// Names of Pinocchio in the order of rist: XX XY XZ YY YZ ZZ MX MY MZ M.
 const NAMES: [&str; 10] = ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mx", "my", "mz", "m"];
 
 struct Table {
@@ -49,10 +49,10 @@ impl Table {
     }
 }
 
-/// A robot whose parameters are the ten of each link, and its table.
+/// (name, rank, robot, table of Pinocchio) of each robot. The robots have ten parameters per link and no rotor inertia.
 fn cases() -> Vec<(&'static str, usize, Robot, Table)> {
     let Some(folder) = shared().map(|s| s.join("oracle")) else { return Vec::new() };
-    // Pinocchio reads past mimic tags: the two fingers of the panda are coordinates there.
+    // Pinocchio ignores mimic tags, so the two fingers of the panda are coordinates.
     let options = ReadOptions { mimic: Mimic::Independent, ..ReadOptions::default() };
     ROBOTS
         .into_iter()
@@ -78,7 +78,7 @@ fn standard_parameters_agree_in_the_joint_frames_of_the_file() {
             for (parameter, value) in NAMES.into_iter().zip(about_joint) {
                 let column = format!("X_{}_{parameter}", link.joint.name);
                 let expected = table.rows[0][table.place(&column)];
-                // Angles of fixed joints are snapped by up to 5e-12 here and not there.
+                // rist rounds the angles of fixed joints to nearby special values, by up to 5e-12; Pinocchio does not.
                 assert!((value - expected).abs() <= 1e-10, "{name} {column}: {value} {expected}");
             }
         }
@@ -93,7 +93,7 @@ fn regressor_and_torque_agree_through_the_exact_linear_map() {
         let (n, p) = (names.len(), 10 * robot.links.len());
         assert_eq!(regressor.outputs.iter().map(|o| o.entries.len()).sum::<usize>(), n * p, "{name}");
         let x: Vec<f64> = robot.links.iter().flat_map(|l| l.inertial.unwrap_or_default()).collect();
-        // Our parameters of link j are M_j times those about its joint frame.
+        // The parameters of link j in rist are M_j times those in its joint frame (M_j: matrix in `maps`).
         let maps: Vec<_> = robot.links.iter().map(|l| inertial_matrix(&l.file_frame)).collect();
         let inputs: Vec<usize> = ["q", "dq", "ddq"].iter().flat_map(|kind| table.columns(kind, &names)).collect();
         let torques = table.columns("tau", &names);

@@ -1,4 +1,4 @@
-//! The joint, the unit and the verdict of a parameter do not depend on how its name looks.
+//! Tests that joint, unit and status of a parameter come from the model and not from the form of its name.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Identified, Status};
@@ -13,7 +13,7 @@ fn parameter<'a>(estimate: &'a Estimate, name: &str) -> &'a Identified {
     estimate.parameters.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no {name} in {estimate}"))
 }
 
-/// The 1 of `wrist_1` is no number of a joint: shoulder_pan is.
+/// The weak parameter belongs to shoulder_pan, which moves little. The digit of `wrist_1` must not be read as joint 1.
 #[test]
 fn the_joint_of_a_parameter_is_not_read_from_its_name() {
     let here = folder("weak_joint");
@@ -33,7 +33,7 @@ fn units_are_those_of_the_joint() {
     let robot = model("cartesian3p.yaml");
     let x = Random(51).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[0.5, 0.5, 0.5], 0.0);
-    // Without the bodies of the file, which are not those of the log.
+    // The model without bodies, since the bodies of the file differ from those of the log.
     let text = model_text("cartesian3p.yaml");
     std::fs::write(here.join("arm.yaml"), text.split("standard_parameters").next().unwrap()).unwrap();
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--out", "e.yaml"]).ended(0);
@@ -44,7 +44,7 @@ fn units_are_those_of_the_joint() {
     assert!(run.out.contains("rms N ") && !run.out.contains("N m"), "{}", run.out);
 }
 
-/// One artefact for experiments and for logs: what validate writes, report reads.
+/// A validation on logs has the same file form as one on experiments, so `report` can read it.
 #[test]
 fn a_report_reads_every_validation() {
     let here = folder("report_of_logs");
@@ -64,7 +64,7 @@ fn a_report_reads_every_validation() {
     assert!(page.contains("1 motion") && page.contains("<td>q2</td>"), "{page}");
 }
 
-/// The truth of a simulation is an estimate with other words: validate finds the gains in it.
+/// The file truth.yaml of a simulation is a valid estimate, so `validate` finds the drive gains in it.
 #[test]
 fn the_truth_of_a_simulation_predicts_its_logs() {
     let here = folder("truth");
@@ -76,7 +76,7 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
     ] {
         rist(&here, arguments).ended(0);
     }
-    // README's estimate of eight experiments validates at 1.44 %; the truth does no worse.
+    // The estimate of the README from eight experiments has an error of 1.44 %, so the true values must have a smaller one.
     let validation = std::fs::read_to_string(here.join("v.yaml")).unwrap();
     let total = Validation::from_yaml("v.yaml", &validation).unwrap().total;
     assert!(total < 0.0144, "{total}");
@@ -84,7 +84,7 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
     assert_eq!(parameter(&truth, "KT1").value, Some(2.393));
 }
 
-/// The truth behind logs with a load is the truth of the others plus that of the load, and both say the friction.
+/// The true parameters with a load are the true ones without it plus those of the load. Both files contain the friction.
 #[test]
 fn the_truth_has_the_load_and_the_friction() {
     let here = folder("truth_loaded");
@@ -93,7 +93,7 @@ fn the_truth_has_the_load_and_the_friction() {
     let (motion, tool) = (docs.join("motion.yaml").display().to_string(), docs.join("tool.yaml").display().to_string());
     rist(&here, &["simulate", &ur5, &motion, "--load", &tool, "--validation", "0", "--out", "logs"]).ended(0);
     let (bare, loaded) = (estimate(&here.join("logs/truth.yaml")), estimate(&here.join("logs/truth_loaded.yaml")));
-    // 2 kg at (0.02, 0, 0.12) m, and the joint turns about z of the link: its first moments across the axis grow by 0.04 kg m.
+    // A load of 2 kg at (0.02, 0, 0.12) m; the joint axis is z, so the first moment across the axis grows by 0.04 kg m.
     let value = |e: &Estimate, name: &str| parameter(e, name).value.unwrap_or_else(|| panic!("{name} has no value"));
     let grown = |name: &str| value(&loaded, name) - value(&bare, name);
     assert!((grown("MX_wrist_3").hypot(grown("MY_wrist_3")) - 0.04).abs() < 1e-9, "{}", grown("MX_wrist_3"));
@@ -106,7 +106,7 @@ fn the_truth_has_the_load_and_the_friction() {
     assert!(coulomb[0] > 0.0 && coulomb[1] < 0.0, "{coulomb:?}");
 }
 
-/// A reference body fills what the data leave open; that is no finding.
+/// With `--consistent` a reference body fills unidentifiable parameters, but they must not get a value in the estimate.
 #[test]
 fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     let here = folder("consistent_open");
@@ -116,7 +116,7 @@ fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     let x = Random(53).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0, 0.0], 0.01);
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--consistent", "--out", "e.yaml"]);
-    // A joint stands still, so no use has its torques; the estimate is written all the same.
+    // One joint stands still, so no use gets its torques and the exit code is 1. The estimate is written all the same.
     assert_eq!(run.code, Some(1), "{}", run.err);
     let found = estimate(&here.join("e.yaml"));
     let open = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable);

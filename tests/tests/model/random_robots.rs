@@ -1,7 +1,7 @@
-//! Robots drawn at random: what is derived of each is what mechanics written independently says of it.
+//! Tests on random robots: regressor, torque, base parameters and rank agree with an independent recursion.
 //!
-//! Chains and trees of up to six links, whose joints are revolute, prismatic, moved by other coordinates, or locked, with
-//! four kinds of numbers. The seeds are fixed: a robot that fails is found again by its number.
+//! The robots are chains and trees of up to six links. Joints are revolute, prismatic, mimic other coordinates, or are locked;
+//! there are four kinds of numbers. The seeds are fixed, so a failing robot can be reproduced.
 
 use expr::Function;
 use modeling::{BaseParameters, Derivation};
@@ -11,20 +11,20 @@ use tests::random::{Random, State};
 use tests::random_structures::rank_of;
 use tests::{dot, evaluated, recursion};
 
-/// Rounding of two ways to the same sum, relative to the magnitudes of its terms: some ten thousand operations of 1e-16
+/// Tolerance between two summations of the same terms, relative to their magnitudes: some ten thousand operations of 1e-16
 /// each, most of which cancel.
 const ROUNDING: f64 = 1e-12;
 
-/// Operations of a base regressor a pair of links: what is common is shared, so they grow with the square; 37 at most here.
+/// Bound on the operations of a base regressor, divided by the square of the number of links. These robots need at most 37.
 const OPERATIONS: usize = 60;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Numbers {
     Right,
-    /// Twelfths of a turn and one length: special positions of other kinds.
+    /// Multiples of pi/6 and a single length: other special geometries.
     Special,
     General,
-    /// Right angles and coinciding axes but for very little.
+    /// Nearly right angles and nearly coinciding axes.
     Nearly,
 }
 
@@ -49,7 +49,7 @@ impl Numbers {
     }
 }
 
-/// A description: the first joint is a coordinate, and so is any but for those that follow or are locked.
+/// A robot file in YAML. The first joint is a coordinate; the others are coordinates, mimic joints or locked joints.
 fn description(seed: u64, numbers: Numbers) -> String {
     let random = &mut Random(seed);
     let (n, is_tree) = (1 + random.below(6), random.below(2) == 0);
@@ -87,7 +87,7 @@ fn description(seed: u64, numbers: Numbers) -> String {
 struct Derived {
     regressor: Function,
     torque: Function,
-    /// Why there are none, where the numbers leave their count open.
+    /// The error text if the numbers leave the rank unclear.
     base: Result<BaseParameters, String>,
 }
 
@@ -98,7 +98,7 @@ fn derived(robot: &Robot, what: &str) -> Derived {
     Derived { torque: derivation.torque(), regressor, base }
 }
 
-/// The rank of D over many states, by singular values of its scaled columns.
+/// Rank of D over many states, from the singular values of its scaled columns.
 fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> usize {
     let n = robot.n_coordinates();
     let rows =
@@ -119,7 +119,7 @@ fn holds(seed: u64, numbers: Numbers) {
             assert!(numbers == Numbers::Nearly || base.weak.is_empty(), "{what}");
             Some(base)
         }
-        // Only what is special but for very little has a rank that nobody can tell.
+        // Only nearly special geometry may have an unclear rank.
         Err(why) => {
             assert_eq!(numbers, Numbers::Nearly, "{what}{why}");
             None
@@ -141,8 +141,8 @@ fn holds(seed: u64, numbers: Numbers) {
             let room = ROUNDING * (1.0 + size[k]);
             assert!((by_regressor[k] - tau[k]).abs() <= room, "D X, row {k}: {} {}\n{what}", by_regressor[k], tau[k]);
             assert!((directly[k] - tau[k]).abs() <= room, "torque, row {k}: {} {}\n{what}", directly[k], tau[k]);
-            // A rule that is only numeric has a coefficient to 1e-9 at worst, where a kept column hardly stands out. What weak
-            // columns leave out is relative to the norm of a column over some 300 rows, of entries thrice those here.
+            // Coefficients of numeric rules are accurate to 1e-9 at worst, where a kept column is nearly dependent. `left_out`
+            // refers to the norm of a column over some 300 rows, whose entries are about three times larger than here.
             let left_out = base.as_ref().map_or(0.0, |base| base.rank.left_out);
             let largest = d[k * p..][..p].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
             let left_out = 50.0 * left_out * largest * x.iter().map(|x| x.abs()).sum::<f64>();

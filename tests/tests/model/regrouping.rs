@@ -1,4 +1,4 @@
-//! Law 2: the regrouping loses nothing and keeps nothing twice. It gives the published base parameters.
+//! Tests that the base parameters are complete, independent and equal to published ones.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ struct Regrouped {
     standard: Function,
     base: Function,
     parameters: BaseParameters,
-    /// In the order of the base parameters.
+    /// Printed rules in the order of the base parameters.
     rules: Vec<String>,
     names: Vec<String>,
 }
@@ -74,7 +74,7 @@ fn with_rotors(mut robot: Robot, which: impl Fn(Drive) -> bool) -> Robot {
     robot
 }
 
-/// D_base X_base = D X at random states for random X; the torque's rounding is 1e-16 of some hundred terms.
+/// Checks D_base X_base = D X at random states for random X. The torque has some hundred terms with a rounding of 1e-16.
 fn loses_nothing(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     let n = robot.n_coordinates();
@@ -99,7 +99,8 @@ fn loses_nothing(robot: &Robot, what: &str) {
     }
 }
 
-/// Singular values of the kept columns, each scaled to norm one, and the distance of the other columns.
+/// Checks that the kept columns are independent (singular values of scaled columns), and that the rules explain all other
+/// columns.
 fn keeps_nothing_twice(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     let tape = Tape::new(&regrouped.standard);
@@ -117,7 +118,7 @@ fn keeps_nothing_twice(robot: &Robot, what: &str) {
         column /= norm;
     }
     let least = scaled.singular_values().min();
-    // The columns of a robot of ordinary proportions stand apart by 1e-3 or more.
+    // For robots of usual proportions the smallest singular value is at least 1e-3.
     assert!(least > 1e-5, "{what}: kept columns are dependent, {least:e}");
 
     let largest = d.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
@@ -134,7 +135,7 @@ fn keeps_nothing_twice(robot: &Robot, what: &str) {
     }
 }
 
-/// The printed rule means what the terms say.
+/// Checks that the printed rule of each base parameter has the same coefficients as its terms.
 fn prints_what_it_means(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     for (k, b) in regrouped.parameters.base.iter().enumerate() {
@@ -145,7 +146,7 @@ fn prints_what_it_means(robot: &Robot, what: &str) {
     }
 }
 
-/// Coefficients are a few products of lengths and sines: 1e-13 is their rounding.
+/// Compares two sums. Coefficients are products of a few lengths and sines, so their rounding is below 1e-13.
 fn same_terms(found: &BTreeMap<String, f64>, expected: &BTreeMap<String, f64>, what: &str) {
     let names = |terms: &BTreeMap<String, f64>| terms.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(found), names(expected), "{what}");
@@ -181,7 +182,7 @@ fn every_rule_of_the_models_is_proven_in_their_symbols() {
     }
 }
 
-// R.A.C.E
+// Tests on the R.A.C.E. robot.
 
 #[derive(Deserialize)]
 struct RaceFacts {
@@ -235,7 +236,7 @@ fn race_has_the_eighteen_base_parameters_and_their_rules() {
             };
             terms(a) == terms(b) && a.len() == b.len()
         };
-        // The order of the terms is free; the form is not.
+        // The order of the terms may differ, but not their form.
         assert!(same_sum(regrouped.rule(name), rule), "{}\n{rule}", regrouped.rule(name));
     }
 }
@@ -270,7 +271,7 @@ fn race_answers_to_what_must_change_the_answer() {
     let straight = RACE_NAMES.map(|n| if n == "D2MYR4" { "D2MY4" } else { n });
     assert_eq!(names_of(&edited(&text, &[("DEL: 5*pi/6", "DEL: pi")])), straight);
     assert_eq!(names_of(&edited(&text, &[("gravity: [0, 0, 0]", "gravity: [0, 0, -9.81]")])).len(), 22);
-    // The fourth motor held elsewhere: the same set, other coefficients.
+    // If the fourth motor is at another angle, the base parameters stay the same and only the coefficients change.
     assert_eq!(names_of(&edited(&text, &[("d: D6, theta: 0}", "d: D6, theta: 0.7}")])), RACE_NAMES);
 
     let robot = model("race.yaml");
@@ -285,7 +286,7 @@ fn race_answers_to_what_must_change_the_answer() {
     assert!(rotors(&|_| false).is_empty());
 }
 
-// Published tables
+// Tests against published tables.
 
 #[test]
 fn rx90_rules_are_the_published_ones() {
@@ -336,7 +337,7 @@ fn ranks_and_names_are_the_published_ones() {
             assert_eq!(with.base_names(), kept.split_whitespace().collect::<Vec<_>>(), "{}", fact.fact);
         }
     }
-    // UR5 and Panda without rotor inertia, and the Panda's seven more with: 43 and 48.
+    // The Panda has 43 base parameters without rotor inertia, and 48 with the rotor inertias of its seven joints.
     assert_eq!(regroup(&with_rotors(model("panda.yaml"), |_| false)).parameters.len(), 43);
     assert_eq!(regroup(&with_rotors(model("panda.yaml"), |_| true)).parameters.len(), 48);
 }
@@ -356,13 +357,13 @@ fn the_tables_of_this_folder_are_those_of_the_reference() {
     }
 }
 
-// What is not clear-cut
+// Tests of unclear ranks.
 
 #[test]
 fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
-    // IA2 and IA4 are absorbed where the second axis of an arm is perpendicular to the first. Of two arms that
-    // are almost so, one leaves its rotor inertia just above the threshold and one just below. (A file's angles
-    // so near to pi/2 are snapped; a robot made by a program is not.)
+    // IA2 and IA4 can be regrouped if the second axis of their arm is perpendicular to the first. Here both arms deviate a little
+    // from that: one rotor inertia is just above the threshold, the other just below. (The reader of files rounds such angles to
+    // pi/2; this robot is made by code.)
     let tilted = |left: f64, right: f64| {
         let mut robot = model("tree.yaml");
         for (j, tilt) in [(1, left), (3, right)] {
@@ -381,7 +382,7 @@ fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
         assert!(message.contains(name), "{message}");
         assert!((rank.largest_dropped..=rank.smallest_kept).contains(distance), "{name} {distance:e}");
     }
-    // The other outcome: right angles and plainly oblique ones are both clear.
+    // Right angles and clearly oblique angles both give a clear rank.
     let rank = |outcome: Result<Regrouped, UnclearRank>| outcome.map(|r| r.parameters.len()).ok();
     assert_eq!(rank(tilted(0.0, 0.0)), Some(16));
     assert_eq!(rank(tilted(0.1, 0.0)), Some(17));
@@ -390,13 +391,13 @@ fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
 
 #[test]
 fn a_numeric_coincidence_is_no_rule() {
-    // Lengths that happen to be equal stay apart in the rules ...
+    // Lengths that are equal by chance keep their own symbols in the rules.
     let text = model_text("race.yaml");
     assert!(text.contains("D2: 0.30, D4: 0.30"));
     let regrouped = regroup(&model("race.yaml"));
     assert!(regrouped.rule("XXR4").contains("D4^2") && !regrouped.rule("XXR4").contains("D2"));
     assert!(regrouped.rule("D2MXR3").contains("D7/D2") || regrouped.rule("D2MXR3").contains("D7*MX7/D2"));
-    // ... and a difference of them that is zero by coincidence still gives a regressor that loses nothing.
+    // If a difference of two lengths is zero by chance, the base parameters still reproduce every torque.
     let text = model_text("puma560.yaml");
     let vanishing = edited(
         &text,
@@ -416,7 +417,7 @@ fn a_numeric_coincidence_is_no_rule() {
 
 #[test]
 fn a_relation_that_only_these_numbers_make_is_told_until_the_file_says_it_is_meant() {
-    // Gravity along a slanted rail: by chance, as far as the first file tells; by the second, on purpose.
+    // Gravity is parallel to a slanted rail. With numbers this may be by chance; with a symbol for the angle it is intended.
     let text = model_text("cartesian3p.yaml");
     let slanted = |angle: &str, gravity: [String; 2], symbols: &str| {
         let gravity = format!("gravity: [0, {}, {}]\n{symbols}links:\n", gravity[0], gravity[1]);
@@ -434,7 +435,8 @@ fn a_relation_that_only_these_numbers_make_is_told_until_the_file_says_it_is_mea
 
 #[test]
 fn a_rule_names_the_lengths_of_its_own_links() {
-    // Two fingers of the same lengths: the numbers are one constant of the graph, the rules of each finger name its own.
+    // Two fingers have equal lengths. The graph has one constant per number, but the rules of each finger contain its own
+    // symbols.
     let text = "convention: khalil-kleinfinger
 name: hand
 rotor_inertia: none

@@ -1,4 +1,5 @@
-//! Ratios of any length are exact, and columns too weak for a motion are named and left out, with what that leaves out.
+//! Tests that gear ratios of any length are exact, and that columns too weak to observe are named and dropped with an error
+//! bound.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -14,8 +15,8 @@ fn read(text: &str) -> Robot {
     format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Law 2 with what is left out: |D_base X_base - D X| <= left_out |D|_max sum |X|, joint by joint, where |D|_max is the norm
-/// of the largest column over all states. Twice that, since the states are not those of the derivation.
+/// Checks |D_base X_base - D X| <= left_out |D|_max sum |X| for each joint; |D|_max: norm of the largest column over all states.
+/// The factor 2 allows for states that differ from those of the derivation.
 fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
     assert!(base.rank.left_out <= 1e-6, "{what}: {:?}", base.rank);
     let mut derivation = Derivation::new(robot).unwrap();
@@ -43,12 +44,12 @@ fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
             most = most.max(rest);
         }
     }
-    // What is said is not far from what is so.
+    // The stated error bound must be within a factor of ten of the actual error.
     assert!(base.weak.is_empty() == (base.rank.left_out == 0.0), "{what}: {:?}", base.rank);
     assert!(base.rank.left_out <= 1e-13 || most >= 0.1 * base.rank.left_out, "{what}: {most:e} {:?}", base.rank);
 }
 
-/// Two fingers' joints follow one coordinate: the second by the product of two ratios, of eight digits.
+/// A hand whose finger joints mimic one coordinate: the second with the product of two ratios, which has eight digits.
 fn thumb(first: &str, second: &str) -> Robot {
     read(&format!(
         "convention: khalil-kleinfinger
@@ -80,17 +81,17 @@ fn ratios_of_any_length_are_exact() {
         ] {
             let robot = thumb(&first, &second);
             let found = base(&robot).unwrap_or_else(|e| panic!("{first} {second}: {e}"));
-            // 28 at any ratios (60 digits: the smallest distance is 0.19).
+            // The rank is 28 for all ratios (in arithmetic of 60 digits the smallest distance is 0.19).
             assert_eq!((found.len(), found.rank.exact.rank()), (28, Some(28)), "{first} {second}");
             assert!(found.weak.is_empty() && found.rank.left_out == 0.0);
         }
     }
-    // The product as a file's reader multiplies it.
+    // The product in double precision, as a program that writes such a file computes it.
     let product = (0.8024 * 0.9487).to_string();
     assert_eq!(base(&thumb("0.8024", &product)).unwrap().len(), 28);
 }
 
-/// A finger on an arm: its second axis nearly parallel to the first, nearly square where `square`.
+/// A finger whose axes are nearly parallel; with `square`, nearly perpendicular. `tilts`: deviations, rad.
 fn nearly(tilts: [f64; 3], square: bool, rotors: bool) -> Robot {
     let rotors = if rotors { "actuated" } else { "none" };
     let mut robot = read(&format!(
@@ -127,7 +128,7 @@ fn nearly_parallel_axes_leave_weak_columns() {
             Ok(found) => {
                 weak += usize::from(!found.weak.is_empty());
                 let exact = found.rank.exact.rank().unwrap();
-                // Each has its name, and none is told to have no effect.
+                // Every weak column is named, and none is listed as without effect.
                 assert!(found.len() <= exact && (found.len() < exact) != found.weak.is_empty(), "{what}");
                 assert!(found.weak.iter().all(|w| !found.no_effect.contains(&w.column) && w.share < 1e-6), "{what}");
                 loses_only_what_is_said(&robot, &found, &what);
@@ -162,7 +163,8 @@ links:
     println!("{seen}");
 }
 
-/// The sentence has the names, both ranks and the size; it is not there where nothing is weak.
+/// The sentence on the rank contains the names of the weak columns and the exact rank. Without weak columns it does not mention
+/// them.
 #[test]
 fn weak_columns_are_named() {
     let robot = nearly([7.8504e-5, 0.3, 0.4], false, false);
@@ -177,7 +179,7 @@ fn weak_columns_are_named() {
     assert!(!text.contains("weak") && text.contains("finite field"), "{text}");
 }
 
-/// Gravity along a slanted rail by chance: no base parameters.
+/// A robot for which gravity is parallel to a slanted rail by chance: its base parameters are refused.
 const BY_CHANCE: &str = "convention: khalil-kleinfinger
 name: rail
 gravity: [0, 3.8202140182587, -9.035788350852]
@@ -187,7 +189,7 @@ links:
   - {link: 3, antecedent: 2, d: 0.1, theta: q3}
 ";
 
-/// What needs no base parameters is there for a robot that has none, and is right; what needs them refuses.
+/// Functions that need no base parameters work for such a robot and are right; functions that need them are refused.
 #[test]
 fn only_what_uses_base_parameters_asks_for_their_rank() {
     let gravity = 0.4f64.sin_cos();
@@ -218,7 +220,7 @@ fn only_what_uses_base_parameters_asks_for_their_rank() {
         evaluation.fill(&model, &states, &mut outputs).unwrap();
         outputs
     };
-    // Two ways to sums of some hundred terms of order ten.
+    // Tolerance between two summations of some hundred terms of order ten.
     let same = |found: &[f64], wanted: &[f64]| {
         assert_eq!(found.len(), wanted.len());
         found

@@ -1,5 +1,5 @@
-//! An exciting motion keeps the bodies of a robot apart and off what stands around it: proven, held against dense
-//! samples and a geometry of its own, and refused where it is broken by hand.
+//! Tests that an exciting motion keeps the links apart and away from floor, walls and boxes: proven by rist, compared with dense
+//! samples and an independent geometry, and refused after a change of the file.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use rist::request::ExciteRequest;
 use tests::has;
 use tests::program::{self, Run, folder, rist as run};
 
-/// Three joints, links of half a metre, all round: each body is a segment with a radius.
+/// An arm with three joints and links of half a metre. Each body is a capsule or cylinder, that is, a segment with a radius.
 const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0.2"/><geometry><capsule radius="0.08" length="0.4"/></geometry></collision></link>
   <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.6"/><axis xyz="0 0 1"/>
@@ -29,7 +29,7 @@ const ARM: &str = r#"<robot name="arm">
     <collision><origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.04" length="0.5"/></geometry></collision></link>
 </robot>"#;
 
-/// m.
+/// Required floor height, distance and wall position, m.
 const FLOOR: f64 = 0.05;
 const DISTANCE: f64 = 0.03;
 const WALL: f64 = 0.7;
@@ -43,7 +43,7 @@ fn dot(a: Point, b: Point) -> f64 {
     tests::dot(&a, &b).0
 }
 
-/// Distance of two segments: the least of a convex quadratic over the unit square, on its inside or on one of its edges.
+/// Distance of two segments, m: minimum of a convex quadratic over the unit square, at an inner point or on an edge.
 fn distance(a: [Point; 2], b: [Point; 2]) -> f64 {
     let minus = |a: Point, b: Point| [0, 1, 2].map(|k| a[k] - b[k]);
     let (u, v, w) = (minus(a[1], a[0]), minus(b[1], b[0]), minus(a[0], b[0]));
@@ -67,20 +67,20 @@ fn distance(a: [Point; 2], b: [Point; 2]) -> f64 {
     edges.into_iter().map(|(s, t)| at(s, t)).fold(f64::INFINITY, f64::min)
 }
 
-/// The segments of upper arm and forearm at these positions, from the geometry of the text alone.
+/// Segments of upper arm and forearm at these joint positions, m, computed independently from the numbers in `ARM`.
 fn segments([turn, lift, bend]: Point) -> [[Point; 2]; 2] {
     let place = |across: f64, aside: f64, up: f64| {
         let (s, c) = turn.sin_cos();
         [c * across - s * aside, s * across + c * aside, 0.6 + up]
     };
-    // A positive turn about y lowers x.
+    // A positive rotation about y moves x downwards.
     let (elbow_x, elbow_z) = (0.5 * lift.cos(), -0.5 * lift.sin());
     let (tip_x, tip_z) = (elbow_x + 0.5 * (lift + bend).cos(), elbow_z - 0.5 * (lift + bend).sin());
     let upper = [place(0.0, 0.0, 0.0), place(elbow_x, 0.0, elbow_z)];
     [upper, [place(elbow_x, 0.02, elbow_z), place(tip_x, 0.02, tip_z)]]
 }
 
-/// What is proven, what is assumed and what nobody looked at; no more.
+/// Checks that the last line of the output states what is proven, what is assumed and what is not checked.
 fn the_last_line_tells_all(out: &str) {
     let last = out.trim_end().lines().last().unwrap();
     let said = [
@@ -116,7 +116,7 @@ fn bodies_keep_their_distance_between_samples_too() {
             .any(|r| r.subject == "fore at the greatest y of the box" && r.kept == LimitProof::Proven)
     );
 
-    // A hundred times the samples, and a geometry of its own.
+    // The distances of an independent geometry, at a hundred times the sample rate.
     let motion = artefact.motion("motion.yaml").unwrap();
     let (post, column) = ([[0.0; 3], [0.0, 0.0, 0.4]], [[0.0, 0.0, 0.6]; 2]);
     let count = (motion.duration() * motion.rate * 100.0) as usize;
@@ -136,7 +136,7 @@ fn bodies_keep_their_distance_between_samples_too() {
     }
     assert!(least.iter().all(|x| *x >= 0.0), "{least:?}");
 
-    // The proof is found again, and does not believe the file.
+    // The check proves the motion again and does not trust the certificate in the file.
     assert_eq!(run(&folder, &["check", "arm.urdf", "motion.yaml"]).code, Some(0));
     let broken = |name: &str, change: &dyn Fn(&mut ExcitingMotion), said: &str| {
         let mut artefact = artefact.clone();
@@ -179,7 +179,7 @@ fn impossible_rooms_get_an_answer() {
             run(&folder, &[&["excite", "arm.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat()).ended(2);
         assert!(found.err.contains(said), "{limits}: {}", found.err);
     }
-    // A mesh that is not there: said with its path, and nothing is claimed of it.
+    // If the file of a mesh is missing, the output gives its path, and nothing is claimed about this link.
     let text = ARM.replace("<capsule radius=\"0.04\" length=\"0.5\"/>", "<mesh filename=\"package://arm/fore.stl\"/>");
     let model = Model::parse(&text, Path::new("nowhere/arm.urdf"), &Default::default()).unwrap();
     let request = ExciteRequest { starts: 1, iterations: 2, period: Some(6.0), ..ExciteRequest::default() };
@@ -191,7 +191,7 @@ fn impossible_rooms_get_an_answer() {
     }
     assert!(found.certificate.iter().all(|r| !r.subject.starts_with("fore ")));
     assert!(found.proven && found.to_string().contains("NOT looked at: distance of fore, floor of fore"));
-    // Asked for, it is owed: a search refuses at once, and a check is a no.
+    // If the user asks for a distance or floor, a missing mesh is an error: the search is refused and the check fails.
     std::fs::write(folder.join("unread.urdf"), text).unwrap();
     std::fs::write(folder.join("motion.yaml"), ExcitingMotion::to_yaml(&found).unwrap()).unwrap();
     for (limits, subject) in [
@@ -204,12 +204,12 @@ fn impossible_rooms_get_an_answer() {
             .failed(2, &[subject]);
         run(&folder, &["check", "unread.urdf", "motion.yaml", "--limits", "limits.yaml"]).failed(1, &[subject]);
     }
-    // Not asked for, it is said and no more.
+    // If the user does not ask for it, the missing mesh is only reported.
 
     run(&folder, &["check", "unread.urdf", "motion.yaml"]).told(0, &["NOT looked at: distance of fore"]);
 }
 
-/// A floor that nobody gave is that of the base; a user may say that there is none, and may sign a pair.
+/// By default the floor is the plane z = 0 of the base. The user can state that there is none, and can accept a pair of links.
 #[test]
 fn what_a_user_signs_is_said() {
     let folder = folder("bodies_signed");
@@ -230,7 +230,7 @@ fn what_a_user_signs_is_said() {
     has(&signed.out, &["distance of fore and post: assumed by the user: the forearm is soft\n"]);
     assert!(signed.out.contains("floor: assumed by the user: nothing stands below the robot (floor: none)\n"));
     assert!(!signed.out.contains("distance        4 of "), "{}", signed.out);
-    // What the file signs away counts in a file of the user's alone.
+    // Exceptions in the motion's own file count only if a limits file of the user repeats them.
     run(limits, &["check", "motion.yaml"]).ended(0);
     let check = run("{}", &["check", "motion.yaml"]);
     assert!(check.out.contains("note: the motion's own file leaves out pairs of links or the floor"), "{}", check.out);
@@ -239,8 +239,8 @@ fn what_a_user_signs_is_said() {
     run("space: {accept: [[fore, post]]}", &quick).failed(2, &["expected are two links and the reason"]);
 }
 
-/// A file does not choose what it is held to: one whose certificate lacks rows, as those of earlier versions do, is held to all
-/// of today's, and what it did not look at is named.
+/// The check uses today's list of limits and not the one in the file. Rows that the certificate lacks, as in files of earlier
+/// versions, are checked and named.
 #[test]
 fn beyond_own_list() {
     let folder = folder("bodies_beyond");
@@ -255,7 +255,7 @@ fn beyond_own_list() {
     assert!(whole.out.contains(said) && whole.out.contains("fore at the floor"), "{}", whole.out);
     let without_floor = run(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "none.yaml"]);
     assert!(!without_floor.out.contains(said), "{}", without_floor.out);
-    // Rows taken away, and what is left out: the same is proven or broken.
+    // With rows deleted from the certificate, the same limits are proven or broken.
     let is_kept = |row: &CertificateRow| !matches!(row.limit, LimitKind::Distance | LimitKind::Region);
     let mut bare = motion.clone();
     bare.certificate.retain(is_kept);

@@ -1,4 +1,4 @@
-//! `rist check` of what others made: points in a table or a JointTrajectory, and the experiments of a plan.
+//! Tests of `rist check` on files of other programs: points in a table or a JointTrajectory, and the experiments of a plan.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -11,7 +11,7 @@ use tests::program::{self, LIMITED_ARM, Run, folder, rist, rist_done};
 use tests::random::State;
 use tests::{has, recursion};
 
-/// The arm, a motion of it, and the files that a controller plays; made once.
+/// Folder with an arm, a motion of it, and the files that a controller plays. It is made once for all tests.
 fn played() -> &'static Path {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -61,7 +61,7 @@ fn played_files_are_proven_between_their_points() {
     holds(&check(folder, "ros.json", &["--limits", "slow.yaml"]), 1, &["velocity of q1: ", " is beyond "]);
     std::fs::write(folder.join("weak.yaml"), "coordinates: {q1: {effort: 5}}\n").unwrap();
     holds(&check(folder, "motion.csv", &["--limits", "weak.yaml"]), 1, &["effort of q1: ", " is beyond "]);
-    // What the user asks for may not be passed over because it jumps.
+    // A limit that the user gives must be checked even if the interpolation has jumps there, so the check fails.
     std::fs::write(folder.join("jerk.yaml"), "all: {jerk: 1000}\n").unwrap();
     let found = check(folder, "motion.csv", &["--limits", "jerk.yaml", "--interpolation", "cubic"]);
     holds(&found, 1, &["its acceleration jumps at each"]);
@@ -72,10 +72,10 @@ fn played_files_are_proven_between_their_points() {
 fn peaks_between_points_and_files_of_moveit() {
     let folder = played();
     let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-    // From rest to rest by 0.1 rad, with velocities at both ends that carry it beyond 2 rad in between.
+    // Start and end positions are equal, but the velocities at both ends carry q1 beyond 2 rad in between.
     file("peak.csv", "t,q_q1,q_q2,dq_q1,dq_q2\n0,1.9,0,2,0\n1,1.9,0,-2,0\n");
     let found = check(folder, "peak.csv", &[]);
-    // 1.9 + 2 t - 2 t^2 is 2.4 at half a second.
+    // The cubic 1.9 + 2 t - 2 t^2 has its maximum 2.4 rad at t = 0.5 s.
     holds(&found, 1, &["position of q1: 2.4 rad at 0.5 s is beyond 2 rad", "does not begin and end at rest"]);
     holds(&check(folder, "peak.csv", &["--interpolation", "linear"]), 0, &["linear between them"]);
     holds(&check(folder, "peak.csv", &["--interpolation", "quintic"]), 2, &["needs accelerations at the points"]);
@@ -118,7 +118,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     let folder = folder("planned-limits");
     let robots = bodied_robots();
     let arm = robots.iter().find(|robot| robot.name == "ur5e").unwrap().urdf();
-    // Weak enough that a plan by kinematics alone would break it.
+    // The torque limits are so low that a plan with kinematic limits alone would exceed them.
     let arm = arm.replace("effort=\"80\"", "effort=\"12\"").replace("effort=\"250\"", "effort=\"60\"");
     let path = folder.join("ur5e.urdf");
     std::fs::write(&path, &arm).unwrap();
@@ -138,7 +138,7 @@ fn a_plan_keeps_efforts_and_bodies() {
             }
         }
     }
-    // A share of 0.9 is asked for at the instants of a period that are looked at.
+    // The plan keeps efforts to 0.9 of their limits, but only at sampled instants, so a little more is possible.
     assert!(most > 0.3 && most < 0.95, "{most}");
     assert!(planned.checked.iter().all(|(_, checked)| checked.is_proven()) && planned.checked.len() == 6);
     let last = planned.checked[0].1.claims().to_string();
@@ -153,14 +153,14 @@ fn a_plan_keeps_efforts_and_bodies() {
         let refused = rist::plan(&model, &request, &|_, _, _| ()).err().unwrap().to_string();
         assert!(refused.contains(said), "{text}: {refused}");
     }
-    // A joint that stands still stands where the file says.
+    // A locked joint stands at the position in the limits file.
     let locked = PlanRequest { limits: Some(limited("coordinates: {joint2: {locked: -1.2}}")), ..request };
     let planned = rist::plan(&model, &locked, &|_, _, _| ()).unwrap().plan;
     assert!(planned.experiments.iter().all(|e| e.centre[1] == -1.2 && e.fast != "joint2"));
 }
 
-/// A motion tells what its own file foresees; a played file and a log of it tell about the same; one that hardly moves says which
-/// joint keeps what back.
+/// `visibility` gives the predicted uncertainties of a motion file, and about the same ones for a played file and for a log of
+/// it. For a motion that hardly moves a joint, it names this joint.
 #[test]
 fn what_a_file_tells_is_foreseen() {
     let folder = played();
@@ -173,12 +173,12 @@ fn what_a_file_tells_is_foreseen() {
     };
     let motion = program::motion(&folder.join("motion.yaml"));
     let of_motion = told("motion.yaml", &[]);
-    // The motion's own deviations count what encoders add.
+    // The sigmas in the motion file are larger, since they also include encoder noise.
     for (found, own) in deviations(&of_motion).iter().zip(&motion.parameters) {
         let own = own.deviation.unwrap();
         assert!(*found <= own * (1.0 + 1e-9) && *found > 0.1 * own, "{found} {own}");
     }
-    // Torques are as many times as unsure as their noise is larger.
+    // The torque uncertainties are proportional to the torque noise.
     let purposes = |told: &serde_json::Value| -> Vec<f64> {
         told["purposes"].as_array().unwrap().iter().map(|p| p["deviation"].as_f64().unwrap()).collect()
     };
@@ -194,7 +194,7 @@ fn what_a_file_tells_is_foreseen() {
     std::fs::write(folder.join("none.csv"), positions).unwrap();
     let log = deviations(&told("none.csv", &[]));
     for ((whole, log), one) in whole.iter().zip(&log).zip(deviations(&of_motion)) {
-        // Both have the blends beside the period, and the log loses its ends to the filter.
+        // Both files contain the blends in addition to one period, and the filter removes the ends of the log.
         assert!(*whole < 1.1 * one && *log > 0.5 * whole && *log < 4.0 * one, "{whole} {log} {one}");
     }
     let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
@@ -242,13 +242,13 @@ fn a_motion_goes_to_a_robot_and_back() {
         );
     }
     let most = |rows: &[Vec<f64>], c: usize| rows.iter().map(|row| row[c].abs()).fold(0.0, f64::max);
-    // A thousand rows a second, velocities of three tenths, accelerations of nine hundredths.
+    // With speed 0.3: still 1000 rows per second, velocities times 0.3, accelerations times 0.09.
     assert!((slow[1][0] - slow[0][0] - 1e-3).abs() < 1e-9);
     for c in 3..5 {
         assert!((most(&slow, c) / most(&quick, c) - 0.3).abs() < 0.01, "{c}");
         assert!((most(&slow, c + 2) / most(&quick, c + 2) - 0.09).abs() < 0.005, "{c}");
     }
-    // Nothing jumps where the parts meet.
+    // The positions have no jump where approach, motion and return meet.
     let jump = slow.windows(2).map(|w| (w[1][1] - w[0][1]).abs() / 1e-3).fold(0.0, f64::max);
     assert!(jump <= most(&slow, 3) * 1.001, "{jump}");
     holds(&check(folder, "slow.csv", &[]), 0, &["position of q1 and of q2"]);

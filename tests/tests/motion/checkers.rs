@@ -1,6 +1,6 @@
-//! The checkers in Python that stand in docs/checkers prove what rist proved, and find each kind of defect.
+//! Tests that the Python checkers in docs/checkers prove the same as rist and detect each kind of defect.
 //!
-//! They need a `python3` with numpy; where there is none, these tests say so and look at nothing.
+//! They need a `python3` with numpy; without it, these tests print a note and check nothing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +8,7 @@ use std::process::Command;
 use tests::program::{Run, folder, has_python, rist, rist_done, run};
 use tests::workspace;
 
-/// Three joints; a mesh, a cylinder, a box and a capsule; a mimic finger that slides.
+/// An arm of three joints with a mesh, a cylinder, a box and a capsule as bodies, and a prismatic mimic finger.
 const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0.2"/><geometry><mesh filename="post.stl" scale="0.1 0.1 0.2"/></geometry></collision></link>
   <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.6"/><axis xyz="0 0 1"/>
@@ -55,7 +55,7 @@ fn checker(folder: &Path, name: &str, arguments: &[&str]) -> Run {
     run(Command::new("python3").arg(script).args(arguments).current_dir(folder).env("PYTHONDONTWRITEBYTECODE", "1"))
 }
 
-/// A cube from -1 to 1 as text.
+/// A cube from -1 to 1 as an STL file in text form.
 fn cube() -> String {
     let corner = |k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { "-1" } else { "1" }).join(" ");
     let triangle = |k: u8| {
@@ -82,8 +82,8 @@ fn excite(folder: &Path, arguments: &[&str]) {
     rist(folder, &[&["excite"][..], arguments, &short[..]].concat()).ended(0);
 }
 
-/// Of a ball of 900 points with 900 inside: the vertices that the checker keeps, what it adds around them, and how far the whole
-/// is outside of theirs along 5000 directions.
+/// Python script: 900 points on an ellipsoid and 900 inside. It prints the number of vertices that the checker keeps, the radius
+/// it adds to them, and the largest distance of the original points outside the kept ones along 5000 directions.
 const REDUCED: &str = "
 import numpy as np, check_motion
 random = np.random.default_rng(1)
@@ -96,8 +96,8 @@ along /= np.linalg.norm(along, axis=1)[:, None]
 print(len(kept), radius, ((along @ whole.T).max(1) - (along @ kept.T).max(1)).max())
 ";
 
-/// rist's bodies are a tenth of a millimetre larger than their hulls. A checker with larger ones would find fault with what is
-/// proven.
+/// The hulls of the checker must be at most 0.1 mm larger than the mesh, like those of rist. Larger ones would reject motions
+/// that are proven.
 #[test]
 fn the_checker_makes_meshes_hardly_larger() {
     if !has_python("numpy") {
@@ -109,7 +109,7 @@ fn the_checker_makes_meshes_hardly_larger() {
     assert!(kept < 1000.0 && radius < 1e-4 && outside <= radius, "{kept} {radius} {outside}");
 }
 
-/// A rod that moves between the posts of a fork, which the hull of the fork holds.
+/// A rod that moves between the posts of a fork; it is inside the convex hull of the fork.
 const FORK: &str = r#"<robot name="fork">
   <link name="fork"><collision><geometry><mesh filename="fork.obj"/></geometry></collision></link>
   <joint name="out" type="prismatic"><parent link="fork"/><child link="slide"/><axis xyz="0 1 0"/>
@@ -122,7 +122,7 @@ const FORK: &str = r#"<robot name="fork">
     <collision><origin xyz="0.25 0.05 0.2"/><geometry><box size="0.1 0.02 0.1"/></geometry></collision></link>
 </robot>"#;
 
-/// Boxes as an OBJ: a plate with a post at either end.
+/// The fork as an OBJ file of three boxes: a plate with a post at each end.
 fn fork() -> String {
     let boxes = [
         ([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]),
@@ -138,7 +138,8 @@ fn fork() -> String {
     boxes.map(|one| of_box(one) + sides).concat()
 }
 
-/// What rist proves with a mesh in pieces, the checker proves with its own pieces; where the posts come nearer both refuse.
+/// rist splits the mesh into convex pieces, the checker splits it in its own way, and both prove the motion. With narrower posts
+/// both refuse.
 #[test]
 fn a_rod_in_a_fork_is_proven_by_both() {
     let folder = folder("checkers_fork");
@@ -159,7 +160,7 @@ fn a_rod_in_a_fork_is_proven_by_both() {
     rist(&folder, &["check", "fork.urdf", "motion.yaml"]).ended(1);
 }
 
-/// Runs the checker on files that a defect was put into, and holds what it says.
+/// Puts a defect into one of the files, runs the checker, and checks its exit code and message.
 fn found_out(folder: &Path, defect: &Defect, motion: &str) {
     let Defect { file, from, to, code, says } = *defect;
     let texts = [("arm.urdf", ARM), ("motion.yaml", motion), ("limits.yaml", LIMITS)];
@@ -187,10 +188,10 @@ const fn defect(file: &'static str, from: &'static str, to: &'static str, code: 
     Defect { file, from, to, code, says }
 }
 
-/// Keys of margins that the defects raise.
+/// Keys of the margins that some of `DEFECTS` increase.
 const MARGINS: [&str; 4] = ["encoder_zero", "turn: ", "calibration", "mass: 0.5"];
 
-/// One of each kind.
+/// One defect of each kind, with the expected exit code and message.
 const DEFECTS: [Defect; 20] = [
     defect(
         "motion.yaml",
@@ -257,7 +258,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     );
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
-    // Greater margins of a user: rist finds the same.
+    // With larger margins of the user, rist also finds the motion broken.
     for Defect { file, from, to, .. } in
         DEFECTS.iter().filter(|defect| MARGINS.iter().any(|key| defect.from.contains(key)))
     {
@@ -266,14 +267,14 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
 
         rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "wide.yaml"]).told(1, &["BROKEN: "]);
     }
-    // Those of the motion's own file count where the user gives none, and where they are greater.
+    // Margins in the motion's own file count if the user gives none, or if they are larger.
     std::fs::write(folder.join("none.yaml"), &LIMITS[..LIMITS.find("margins:").unwrap()]).unwrap();
     for limits in ["none.yaml", "limits.yaml"] {
         let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits])
             .told(0, &["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on tip", "cover stopping"]);
         assert!(!found.out.contains("assumed: margins"), "{limits}: {}", found.out);
     }
-    // A row that is taken away is a pair that nobody looked at.
+    // If a row is deleted from the certificate, this pair of links counts as not checked.
     let at = motion.find("- limit: distance\n  subject: fore and post\n").unwrap();
     let next = at + 1 + motion[at + 1..].find("\n- limit: ").unwrap();
     std::fs::write(folder.join("cut.yaml"), format!("{}{}", &motion[..at], &motion[next + 1..])).unwrap();
@@ -294,7 +295,7 @@ fn a_spline_and_a_description_in_yaml_are_proven_anew() {
         let motion: &[&str] = if spline { &["--motion", "spline"] } else { &[] };
         excite(&folder, &[&[model.as_str(), "--out", "motion.yaml"][..], motion].concat());
         checker(&folder, "check_motion.py", &[&model, "motion.yaml"]).ended(0);
-        // A tenth more of every coefficient breaks something: the search uses what the limits leave.
+        // With the period shortened from 6 s to 4.5 s the motion exceeds a limit, since the search uses the limits almost fully.
         let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
         let period = text.lines().find(|line| line.starts_with("period_s: ")).unwrap();
         std::fs::write(folder.join("quick.yaml"), text.replacen(period, "period_s: 4.5", 1)).unwrap();
@@ -319,7 +320,7 @@ fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
         .iter()
         .map(|l| if l.contains('.') { format!("{}1.0", &l[..l.rfind(' ').unwrap() + 1]) } else { l.to_string() })
         .collect();
-    // That of an experiment; those of the tree stand further in.
+    // The line `candidate:` of an experiment; those in the proof tree are indented more.
     let candidate = text.lines().find(|line| line.starts_with("  candidate: ")).unwrap();
     let (design, flat, candidate) = (design.join("\n"), flat.join("\n"), format!("\n{candidate}"));
     let equal = "\n  equal:\n";

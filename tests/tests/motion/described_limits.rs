@@ -1,9 +1,10 @@
-//! Limits that a description has beside those of its leading joints, and figures that it is asked about.
+//! Tests of limits in a URDF other than those of the leading joints, and of questions about suspicious numbers.
 
 use tests::has;
 use tests::program::{folder, rist};
 
-/// Joint 1 has limits in degrees, joint 2 a softer range, and a follower three times as fast that bears little.
+/// An arm: joint 1 has limits in degrees, joint 2 has soft limits and a mimic follower, three times as fast, with a low torque
+/// limit.
 const ARM: &str = r#"<robot name="arm">
   <link name="base"/>
   <link name="l1"><inertial><origin xyz="0.1 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
@@ -16,7 +17,7 @@ const ARM: &str = r#"<robot name="arm">
     <mimic joint="j2" multiplier="-3"/></joint>
 </robot>"#;
 
-/// The numbers behind a key of a motion's file, in its order.
+/// The numbers after a key of a motion file, in the order of the file.
 fn numbers(text: &str, key: &str) -> Vec<f64> {
     let behind = text.split(key).skip(1).map(|rest| rest.split([',', '}', '\n']).next().unwrap().trim());
     behind.filter_map(|number| number.parse().ok()).collect()
@@ -41,7 +42,7 @@ fn limits_of_followers_soft_limits_and_turns_are_heeded() {
         let text = std::fs::read_to_string(folder.join("m.yaml")).unwrap();
         let (centres, velocities) = (numbers(&text, "centre:"), numbers(&text, "velocity:"));
         assert!(centres[0].abs() < 4.0 && centres[1] > -0.3, "{centres:?}");
-        // The follower's 0.9 rad/s over its multiplier of 3.
+        // 0.3 rad/s: velocity limit 0.9 rad/s of the follower, divided by its multiplier 3.
         assert!(velocities.contains(&2.0) && velocities.iter().any(|v| (v - 0.3).abs() < 1e-12), "{velocities:?}");
     }
 }

@@ -1,8 +1,8 @@
-//! Twenty robots get a motion, or a sentence that says why not; Pinocchio and coal look at each motion.
+//! Tests that each of twenty robots gets a motion or a refusal with its reason. Pinocchio and coal check each motion.
 //!
-//! They are those of [`tests::bodied_robots`]. `RIST_PYTHON` names a Python that has coal, Pinocchio and numpy, else `python3` is
-//! tried; where there is none this test says so. `ROBOTS=all INSTANTS=3000` asks for all robots, where a test has time for every
-//! third, and for more instants.
+//! The robots are those of [`tests::bodied_robots`]. `RIST_PYTHON` names a Python with coal, Pinocchio and numpy; the default is
+//! `python3`. Without it the test prints a note. By default every third robot is tested, at 300 instants. `ROBOTS=all
+//! INSTANTS=3000` tests all robots at more instants.
 
 use std::process::Command;
 
@@ -15,7 +15,7 @@ use tests::bodied_robots::bodied_robots;
 use tests::program::folder;
 use tests::workspace;
 
-/// The Python that has what the oracle needs; said where there is none.
+/// The Python with the required modules; `None`, after a printed note, if it lacks them.
 fn python() -> Option<String> {
     let python = std::env::var("RIST_PYTHON").unwrap_or("python3".into());
     let imports = ["-c", "import coal, numpy, pinocchio"];
@@ -55,7 +55,7 @@ fn robots_get_a_motion() {
             }
         }
     }
-    // Eighteen of twenty, and as many of those that are tried.
+    // At most two of twenty robots may be refused, or the same share of the tested ones.
     assert!(20 * refused.len() <= 2 * robots.len(), "{}", refused.join("\n"));
     let Some(python) = python() else { return };
     let instants = std::env::var("INSTANTS").unwrap_or("300".into());
@@ -72,11 +72,11 @@ fn robots_get_a_motion() {
         pairs += found["pairs"].as_u64().unwrap();
     }
     assert!(2 * out.lines().count() == files.len(), "{err}");
-    // Links that nobody looked at would keep any distance.
+    // Enough pairs of links must be compared; otherwise the distances would prove nothing.
     assert!(20 * pairs > 150 * robots.len() as u64, "{pairs}");
 }
 
-/// Bodies are among what is proven, and pairs that touch all the time are the neighbours of a joint.
+/// Checks that the certificate has the torque of every joint, and a distance or a region of bodies.
 fn held(name: &str, motion: &ExcitingMotion) {
     let count = |kind: LimitKind| motion.certificate.iter().filter(|row| row.limit == kind).count();
     assert!(count(LimitKind::Effort) == motion.joints.len(), "{name}");

@@ -1,5 +1,5 @@
-//! Motions that cannot be: a request that leaves none is told which limit of whom stands in the way and what to do, at
-//! once; and a motion whose own file was loosened by hand is held to the description, and to limits of the user.
+//! Tests of impossible requests: the message names the limit, its coordinate and a remedy, before a long search. A motion whose
+//! own limits were loosened is still checked against the robot model and the limits of the user.
 
 use std::path::{Path, PathBuf};
 
@@ -15,12 +15,12 @@ fn arm(name: &str) -> PathBuf {
     here
 }
 
-/// Where the request is refused, the words of the message are these.
+/// Runs `excite`, which must be refused with these phrases.
 fn refused(here: &Path, arguments: &[&str], said: &[&str]) {
     rist(here, &[&["excite", "arm.yaml"], arguments].concat()).failed(2, said);
 }
 
-/// Times and numbers that make no motion; each name of an option stands in its message.
+/// Times and numbers that allow no motion: the message names the option.
 #[test]
 fn impossible_times_get_an_answer() {
     let here = arm("impossible_times");
@@ -29,12 +29,12 @@ fn impossible_times_get_an_answer() {
         (vec!["--period", "0"], vec!["--period must be a positive number, not 0"]),
         (vec!["--blend", "0"], vec!["--blend must be a positive number, not 0"]),
         (vec!["--repetitions", "0"], vec!["--repetitions is 0; expected is a number from 1 up"]),
-        // More than any file holds: told before anything is searched.
+        // More samples than a file can hold: refused before the search.
         (
             vec!["--period", "5", "--repetitions", "1000000000"],
             vec!["1.0e12 samples", "--period, --blend or --repetitions"],
         ),
-        // Too short to tell anything.
+        // The period is too short to identify any parameter.
         (
             vec!["--period", "0.1", "--rate", "1000", "--harmonics", "1"],
             vec!["separates the parameters", "nearest is its limit of ", "choose another --period"],
@@ -44,7 +44,7 @@ fn impossible_times_get_an_answer() {
     }
 }
 
-/// Limits that leave no room, each with the coordinate and the limit.
+/// Limits that allow no motion: the message names the coordinate and the limit.
 #[test]
 fn impossible_limits_get_an_answer() {
     let here = arm("impossible_limits");
@@ -92,8 +92,8 @@ fn impossible_limits_get_an_answer() {
     refused(&here, &["--out", "m.yaml", "--report", "m.yaml"], &["m.yaml: two outputs have this name"]);
 }
 
-/// Files that people asked with for the UR5 (findings of motions): each is refused with the reason, or gives a motion whose
-/// last line names the limit that was asked for.
+/// Limits for the UR5 from user reports: each is refused with the reason, or gives a motion whose last line names
+/// this limit.
 #[test]
 fn limits_of_an_arm_are_read_or_refused() {
     let here = folder("limits_of_an_arm");
@@ -136,13 +136,13 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("all: {jerk: 0.000000001}", "nearest is its limit of jerk: raise it"),
     ] {
         let run = run(limits).failed(2, &[said]);
-        // Of places, not of pairs: what helps pairs is not said.
+        // For boxes and walls the message must not give advice about pairs of links.
         let is_place = limits.contains("boxes") || limits.contains("walls");
         assert!(!is_place || !run.err.contains("inf") && !run.err.contains("sign the pair"), "{limits}: {}", run.err);
     }
 }
 
-/// An exporter writes a limit of zeros alone where it knows nothing: such a joint moves, and one that has a speed stands still.
+/// Some exporters write a <limit> of zeros if they know none: the joint may move. With a nonzero velocity the joint is locked.
 #[test]
 fn a_limit_of_zeros_holds_nothing_still() {
     let here = folder("limits_of_zeros");
@@ -174,7 +174,7 @@ fn a_limit_of_zeros_holds_nothing_still() {
     }
 }
 
-/// A motion of the arm, with a limits file that it was made with.
+/// A motion of the arm, made with the limits file made.yaml.
 fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     let here = arm(name);
     std::fs::write(here.join("made.yaml"), "all: {velocity: 2, acceleration: 8, jerk: 150, power: 60}\n").unwrap();
@@ -184,8 +184,8 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     (here, motion)
 }
 
-/// A motion made after an estimate repeats its torques. A check takes none from the motion's own file: it says so in its
-/// last line, and whatever stands there proves the same.
+/// A motion that is designed after an estimate contains the identified torques. `check` does not use them: the last line says so,
+/// and a forged file gives the same proof.
 #[test]
 fn torques_of_the_motions_own_file_prove_nothing() {
     let (here, _) = found("own_torques");
@@ -221,7 +221,7 @@ fn torques_of_the_motions_own_file_prove_nothing() {
     assert!(matches!(after.code, Some(0 | 1)) && !after.out.contains(assumed), "{}{}", after.out, after.err);
 }
 
-/// A file that no search writes would be played or proved without end.
+/// A motion file with absurd numbers, which would take endless time to play or prove, is refused.
 #[test]
 fn motions_of_absurd_size_are_refused() {
     let (here, motion) = found("absurd");
@@ -244,7 +244,7 @@ fn motions_of_absurd_size_are_refused() {
     }
 }
 
-/// A check says of every limit where it stands, and holds the motion to limits of the user's own file.
+/// `check` states the origin of every limit, and also checks the limits file of the user.
 #[test]
 fn a_check_says_whose_limits_it_proves() {
     let (here, motion) = found("own_limits");
@@ -264,7 +264,7 @@ fn a_check_says_whose_limits_it_proves() {
         "effort and power are held to 0.9 of their limits",
     ];
     has(&plain.out, &parts);
-    // With the file that it was made with nothing is left to the motion's own word.
+    // With the original limits file, no limit is taken from the motion file alone.
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]).told(0, &["jerk          as in the limits file"]);
     assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);
     assert!(
@@ -273,7 +273,7 @@ fn a_check_says_whose_limits_it_proves() {
         whole.out
     );
 
-    // Loosened by hand, and broken: the motion's own limits do not notice it, those of the file do.
+    // Larger amplitudes and looser limits in the file: its own limits do not detect this, those of the limits file do.
     let mut loosened = motion.clone();
     let limits = &mut loosened.joints[0].limits;
     (limits.velocity, limits.acceleration, limits.jerk, limits.power) = (4.0, 1e3, 1e6, None);
@@ -286,7 +286,7 @@ fn a_check_says_whose_limits_it_proves() {
 
     run(&["loose.yaml", "--limits", "made.yaml"]).failed(1, &["acceleration of q1: ", " is beyond "]);
 
-    // What the file does not give is not assumed against the motion; a looser file is refused.
+    // Limits that the user's file omits are not taken to be broken. A file with looser limits than the model is refused.
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\nspace: {floor: 3}\n").unwrap();
     let held = run(&["motion.yaml", "--limits", "own.yaml"]);
     assert!(held.err.contains("beyond the floor"), "{}", held.err);
@@ -306,7 +306,7 @@ fn a_check_says_whose_limits_it_proves() {
     assert!(rows.len() == 12 && jerk["origin"] == "limits_file" && jerk["bounds"][1] == 150.0, "{json}");
 }
 
-/// A coordinate that its file calls locked must stand there; and no file has more samples than one can hold.
+/// A coordinate that the file calls locked must not move. A file with more samples than allowed is refused.
 #[test]
 fn a_motion_file_that_contradicts_itself_is_refused() {
     let (here, motion) = found("contradictions");

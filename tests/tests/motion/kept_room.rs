@@ -1,5 +1,5 @@
-//! Room that a motion keeps without being asked, places that are narrow, and refusals: what poses break is counted, and a remedy
-//! that is printed was tried.
+//! Tests of the default clearances, of narrow places, and of refusals: the message counts poses that break limits, and a printed
+//! remedy was tried.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +11,8 @@ use tests::program::{self, Run, folder, rist};
 const QUICK: [&str; 8] = ["--starts", "2", "--iterations", "10", "--period", "5", "--repetitions", "1"];
 const BODY: &str = r#"<inertial><origin xyz="0.2 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>"#;
 
-/// Two joints on a post that stands on the ground; stretched out at zero the forearm's ball is 10 cm below it. `bend`: limits
-/// of the elbow; `more`: links and joints besides.
+/// URDF of an arm with two joints on a post. At the zero pose the ball on the forearm is 10 cm below the floor. `bend`: position
+/// limits of the elbow; `more`: further links and joints.
 fn arm(bend: &str, more: &str) -> String {
     format!(
         r#"<robot name="arm"><link name="post"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.05" length="0.2"/></geometry></collision></link>
@@ -40,8 +40,8 @@ fn motion(here: &Path) -> ExcitingMotion {
     program::motion(&here.join("motion.yaml"))
 }
 
-/// A robot that stands on the plane of its base keeps above it where it can, though at the zero pose it is below, and 2 cm from it
-/// and from its own links, and 0.02 rad from the ends; the check finds it again.
+/// By default a motion stays above the plane of the base if possible, 2 cm away from it and from other links, and 0.02 rad away
+/// from the position limits, even if the zero pose is below the plane. The check proves these clearances.
 #[test]
 fn room_that_a_person_would_want() {
     let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
@@ -60,7 +60,7 @@ fn room_that_a_person_would_want() {
     assert_eq!(found.joints[1].limits.position, (-2.48, 2.48));
     rist(&here, &["check", "arm.urdf", "motion.yaml"]).ended(0);
 
-    // Each may be turned off; what the user gives is kept as it is given.
+    // Each clearance can be turned off; clearances that the user gives are used as given.
     let limits = "margins: {tracking: 0}\nspace: {distance: 0.01, floor: none}";
     std::fs::write(here.join("limits.yaml"), limits).unwrap();
     let run = excite(&here, &["--limits", "limits.yaml"]);
@@ -73,14 +73,15 @@ fn room_that_a_person_would_want() {
 
 #[test]
 fn a_floor_that_leaves_no_motion_is_none() {
-    // The ball stays between 10 and 4 cm below.
+    // The ball stays between 10 cm and 4 cm below the plane of the base, so no floor is used.
     let here = written("kept_no_floor", &arm(r#"lower="-0.05" upper="0.1""#, ""));
     let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("no floor, lowest point -0.1") && said.contains("NOT looked at: floor"), "{said}");
 }
 
-/// The two sides of a joint, 2 mm apart however it turns, need no margin and bear a distance that is asked for, and that is said.
+/// Two links on both sides of a joint have a constant gap of 2 mm: margins and a required distance do not apply to them, and the
+/// output says so.
 #[test]
 fn sides_of_a_joint_need_no_margin() {
     let collar = r#"<joint name="fix" type="fixed"><parent link="upper"/><child link="collar"/></joint>
@@ -99,11 +100,11 @@ fn sides_of_a_joint_need_no_margin() {
     }
 }
 
-/// What poses break is told with how many of them; the remedy that is printed gives a motion as it is printed, and where none
-/// helps none is printed.
+/// A refusal counts the poses that break each limit. A remedy in the message gives a motion exactly as printed; if none helps,
+/// none is printed.
 #[test]
 fn a_refusal_counts_and_its_remedy_was_tried() {
-    // Two fingers that open to 2 cm.
+    // Two fingers with a largest opening of 2 cm.
     let finger = |name: &str, sign: i32| {
         format!(
             r#"<joint name="{name}_slide" type="prismatic"><parent link="fore"/><child link="{name}"/><origin xyz="0.6 0 -0.3"/><axis xyz="0 {sign} 0"/>
@@ -126,7 +127,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
     limits("{}");
     excite(&here, &["--limits", "limits.yaml"]).ended(0);
 
-    // A box above the arm: nothing that is tried leads there.
+    // The box is above the arm and cannot be reached.
     limits("space: {boxes: [{low: [-1, -1, 2], high: [1, 1, 3], links: [fore]}]}");
     let run = excite(&here, &["--limits", "limits.yaml"]).ended(2);
     let said = &run.err;
@@ -136,7 +137,8 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
     );
 }
 
-/// A velocity that no joint has is none, said of the joint that has it; a gripper's that its way never lets it reach tells its friction.
+/// An impossible velocity limit is replaced by a default, and a message names the joint. A gripper whose stroke is too short for
+/// its velocity limit still gets a motion.
 #[test]
 fn velocities_beyond_reach() {
     let fast = arm(r#"lower="-2.5" upper="2.5""#, "").replacen(r#"velocity="2""#, r#"velocity="1e6""#, 1);
@@ -152,7 +154,7 @@ fn velocities_beyond_reach() {
     excite(&here, &[]).ended(0);
 }
 
-/// A folded arm stands just at a limit of its description, and goes from there; a pose at which bodies touch is refused at once.
+/// A folded arm may start exactly at a position limit of its model; a start slightly beyond the limit is refused.
 #[test]
 fn the_way_from_a_folded_pose() {
     let here = written("kept_folded", &arm(r#"lower="-2.5" upper="0""#, ""));
@@ -164,11 +166,11 @@ fn the_way_from_a_folded_pose() {
         rist(&here, &[&["play", "arm.urdf", "motion.yaml"], &asked[..]].concat())
     };
     play("turn=0.2,bend=0").ended(0);
-    // By a hair beyond is beyond.
+    // A start 1e-5 rad beyond the limit is refused.
     play("turn=0.2,bend=1e-5").failed(1, &["way there: position of bend"]);
 }
 
-/// Two arms of eight joints each: Ctrl-C in the search, in the proof, and in a plan ends the program.
+/// For two arms of eight joints each, Ctrl-C ends the program during the search, the proof, and a plan.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_many_coordinates() {
@@ -209,7 +211,7 @@ fn ctrl_c_ends_many_coordinates() {
                 "{arguments:?} ended by itself"
             );
             while running.try_wait().unwrap().is_none() {
-                // One second on a machine that is free; other tests run beside this one.
+                // The program needs one second on an idle machine; other tests run at the same time.
                 assert!(asked.elapsed() < Duration::from_secs(4), "{arguments:?} after {seconds} s");
                 std::thread::sleep(Duration::from_millis(20));
             }

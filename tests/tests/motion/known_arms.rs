@@ -1,5 +1,5 @@
-//! Arms that are known, and the serial ones of models/: a motion is found, proven, and kept at a hundred times its rate.
-//! In default settings: `cargo bench -p tests --bench excite`.
+//! Tests that a short search finds a proven motion for every arm of `KNOWN_ARMS`, without violations at a hundred times its rate.
+//! With default settings: `cargo bench -p tests --bench excite`.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Motions and plans: found, proven, checked by others, refused.
+//! Tests of motions and plans: search, proof, independent checks, refusals.
 
 mod bodies;
 mod checked_points;

@@ -1,4 +1,4 @@
-//! A motion that is designed after a first look at the robot, and a plan that is proven to be near the best.
+//! Tests of a motion that is designed after a first estimate, and of a plan that is proven to be near the optimum.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
@@ -17,7 +17,7 @@ use tests::program::{estimate, folder, motion, rist as run};
 use tests::promise::{columns, information};
 use tests::workspace;
 
-/// What an estimate tells: the inverse of its covariance, as rows.
+/// Information of an estimate: weighted rows W with W'W equal to the inverse covariance.
 fn known(model: &Model, estimate: &Estimate) -> WeightedRows {
     let columns = columns(model, &FrictionTerm::STANDARD);
     let place: Vec<usize> =
@@ -29,15 +29,15 @@ fn known(model: &Model, estimate: &Estimate) -> WeightedRows {
     rows
 }
 
-/// det^(1/p) of what these tell together.
+/// det^(1/p) of the summed information; p: number of parameters.
 fn determinant(rows: &[&WeightedRows]) -> f64 {
     let p = rows[0].width();
     let factor = InformationMatrix::sum(p, 0.0, rows.iter().map(|r| (*r, 1.0))).factor().unwrap();
     (factor.log_det / p as f64).exp()
 }
 
-/// With what the estimate tells, the motion that is designed after it tells more than the first motion again, and than
-/// what a search found that did not know of the estimate.
+/// Together with the estimate, a motion designed after it gives more information than a repetition of the first motion, and than
+/// a motion designed without the estimate.
 #[test]
 fn a_second_motion_shows_what_the_first_left_open() {
     let folder = folder("second_motion");
@@ -57,13 +57,13 @@ fn a_second_motion_shows_what_the_first_left_open() {
     assert!(folder.join("estimate.yaml").is_file(), "{}{}", found.out, found.err);
     let (second, said) = excite("second.yaml", &["--period", "4", "--after", "estimate.yaml"]);
     assert!(!said.contains("has no covariance"), "{said}");
-    // Its torque limits are those of the identified parameters, which a check finds in the motion.
+    // Its torque limits use the identified parameters, which the motion file contains for the check.
     assert!(second.identified.is_some());
     assert_eq!(run(&folder, &["check", urdf, "second.yaml"]).code, Some(0));
 
     let model = Model::read(urdf).unwrap();
     let known = known(&model, &estimate(&folder.join("estimate.yaml")));
-    // All in the noise that the estimate's residuals show, as the design has it.
+    // All motions are compared with the torque noise that the residuals of the estimate show, as in the design.
     let with = |motion: &ExcitingMotion| {
         determinant(&[&known, &information(&model, motion, &second.torque_noise, &FrictionTerm::STANDARD)])
     };
@@ -72,8 +72,8 @@ fn a_second_motion_shows_what_the_first_left_open() {
     assert!(after > again && after > another, "{after} {again} {another}");
 }
 
-/// A bound on log det of plans between `low` and `high`, from the tangent at a design, as a reader of plan.yaml would do
-/// it: no code of the search but the Cholesky factor.
+/// Upper bound on log det of all plans with counts between `low` and `high`, from the tangent at a design. Like a reader of
+/// plan.yaml, it uses no code of the search except the Cholesky factor.
 fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], high: &[usize], count: usize) -> f64 {
     let (p, least) = (blocks[0].width(), low.iter().sum::<usize>());
     if least > count || high.iter().sum::<usize>() < count {
@@ -83,7 +83,8 @@ fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], h
         InformationMatrix::sum(p, 0.0, weights.map(|(i, x)| (&blocks[i], x))).factor()
     };
     let Some(factor) = factor(&mut design.iter().copied()) else {
-        // A design that does not show everything proves nothing. A plan of the leaf shows no more than all that is allowed.
+        // A singular design gives no tangent. Then the bound is the information of all allowed candidates at their largest
+        // counts.
         let allowed = factor(&mut high.iter().enumerate().filter(|(_, x)| **x > 0).map(|(i, x)| (i, *x as f64)));
         return allowed.map_or(f64::NEG_INFINITY, |all| all.log_det);
     };
@@ -98,7 +99,7 @@ fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], h
     factor.log_det - p as f64 + fixed + runs[..count - least].iter().sum::<f64>()
 }
 
-/// Whether rows have the same W'W up to rounding of their columns, which is of the size of one.
+/// Whether two sets of rows have the same W'W up to the rounding of their scaled columns.
 fn is_equal(a: &WeightedRows, b: &WeightedRows) -> bool {
     let of = |rows: &WeightedRows, i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
     let size = |i: usize, j: usize| (of(a, i, i) * of(a, j, j)).sqrt() + 1e-6 * a.trace();
@@ -106,10 +107,10 @@ fn is_equal(a: &WeightedRows, b: &WeightedRows) -> bool {
     entries.into_iter().all(|(i, j)| (of(a, i, j) - of(b, i, j)).abs() <= 1e-6 * size(i, j))
 }
 
-/// The bound of a whole proof: that of its worst leaf.
+/// Bound of a whole proof: the largest bound of its leaves; infinite if a candidate is left out without an equal one.
 fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64 {
     let mut worst = f64::NEG_INFINITY;
-    // What is left out is there a second time.
+    // Candidates that are left out have an equal candidate that is kept.
     let mut high = vec![count; blocks.len()];
     for &(left_out, kept) in &proof.equal {
         if !is_equal(&blocks[left_out], &blocks[kept]) || high[kept] == 0 {
@@ -127,7 +128,7 @@ fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64
                 let (mut low_above, mut high_below) = (low.clone(), high.clone());
                 high_below[candidate] = high[candidate].min(at_most);
                 low_above[candidate] = low[candidate].max(at_most + 1);
-                // A side that no plan can be on has nothing to prove.
+                // A branch with an empty range of counts contains no plan.
                 if low[candidate] <= high_below[candidate] {
                     left.push((below, low.clone(), high_below));
                 }
@@ -140,7 +141,7 @@ fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64
     worst
 }
 
-/// The motions that a plan of this request chooses from, in the order of its proof.
+/// The candidate motions for the plan of a request, in the order that its proof uses.
 fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
     let limits = motion_limits(&model.robot).0;
     let dynamics = RegressorDynamics::new(model.regressor(), model.nominal_parameters().unwrap());
@@ -157,7 +158,8 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
     candidates(&grid, &limits, model.regressor(), &noise)
 }
 
-/// The least D-efficiency that follows from a plan's file and the candidates, with the candidates' scaled rows.
+/// (plan, lower bound on its D-efficiency computed from its file, scaled rows of the candidates, shift of log det by the
+/// scaling).
 fn efficiency_by_hand(
     model: &Model,
     request: &PlanRequest,
@@ -169,14 +171,14 @@ fn efficiency_by_hand(
     let proof = read.proof.as_ref().unwrap();
     let candidates = candidates_of(model, request);
     let blocks: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
-    // Columns of like size, for the Cholesky factor: log det grows by what they are scaled with.
+    // Columns of equal norm for the Cholesky factor; the scaling shifts log det by a constant.
     let p = blocks[0].width() as f64;
     let square = |c: usize| blocks.iter().flat_map(|b| b.iter()).map(|row| row[c] * row[c]).sum::<f64>();
     let scale: Vec<f64> = (0..blocks[0].width()).map(|c| square(c).sqrt().recip()).collect();
     let shift = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
     let scaled: Vec<WeightedRows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
     let bound = proven_bound(&scaled, proof, request.experiments) - shift;
-    // Two ways to add the same few hundred numbers.
+    // Tolerance between two summations of a few hundred numbers.
     assert!(bound <= proof.log_det_at_most + 1e-8, "{bound} {}", proof.log_det_at_most);
     let trajectories = read.trajectories("plan.yaml").unwrap();
     let place = |t: &ExcitingTrajectory| candidates.iter().position(|c| c.trajectory == *t).unwrap();
@@ -194,13 +196,13 @@ fn the_bound_of_a_plan_follows_from_its_file() {
     let proof = planned.proof.as_ref().unwrap();
     assert!(efficiency >= planned.d_efficiency_at_least - 1e-9, "{efficiency} {}", planned.d_efficiency_at_least);
     assert!(planned.d_efficiency_at_least > 0.95, "{}", planned.d_efficiency_at_least);
-    // A proof whose designs are taken away does not hold.
+    // Without the right designs the proof must fail.
     let mut cut = proof.clone();
     cut.designs.iter_mut().for_each(|d| d.iter_mut().for_each(|x| x.1 = 1.0));
     assert!(proven_bound(&scaled, &cut, 6) - shift > proof.log_det_at_most);
 }
 
-/// Of 275 candidates, 93 of which are there a second time: proven to a thousandth. Twice the nodes that it takes.
+/// 275 candidates, of which 93 are duplicates: proven to 0.1 % of the optimum. The node limit is twice the number needed.
 #[test]
 fn a_plan_of_race_is_the_best_but_for_a_thousandth() {
     let model = Model::read(workspace().join("models/race.yaml")).unwrap();
@@ -208,10 +210,10 @@ fn a_plan_of_race_is_the_best_but_for_a_thousandth() {
     let (planned, efficiency, scaled, shift) = efficiency_by_hand(&model, &request);
     let proof = planned.proof.as_ref().unwrap();
     assert_eq!((scaled.len(), proof.equal.len()), (275, 93));
-    // The tolerance of the search.
+    // The search stops at a gap of 0.001.
     assert!(planned.d_efficiency_at_least >= 0.999 - 1e-6, "{}", planned.d_efficiency_at_least);
     assert!(efficiency >= planned.d_efficiency_at_least - 1e-9, "{efficiency} {}", planned.d_efficiency_at_least);
-    // A candidate that another one does not stand for may not be left out.
+    // The proof must fail if a candidate is left out without an equal one.
     let mut cut = proof.clone();
     let other = (1..scaled.len()).find(|i| proof.equal.iter().all(|(left_out, _)| left_out != i)).unwrap();
     cut.equal.push((other, 0));

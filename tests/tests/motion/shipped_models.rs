@@ -1,5 +1,5 @@
-//! Every robot of models/ goes through the whole walk by the same commands, none with a flag of its own: lint, plan,
-//! simulate, identify by every method, validate, report. What simulate writes, identify reads as it is.
+//! Tests that every robot of models/ passes the commands lint, plan, simulate, identify with several methods, validate and report
+//! without special flags, and that `identify` reads the files of `simulate` unchanged.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,28 +9,29 @@ use linear_model::parameter::ParameterId;
 use tests::program::{estimate, folder, rist, rist_done};
 use tests::workspace;
 
-/// Runs a command, which must end with 0; its output.
+/// Output of a command, which must end with exit code 0.
 fn run(here: &Path, arguments: &str) -> String {
     rist_done(here, arguments).out
 }
 
-/// The share of the torques that a validation leaves, %.
+/// The relative error of a validation, %.
 fn left(out: &str) -> f64 {
     let line = out.lines().find(|line| line.starts_with("all ")).unwrap_or_else(|| panic!("no total in\n{out}"));
     let share = line.split_whitespace().nth(1).and_then(|word| word.strip_suffix('%'));
     share.and_then(|share| share.parse().ok()).unwrap_or_else(|| panic!("no share in `{line}`"))
 }
 
-/// A plan that is looked for a moment only; the motions of a good one are shorter, those of this one do as well here.
+/// A short search. Its motions are longer than those of a good plan, but long enough for these tests.
 const PLAN: &str = "--experiments 6 --starts 1 --configurations 6 --duration 3 --out plan.yaml";
-/// Noise and what friction at reversals leaves of a right estimate is 1 to 3 %. A wrong sign leaves more than 20.
+/// Largest allowed error, %. Noise and friction at reversals give 1 to 3 % with a right estimate; a wrong sign gives more than 20
+/// %.
 const LEFT: f64 = 6.0;
 
 fn walk(file: &str) {
     let here = folder(&format!("shipped_{}", file.replace('.', "_")));
     let model = workspace().join("models").join(file);
     let model = model.display();
-    // A published description may hold what lint names; it is read all the same.
+    // A published robot file may have findings of `lint`; it must be readable all the same.
     let lint = rist(&here, &["lint", &model.to_string()]);
     assert!(lint.code == Some(0) || lint.err.contains("findings"), "{file}: {}{}", lint.out, lint.err);
     run(&here, &format!("plan {model} {PLAN}"));
@@ -38,7 +39,8 @@ fn walk(file: &str) {
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify {model} logs --plan plan.yaml --method {method} --out {method}.yaml"));
         let out = run(&here, &format!("validate {model} {method}.yaml logs --out {method}_validation.yaml"));
-        // The paper's rows feel friction; they are held to their papers' robots elsewhere.
+        // The rows of the paper (method `rist`) contain friction, so their error is tested elsewhere, on the robots of the
+        // papers.
         assert!(method == "rist" || left(&out) < LEFT, "{file}, {method}: {out}");
         run(
             &here,
@@ -48,7 +50,7 @@ fn walk(file: &str) {
         );
     }
     default_cutoff(&here, &model.to_string());
-    // A motion that is right and short is the one thing that may be said against it.
+    // The only objection allowed against these logs is that they are too short.
     for arguments in
         ["identify MODEL logs/v01.csv --out ls.yaml", "validate MODEL ls.yaml logs/v02.csv --out ls_validation.yaml"]
     {
@@ -66,12 +68,12 @@ fn parameters(here: &Path, name: &str) -> BTreeMap<String, Identified> {
     found.into_iter().map(|p| (p.id.to_string(), p)).collect()
 }
 
-/// Draws of the noise: of one, the largest of forty errors tells little of an estimator.
+/// Number of noise draws: with one draw, the largest of forty errors says little about the estimator.
 const DRAWS: usize = 4;
 
-/// Least squares on the motions of a plan: the largest over the parameters of its error, the root of the mean square of some
-/// draws, with the default cut-off and with 20 Hz, in deviations of the latter. Drives that hold a joint write the noise of
-/// its encoder into the log up to half the rate.
+/// Compares least squares with the default cut-off and with 20 Hz on the motions of a plan: largest rms error of a parameter over
+/// the draws, in sigmas of the fit with 20 Hz. Drives that hold a joint write encoder noise into the log up to half its rate,
+/// which the cut-off must remove.
 fn default_cutoff(here: &Path, model: &str) {
     let ways = ["", "--cutoff 20"];
     let mut squares: [BTreeMap<String, f64>; 2] = Default::default();
@@ -95,11 +97,11 @@ fn default_cutoff(here: &Path, model: &str) {
         assert!(squares.values().any(|square| *square > 0.0), "{model}: no parameter has a value");
         (squares.values().copied().fold(0.0, f64::max) / DRAWS as f64).sqrt()
     });
-    // Within one deviation an error is the noise of these draws.
+    // Errors below one sigma are only the noise of these draws.
     assert!(found < 1.5 * expected.max(1.0), "{model}: {found} deviations from the truth, {expected} with --cutoff 20");
 }
 
-/// The files of models/, one of `of` after another from `from` on.
+/// Tests every `of`-th file of models/, starting with number `from`.
 fn every(of: usize, from: usize) {
     let folder = workspace().join("models");
     let names = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());

@@ -1,5 +1,5 @@
-//! A motion that is a quintic spline, with a limit of the power of drives: found, proven, held against dense samples,
-//! played, simulated, and refused where it is broken by hand.
+//! Tests of a motion that is a quintic spline with a limit on drive power: search, proof, comparison with dense samples,
+//! playing, simulation, and refusal of changed files.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
@@ -13,11 +13,11 @@ use tests::dense_samples::violations;
 use tests::program::{self, folder, rist as run};
 use tests::workspace;
 
-/// W, and the share of it that a motion may use.
+/// Power limit, W, and the share of it that a motion may use.
 const POWER: f64 = 60.0;
 const SHARE: f64 = 0.9;
 
-/// Torque without dry friction and the power with it, of each coordinate, as the description has them.
+/// [torque without dry friction, power with dry friction] of each coordinate, from the nominal parameters; N m (N), W.
 fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]> {
     let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
     let dq = of(1);
@@ -30,7 +30,7 @@ fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]
     rigid.into_iter().enumerate().map(one).collect()
 }
 
-/// Kinematic limits, and torques and powers over a period, at a hundred times the rate of the file.
+/// Checks kinematic limits, torques and powers over one period at a hundred times the rate of the file.
 fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
     assert_eq!(violations(artefact, 100.0).0, 0);
     let parameters = model.nominal_parameters().unwrap();
@@ -44,11 +44,11 @@ fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
             greatest = greatest.max(power.abs());
         }
     }
-    // The limit is felt.
+    // The power limit must be active in this motion.
     assert!(greatest > 0.7 * SHARE * POWER, "{greatest}");
 }
 
-/// The files that play it, and what a controller makes of it.
+/// Checks the played files, and that a simulated log of the motion can be identified.
 fn hold_played(folder: &Path, urdf: &str) {
     let played = std::fs::read_to_string(folder.join("m.csv")).unwrap();
     assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
@@ -83,7 +83,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
 
     hold_played(&folder, urdf);
 
-    // The proof is found again, and does not believe the file.
+    // The check proves the motion again and does not trust the certificate in the file.
     run(&folder, &["check", urdf, "motion.yaml"]).ended(0);
     let parameters = model.nominal_parameters().unwrap();
     let broken = |limit: LimitKind, joint: usize, change: &dyn Fn(&mut ExcitingMotion)| {
@@ -91,7 +91,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
         change(&mut artefact);
         std::fs::write(folder.join("broken.yaml"), artefact.to_yaml().unwrap()).unwrap();
         let found = run(&folder, &["check", urdf, "broken.yaml"]).ended(1);
-        // `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`: true at that time.
+        // Example: `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`. The value must be right at that time.
         let head = format!("{limit} of {}: ", artefact.joints[joint].coordinate);
         let said = found.err.split("; ").find_map(|fault| fault.split_once(&head)).map(|(_, said)| said);
         let said = said.unwrap_or_else(|| panic!("{head}{}", found.err));
@@ -107,11 +107,11 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
                 None => drives(&model, &parameters, &state)[joint][1],
             }
         };
-        // The time has four digits behind the point: slopes of some hundreds. Where the motion is played again the jerk jumps.
-        // Four digits of the value: half a unit of the last is at most 5e-4 of it.
+        // The printed time has four decimals, and slopes are some hundreds per second; the jerk jumps between repetitions. The
+        // printed value has four digits, so its rounding is at most 5e-4 of it.
         let is_near = |t: f64| (at(t) - value).abs() < 0.05 + 5e-4 * value.abs();
         assert!(is_near(time) || is_near(time - 1e-9), "{limit}: {} {said}", at(time));
-        // Four digits of both, three of their difference.
+        // Both values have four digits, their difference three.
         let rounding = 5e-4 * (value.abs() + bound.abs()) + 5e-3 * by;
         assert!(((value - bound).abs() - by).abs() < rounding && value.abs() > bound.abs(), "{said}");
     };
@@ -122,7 +122,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     broken(LimitKind::Position, 0, &|m| m.joints[0].centre += 7.0);
 }
 
-/// What is of the other family, and what cannot be looked at, gets an answer.
+/// Options of the other motion kind, unknown coordinates and limits that need unknown masses are refused.
 #[test]
 fn what_makes_no_spline_is_refused() {
     let folder = folder("spline_refused");

@@ -1,8 +1,8 @@
-//! What passes `rist check` keeps the limits of the description, whatever somebody wrote into the motion's file.
+//! Tests that a motion file which passes `rist check` keeps the limits of the robot model, whatever was changed in it.
 //!
-//! Files are changed at random, in one process: numbers, lines, whole keys. Those that are read and pass the check are
-//! evaluated by the formulas of docs/motion-and-plan.md and by Newton and Euler's recursion, which know nothing of the check.
-//! `MUTANTS=10000 INSTANTS=10000` in the environment asks for more than a test takes time for. Plans are tried in the same way.
+//! Files are changed at random: numbers, lines, whole keys. Files that pass the check are evaluated with the formulas of
+//! docs/motion-and-plan.md and with the Newton-Euler recursion, both independent of the check. Plans are tested in the same way.
+//! `MUTANTS=10000 INSTANTS=10000` in the environment tests more files and instants.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use random::Random;
@@ -17,7 +17,7 @@ fn asked(name: &str, otherwise: usize) -> usize {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
 }
 
-/// Position, velocity and acceleration of a joint's series, s seconds after a period's start.
+/// Position, velocity and acceleration of a Fourier series at s seconds after the start of a period.
 fn series(centre: f64, amplitudes: (&[f64], &[f64]), w: f64, s: f64) -> [f64; 3] {
     let mut found = [centre, 0.0, 0.0];
     for (l, (a, b)) in amplitudes.0.iter().zip(amplitudes.1).enumerate() {
@@ -30,7 +30,8 @@ fn series(centre: f64, amplitudes: (&[f64], &[f64]), w: f64, s: f64) -> [f64; 3]
     found
 }
 
-/// Position, velocity and acceleration of the Bezier polynomial of degree 4 with these control points, over d seconds.
+/// Position, velocity and acceleration of a Bezier polynomial of degree 4 with control points p and duration d, s, at 0 <= u <=
+/// 1.
 fn bezier(p: [f64; 5], u: f64, d: f64) -> [f64; 3] {
     let sum = |points: &[f64]| {
         let n = points.len() - 1;
@@ -43,7 +44,7 @@ fn bezier(p: [f64; 5], u: f64, d: f64) -> [f64; 3] {
     [sum(&p), sum(&slope), sum(&bend)]
 }
 
-/// Position, velocity and acceleration of each joint at an instant of the first blend, one period, and the last blend.
+/// Position, velocity and acceleration of each joint; `share`: 0 at the start of the first blend, 1 at the end of the last one.
 fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     let (period, d) = (motion.period_s, motion.blend_s.expect("a series has a blend"));
     let w = std::f64::consts::TAU / period;
@@ -64,7 +65,7 @@ fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     motion.joints.iter().map(of).collect()
 }
 
-/// The greatest share of a limit of the description that a state uses; 1 is its end.
+/// Largest share of a position, velocity or torque limit that a state uses; 1: at the limit.
 fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
     let tau = recursion::torque(&model.robot, state, x);
     let of = |(k, coordinate): (usize, &robot::Coordinate)| {
@@ -80,7 +81,7 @@ fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
     model.robot.coordinates.iter().enumerate().flat_map(of).fold(0.0, f64::max)
 }
 
-/// The greatest share that a motion uses.
+/// Largest share of a limit that a motion uses, at `instants` instants.
 fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
     let x = described(&model.robot);
     let mut greatest = 0.0_f64;
@@ -92,7 +93,7 @@ fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
     greatest
 }
 
-/// A number near the one of a text, or far from it.
+/// A number close to that of a text, or a very different one.
 fn other_number(random: &mut Random, text: &str) -> String {
     let x: f64 = text.parse().unwrap_or(1.0);
     match random.index(10) {
@@ -104,7 +105,7 @@ fn other_number(random: &mut Random, text: &str) -> String {
     }
 }
 
-/// The text with one to four changes.
+/// The text with one to four random changes.
 fn mutant(random: &mut Random, text: &str) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
     for _ in 0..=random.index(4) {
@@ -120,7 +121,7 @@ fn mutant(random: &mut Random, text: &str) -> String {
                 lines.swap(at, other);
             }
             _ => {
-                // The number at the end of a line from here on.
+                // The next line that ends with a number.
                 let is_number = |line: &String| line.rsplit(' ').next().is_some_and(|x| x.parse::<f64>().is_ok());
                 let Some(at) = (at..lines.len()).find(|&k| is_number(&lines[k])) else { continue };
                 let Some((before, number)) = lines[at].rsplit_once(' ') else { continue };
@@ -139,10 +140,10 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     let motion = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
     let instants = asked("INSTANTS", 400);
     let honest = used(&model, &motion, instants);
-    // The search uses what the limits leave: a mutant that is a little quicker would break them.
+    // The search uses the limits almost fully, so a slightly faster motion would exceed them.
     assert!(honest > 0.8 && honest <= 1.0, "{honest}");
     let text = motion.to_yaml().unwrap();
-    // Most changes are to what makes the motion.
+    // Most changes are made in the part of the file that defines the motion.
     let head = text.find("\neffort_share:").unwrap();
     let change = |random: &mut Random| mutant(random, &text[..head]) + &text[head + 1..];
     // Rounding of a sum of ten terms.
@@ -153,8 +154,8 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     });
 }
 
-/// Of changed texts those that are proven use at most this share of a limit; `judged`: `None` where it is not read, then the
-/// share where it is proven. A quarter of the changes are anywhere.
+/// Checks that changed texts which are proven use at most the share `most` of a limit. `judged`: `None` if the text cannot be
+/// read, `Some(None)` if it is not proven, otherwise the share. A quarter of the changes are anywhere in the file.
 fn mutants_keep(
     text: &str,
     seed: u64,
@@ -176,11 +177,11 @@ fn mutants_keep(
         }
     }
     println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
-    // Both kinds are there, so that the law was tried.
+    // Enough mutants must pass and enough must fail; otherwise the test would be empty.
     assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
 }
 
-/// The greatest share that the experiments of a plan use, at even instants of each.
+/// Largest share of a limit that the experiments of a plan use, at evenly spaced instants; `None` if the plan cannot be read.
 fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option<f64> {
     let x = described(&model.robot);
     let mut greatest = 0.0_f64;
@@ -206,10 +207,10 @@ fn what_passes_a_check_of_a_plan_keeps_the_limits_of_the_description() {
     let honest = used_by_plan(&model, &plan, instants).unwrap();
     assert!(honest > 0.5 && honest <= 1.0 + 1e-9, "{honest}");
     let text = plan.to_yaml().unwrap();
-    // Most changes are to the experiments, of which a plan consists.
+    // Most changes are made in the experiments.
     let head = text.find("\nexperiments:").unwrap();
     let change = |random: &mut Random| text[..=head].to_string() + &mutant(random, &text[head + 1..]);
-    // A plan uses limits to their end; so far beyond them is rounding.
+    // A plan uses its limits fully, so 1e-8 beyond them is rounding.
     mutants_keep(&text, 40, 1.0 + 1e-8, change, |changed| {
         let read = ExperimentPlan::from_yaml("plan.yaml", changed).ok()?;
         let checked = rist::check_experiments(&model, "plan.yaml".as_ref(), &read, &CheckRequest::default());

@@ -1,5 +1,5 @@
-//! What a description or a log brings along is an input as the file itself: no output is written over it. What ends the program
-//! leaves nothing hidden behind.
+//! Tests that no output overwrites a file that an input includes (meshes, parts, episodes), and that a stopped program leaves no
+//! hidden files.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ const JOINT: &str = r#"<joint name="j" type="revolute"><parent link="a"/><child 
 const INERTIA: &str = r#"<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>"#;
 const XACRO: &str = r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">"#;
 
-/// A robot for each way of bringing a file along.
+/// Robot files, one for each way to include another file.
 fn robots(here: &Path) {
     let write = |name: &str, text: &str| std::fs::write(here.join(name), text).unwrap();
     let body = |mass: &str, mesh: &str| {
@@ -34,7 +34,7 @@ fn robots(here: &Path) {
     write("hand.stl", &format!("solid\n{facet}endsolid\n"));
 }
 
-/// A data set of two episodes of the limited arm.
+/// A data set with two episodes of the limited arm.
 fn data_set(here: &Path) {
     for sub in ["set/meta", "set/data/chunk-000"] {
         std::fs::create_dir_all(here.join(sub)).unwrap();
@@ -89,11 +89,11 @@ fn nothing_that_an_input_brings_along_is_written_over() {
             assert_eq!(std::fs::read(here.join(brought)).unwrap(), before, "{said}");
         }
     }
-    // Over what another input brings along it writes.
+    // A file that only another input includes may be overwritten.
     rist(&here, &["convert", "arm.mjcf", "--to", "urdf", "--out", "arm.urdf"]).ended(0);
 }
 
-/// Logs that a plan simulates into the folder of its own inputs are refused before any is written.
+/// If simulated logs would overwrite an input of the command, the command is refused before a log is written.
 #[test]
 fn a_folder_of_logs_holds_no_input() {
     let here = folder("simulated-over");
@@ -123,7 +123,7 @@ fn a_pipe_is_called_a_pipe() {
     }
 }
 
-/// Whenever SIGTERM or Ctrl-C comes, nothing hidden stays; what SIGKILL leaves, the next run takes away.
+/// After SIGTERM or Ctrl-C at any time no hidden file remains. Hidden files that SIGKILL leaves are removed by the next run.
 #[test]
 fn a_program_that_is_ended_leaves_nothing_hidden() {
     let here = folder("ended");
@@ -140,7 +140,7 @@ fn a_program_that_is_ended_leaves_nothing_hidden() {
             let mut run = Command::new(program());
             let run = run.args(simulate).current_dir(&here).stdout(std::process::Stdio::null());
             let mut child = run.stderr(std::process::Stdio::null()).spawn().unwrap();
-            // The moment matters to nothing that is asserted: it is another one each time.
+            // The signal comes at a different time in each run.
             std::thread::sleep(std::time::Duration::from_millis(60 + 23 * k));
             let kill = format!("kill -{signal} {}", child.id());
             Command::new("sh").args(["-c", &kill]).output().unwrap();

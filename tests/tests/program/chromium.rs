@@ -1,5 +1,5 @@
-//! Pages in a browser: at three widths, light and dark and printed, with pointer, clicks and keys, without an error on the
-//! console, without a request and without a scroll to the side. Skipped, and said, where there is no Chromium.
+//! Tests of the pages in a browser: three widths, light, dark and printed, with pointer, clicks and keys. There must be no
+//! console error, no network request and no horizontal scroll bar. Without Chromium the tests print a note and are skipped.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use tests::model_path;
 use tests::planar_log::write_rubbed;
 use tests::program::{folder, rist};
 
-/// Stands first in a page: what goes wrong is kept.
+/// First script of a page: collects errors and warnings in `wrong`.
 const WATCH: &str = "<script>
     const wrong = [];
     addEventListener('error', event => wrong.push(`${event.message} ${event.filename}`), true);
@@ -18,7 +18,7 @@ const WATCH: &str = "<script>
     Element.prototype.setPointerCapture = () => {};
 </script>";
 
-/// Stands last in a page: does what a user does, and tells the page around it what does not hold.
+/// Last script of a page: acts like a user and sends the failed checks to the surrounding page.
 const USE: &str = "<script>{
     const hold = (what, holds) => { if (!holds) wrong.push(what); };
     const every = (selector, inside = document) => [...inside.querySelectorAll(selector)];
@@ -97,11 +97,11 @@ const USE: &str = "<script>{
     }, 100));
 }</script>";
 
-/// Chromium with what every run needs; none where it is not.
+/// Output of Chromium with the options of every run; `None` if Chromium is missing.
 fn chromium(more: &[&str]) -> Option<std::process::Output> {
     let profile = folder("chromium").join("profile");
     let profile = format!("--user-data-dir={}", profile.display());
-    // Addresses resolve to nothing: a request would be an error on the console.
+    // All addresses fail to resolve, so a network request causes an error on the console.
     let fixed = [
         "--headless",
         "--no-sandbox",
@@ -113,7 +113,7 @@ fn chromium(more: &[&str]) -> Option<std::process::Output> {
     Command::new("chromium").args(fixed).arg(profile).args(more).output().ok()
 }
 
-/// What a page says of itself in a frame of this width; none without Chromium.
+/// The report of `USE` for a page in a frame of this width, in pixels; `None` without Chromium.
 fn used(page: &Path, width: usize, dark: bool) -> Option<Value> {
     let html = std::fs::read_to_string(page).unwrap();
     let html = html.replacen("<head>", &format!("<head>{WATCH}"), 1).replacen("</body>", &format!("{USE}</body>"), 1);

@@ -1,5 +1,5 @@
-//! The program `rist` as a user meets it: what it prints is what the library computes, and what it refuses
-//! it refuses with exit code 2, the file, the line and the reason, leaving no half-written file behind.
+//! Tests of the program `rist`: it prints what the library computes. Requests that it cannot fulfil end with exit code 2,
+//! with the file, the line and the reason, and without a partly written file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -33,7 +33,7 @@ fn path(file: &str) -> String {
     model_path(file).display().to_string()
 }
 
-/// The same without inertial parameters: its logs have those of the test.
+/// Path of the same robot without inertial parameters, so that the tests can choose those of the log.
 fn bare(file: &str) -> String {
     test_robot_path(file).display().to_string()
 }
@@ -78,7 +78,7 @@ fn inspect_prints_what_the_library_finds() {
                 assert_eq!(found["parameter"], expected["parameter"], "{file}");
                 assert_eq!(found["symbolic"], expected["symbolic"], "{file}");
                 let [a, b] = [found, expected].map(|term| term["coefficient"].as_f64().unwrap());
-                // serde_json reads numbers to an ulp.
+                // serde_json reads numbers with an error of one ulp.
                 assert!((a - b).abs() <= f64::EPSILON * b.abs(), "{file}: {a} {b}");
             }
         }
@@ -92,7 +92,7 @@ fn inspect_prints_what_the_library_finds() {
         }
 
         let run = rist(&here, &["inspect", &path(file)]).ended(0);
-        // Lines are wrapped between words.
+        // The output is wrapped between words, so line breaks are replaced by blanks.
         let words = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         for (b, rule) in d.parameters.base.iter().zip(&rules.base) {
             assert!(words.contains(if b.terms.len() > 1 { rule } else { &b.name }), "{file}: {}", b.name);
@@ -101,7 +101,7 @@ fn inspect_prints_what_the_library_finds() {
     }
 }
 
-/// A CSV of states, with the parameters of one random robot for the torque.
+/// A CSV of states, with the parameters of a random robot for the torque.
 fn states_file(folder: &Path, robot: &Robot, states: &[State], x: &[f64]) -> String {
     let header = |kind: &str| robot.coordinates.iter().map(|c| format!("{kind}_{}", c.name)).collect::<Vec<_>>();
     let parameters: Vec<String> = standard_names(robot).iter().map(|name| format!("x_{name}")).collect();
@@ -142,7 +142,8 @@ fn evaluate_prints_the_three_quantities_to_the_last_bit() {
             for (k, state) in states.iter().enumerate() {
                 let parameters = if quantity == "torque" { &x[..] } else { &[] };
                 let found: Vec<f64> = lines.next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
-                // Printed with the digits that read back; one state or many, the operations are the same.
+                // Numbers are printed with enough digits to restore them, and the operations do not depend on the number of
+                // states.
                 assert_eq!(found, evaluated(function, &[&state.inputs(), parameters]), "{file} {quantity}, state {k}");
             }
             assert_eq!(lines.next(), None);
@@ -169,14 +170,14 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     let scale = expected.iter().fold(0.0f64, |s, x| s.max(x.abs()));
     for ((found, base), expected) in parameters.iter().zip(&d.parameters.base).zip(&expected) {
         assert_eq!(found["name"], base.name);
-        // Accelerations come by central differences of dq: off by (w h)^2 / 6 = 3e-6 of themselves at w = 4.1
-        // rad/s and h = 1 ms, and by more in the first and the last row of 6000. Nothing else is inexact.
+        // Accelerations are central differences of dq: relative error (w h)^2 / 6 = 3e-6 at w = 4.1 rad/s and h = 1 ms,
+        // and more in the first and last of 6000 rows. There is no other error.
         let value = found["value"].as_f64().unwrap();
         assert!((value - expected).abs() <= 3e-5 * scale, "{}: {value} {expected}", base.name);
         assert!(run.out.contains(&base.name));
     }
 
-    // With the filter and the weights of the defaults: the same to a tenth of a percent of the largest.
+    // With the default filter and weights, the error is below 0.1 % of the largest parameter.
     rist(&here, &[&arguments[..], &["--friction", "none"]].concat()).ended(0);
     let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     let estimate: Json = serde_yaml::from_str(&text).unwrap();
@@ -184,7 +185,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
         let value = found["value"].as_f64().unwrap();
         assert!((value - expected).abs() <= 1e-3 * scale, "{found}: {expected}");
     }
-    // What the parameters mean: they predict the torque of any other motion.
+    // The parameters must predict the torque of another motion.
     let state = State { q: vec![0.4, -1.0], dq: vec![1.0, 2.0], ddq: vec![-3.0, 1.0] };
     let y = evaluated(&d.base, &[&state.inputs()]);
     let values: Vec<f64> =
@@ -214,7 +215,7 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Exit code 2, each of `said` in the message, nothing printed, and no file that was not there before.
+/// Checks for exit code 2, each phrase of `said` in the message, no output and no new file.
 fn refused(folder: &Path, arguments: &[&str], said: &[&str]) {
     let before = files(folder);
     let run = rist(folder, arguments);
@@ -315,16 +316,16 @@ fn lint_fails_on_findings_only() {
         std::fs::write(here.join("arm.yaml"), text).unwrap();
         rist(&here, &["lint", "arm.yaml"])
     };
-    // A body is no wider than it is long and high together.
+    // Triangle inequality of the moments of inertia: ZZ must not exceed XX + YY.
     assert_eq!(of(0.1).code, Some(0), "{}", of(0.1).out);
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
 
-/// A centre of mass outside of its mesh is told, one inside is not, also where shape and centre are moved together.
+/// `lint` reports a centre of mass outside its mesh. If the origin of the mesh moves with it, there is no finding.
 #[test]
 fn lint_looks_into_meshes() {
     let here = folder("lint_meshes");
-    // A box of 0.2 x 0.1 x 0.1 m about its origin, in mm, by its corners.
+    // Corners of a box of 0.2 x 0.1 x 0.1 m about its origin, in mm.
     let corner = |k: usize| [0, 1, 2].map(|i| [100.0, 50.0, 50.0][i] * if k >> i & 1 == 1 { 1.0 } else { -1.0 });
     let mut stl = String::from("solid box\n");
     for [a, b, c] in [[0, 1, 2], [3, 4, 5], [5, 6, 7], [0, 2, 4], [1, 3, 7]] {
@@ -345,7 +346,7 @@ fn lint_looks_into_meshes() {
         rist(&here, &["lint", "arm.urdf"])
     };
     let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
-    // From 0.4 to the wall at 0.2; a box of 0.2 x 0.1 x 0.1 is 0.245 across.
+    // The face of the box is at x = 0.2, the centre of mass at 0.4; the diagonal of the box is 0.245 m.
     let said = "l: its centre of mass lies 0.200 m outside the hull of its collision meshes, which are 0.245 m across";
     assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);
     for (centre, shape, mesh) in [

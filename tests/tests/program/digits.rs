@@ -1,24 +1,24 @@
-//! What the program prints can be read: no number has more digits than say something, and no sentence is wider than a
-//! hundred columns.
+//! Tests that printed numbers have no useless digits or exponents, and that printed sentences are at most a hundred
+//! columns wide.
 
 use std::path::Path;
 
 use tests::program::{folder, rist_in_pipe};
 use tests::workspace;
 
-/// Significant digits of a number that is printed: as many tell a value of a proof from its bound.
+/// Largest number of significant digits: enough to distinguish a value from its bound in a proof.
 const MOST_DIGITS: usize = 7;
-/// Powers of ten that are read without an exponent. Shares below one may have one: they stand beside 1e-13.
+/// Powers of ten that need no exponent. Numbers below 1 may have one, since they are compared with numbers such as 1e-13.
 const PLAIN_POWERS: std::ops::RangeInclusive<i32> = 0..=5;
 const COLUMNS: usize = 100;
 
-/// What is wrong with a word that is a number; nothing with other words.
+/// What is wrong with a number; `None` for a good number and for any other word.
 fn fault_of(word: &str) -> Option<String> {
     let word = word.trim_start_matches(['(', '[', '+', '-']).trim_end_matches([')', ']', ',', ';', ':', '.']);
     word.parse::<f64>().ok().filter(|x| x.is_finite())?;
     let (mantissa, exponent) = word.split_once(['e', 'E']).unwrap_or((word, "0"));
     let digits = mantissa.replace('.', "");
-    // Zeros before a number, and behind one without a point, say where its point is.
+    // Leading zeros, and trailing zeros without a decimal point, are not significant.
     let digits = if mantissa.contains('.') { digits.as_str() } else { digits.trim_end_matches('0') };
     let digits = digits.trim_start_matches('0');
     if digits.len() > MOST_DIGITS {
@@ -29,7 +29,7 @@ fn fault_of(word: &str) -> Option<String> {
     (has_exponent && PLAIN_POWERS.contains(&exponent)).then(|| format!("{word} needs no exponent"))
 }
 
-/// The numbers of a text that cannot be read, each with its line.
+/// The badly printed numbers of a text, each with its line.
 fn numbers(text: &str) -> Vec<String> {
     let of_line = |line: &str| -> Vec<String> {
         line.split_whitespace().filter_map(fault_of).map(|fault| format!("{fault}: {line}")).collect()
@@ -37,7 +37,7 @@ fn numbers(text: &str) -> Vec<String> {
     text.lines().flat_map(of_line).collect()
 }
 
-/// The faults of a text. A line of a table has several blanks between its cells, and may be wider.
+/// The faults of a text. Lines of tables, which have several blanks between cells, may be wider.
 fn faults(text: &str) -> Vec<String> {
     let mut found = numbers(text);
     for line in text.lines() {
@@ -60,7 +60,7 @@ fn a_fault_is_seen() {
     assert!(faults(&"1.0  ".repeat(30)).is_empty());
 }
 
-/// Every command that prints a result, on a UR5 and on the arm of the spectrum method.
+/// Runs every command that prints a result, on a UR5 and on the arm for spectrum analysis.
 #[test]
 fn what_commands_print_can_be_read() {
     let here = folder("digits");
@@ -90,14 +90,14 @@ fn what_commands_print_can_be_read() {
     let mut all = Vec::new();
     for command in commands {
         let run = rist_in_pipe(&here, command);
-        // A log or a description may be found wrong (1).
+        // Exit code 1 is allowed: a log or a robot model may have findings.
         assert!(matches!(run.code, Some(0 | 1)) && !run.out.is_empty(), "{command:?}: {}", run.err);
         all.extend(faults(&run.out).into_iter().map(|fault| format!("rist {}: {fault}", command[0])));
     }
     assert!(all.is_empty(), "{}", all.join("\n"));
 }
 
-/// The transcripts of the pages, also what stands in them of commands that are not run above.
+/// Checks the transcripts in the documentation, including commands that are not run above.
 #[test]
 fn what_the_pages_show_can_be_read() {
     let mut pages = vec![workspace().join("README.md")];

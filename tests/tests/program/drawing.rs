@@ -1,4 +1,4 @@
-//! The script of a page draws the robot where its kinematics have it.
+//! Tests that the script of a page draws the robot at the poses of its kinematics.
 
 use rist::request::{InspectRequest, ModelOptions};
 use robot::{JointKind, LoopFrame, Pose, Robot};
@@ -13,18 +13,18 @@ const SCRIPT: &str = concat!(
     include_str!("../../../crates/report/templates/drawing.js"),
     include_str!("../../../crates/report/templates/loops.js")
 );
-/// Configurations of each robot.
+/// Configurations per robot.
 const STATES: usize = 5;
-/// The page keeps nine decimals of each number; ten links add their errors.
+/// The page stores numbers with nine decimals, and the errors of ten links add up.
 const AS_DRAWN: f64 = 1e-7;
 
-/// The robot of a page, as the page has it for its script.
+/// The data of the robot in a page, as its script reads them.
 fn on_the_page(html: &str) -> Value {
     let (_, rest) = html.split_once("<script type=\"application/json\">").expect("the page draws the robot");
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// What the script says of these cases; none without an engine to run it.
+/// Output of the script for these cases; `None` without a JavaScript engine.
 fn run_by_node(cases: &Value) -> Option<Value> {
     let main = "
         const cases = JSON.parse(require('fs').readFileSync(0, 'utf8'));
@@ -63,7 +63,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn a_page_draws_the_robot_where_it_is() {
     let shipped = ["ur5.yaml", "panda.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "ur5.urdf"].map(model_path);
-    // The largest takes long to derive; it has no other kind of joint.
+    // The largest robot is skipped: its derivation takes long and it has no further kind of joint.
     let small = LOOPS.iter().filter(|one| one.1 < 100).map(|one| loop_path(one.0));
     let mut random = Random(40);
     let mut robots: Vec<Robot> = Vec::new();
@@ -76,7 +76,7 @@ fn a_page_draws_the_robot_where_it_is() {
         let n = robot.n_variables();
         let values: Vec<Vec<f64>> = (0..STATES).map(|_| (0..n).map(|_| 2.0 * random.unit()).collect()).collect();
         let at: Vec<f64> = drawn["variables"].as_array().unwrap().iter().map(|v| v["at"].as_f64().unwrap()).collect();
-        // So little that no loop comes to the end of its way.
+        // The steps are so small that every loop still closes.
         let near = |random: &mut Random| -> Vec<f64> { at.iter().map(|x| x + 0.01 * random.unit()).collect() };
         let to: Vec<Vec<f64>> = (0..STATES).map(|_| near(&mut random)).collect();
         cases.push(json!({"robot": drawn, "at": at, "values": values, "to": to}));
@@ -92,7 +92,7 @@ fn a_page_draws_the_robot_where_it_is() {
         let n = robot.n_coordinates();
         for (to, x) in case["to"].as_array().unwrap().iter().zip(said["followed"].as_array().unwrap()) {
             let (to, mut x) = (numbers(to), numbers(x));
-            // Numbers go through the text of JSON and back.
+            // Tolerance, since the numbers are written as JSON text and read again.
             assert!(apart(&x[..n], &to[..n]) < 1e-14, "{}: the coordinates are those asked for", robot.name);
             x.resize(robot.n_variables(), 0.0);
             let poses = robot.link_poses(&x);

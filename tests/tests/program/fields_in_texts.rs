@@ -1,5 +1,5 @@
-//! The texts of the libraries as data: none has a flag in it, and the fields that they name are spelled as the program
-//! and as Python write them.
+//! Tests of the texts in the libraries: they contain no flag, and fields in brackets are spelled as the program
+//! and the Python package write them.
 
 use std::path::PathBuf;
 
@@ -9,10 +9,10 @@ use rist::request::spelling::{Audience, spelled};
 use tests::snapshot::assert_snapshot;
 use tests::{register_wings, sources_below, workspace};
 
-/// The packages that print for one kind of user, and so may name flags.
+/// Packages for one kind of user, whose texts may contain flags.
 const SURFACES: [&str; 2] = ["cli", "python"];
 
-/// The texts between quotes, but for those of attributes (doc comments) and of tests.
+/// Collects the string literals, apart from attributes (doc comments) and tests.
 fn texts(tokens: TokenStream, found: &mut Vec<String>) {
     let mut before: Vec<String> = Vec::new();
     for token in tokens {
@@ -28,7 +28,7 @@ fn texts(tokens: TokenStream, found: &mut Vec<String>) {
             TokenTree::Literal(literal) => {
                 let text = literal.to_string();
                 if text.starts_with('"') || text.starts_with('r') {
-                    // A line that goes on in the next is one text.
+                    // A literal that continues on the next line counts as one text.
                     let lines: Vec<&str> = text.split("\\\n").collect();
                     let joined =
                         lines.iter().enumerate().map(|(i, line)| if i == 0 { line } else { line.trim_start() });
@@ -41,7 +41,7 @@ fn texts(tokens: TokenStream, found: &mut Vec<String>) {
     }
 }
 
-/// The texts of the libraries, each once, in the order of their files.
+/// The texts of the libraries without duplicates, in the order of the files.
 fn library_texts() -> Vec<(PathBuf, String)> {
     let mut all = Vec::new();
     let folders = ["crates", "crates/wings"].map(|folder| std::fs::read_dir(workspace().join(folder)).unwrap());
@@ -75,7 +75,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
     let is_unknown = |text: &str| spelled(text, Audience::Python).split("[:").skip(1).any(is_step);
     let steps: Vec<_> = all.iter().filter(|(file, text)| !file.ends_with("spelling.rs") && is_unknown(text)).collect();
     assert!(steps.is_empty(), "no such step: {steps:#?}");
-    // What Python is told to call is there.
+    // Python functions that a text recommends must exist.
     let stub = std::fs::read_to_string(workspace().join("crates/python/python/rist/__init__.pyi")).unwrap();
     let inside = |text: &str| text.split("[:").skip(1).filter_map(|t| Some(t.split_once(']')?.0.to_string())).collect();
     let advised: Vec<String> = all.iter().flat_map(|(_, text)| -> Vec<String> { inside(text) }).collect();

@@ -1,4 +1,4 @@
-//! The help of every command, as a whole: an option that is added, renamed or told in other words is seen in review.
+//! Snapshot tests of the help of every command, so that a review shows each change of an option.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,14 +6,14 @@ use std::process::Command;
 use tests::program::{program, run};
 use tests::snapshot::assert_snapshot;
 
-/// Help as a pipe gets it, whatever the terminal of the test.
+/// The help in a pipe, independent of the terminal in which the test runs.
 fn help(words: &[&str]) -> String {
     let run = run(Command::new(program()).args(words).env_remove("COLUMNS").env_remove("LINES"));
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{words:?}");
     run.out
 }
 
-/// The names of the commands, from the help of the program: they stand in groups, an empty line behind the last.
+/// Names of the commands, read from the help of the program; the list ends at an empty line.
 fn commands(program: &str) -> Vec<&str> {
     let listed = program.lines().skip_while(|line| *line != "Try it:").take_while(|line| !line.is_empty());
     let names = listed.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
@@ -32,7 +32,7 @@ fn the_help_of_every_command_is_as_it_was() {
         assert_snapshot(&format!("help/{command}.all.txt"), &help(&[command, "--help-all"]));
         assert_eq!(help(&[command, "-h"]), shown);
     }
-    // A file of a command that is gone.
+    // A help file whose command no longer exists is an error.
     let folder = tests::workspace().join("tests/data/help");
     for entry in std::fs::read_dir(&folder).unwrap() {
         let name = entry.unwrap().file_name().to_string_lossy().into_owned();

@@ -1,14 +1,14 @@
-//! Files without end, or made to be slow: refused with a message, in bounded memory.
+//! Tests that endless files and files that would take very long are refused with a message, in bounded memory.
 use std::path::Path;
 use std::process::Command;
 
 use tests::model_path;
 use tests::program::{LIMITED_ARM, Run, folder, program, rist, run};
 
-/// Address space of a run, KiB: the program and its threads map some 300 MiB, whatever they read.
+/// Limit of the address space of a run, KiB. The program and its threads map about 300 MiB for any input.
 const SPACE: usize = 1 << 20;
 
-/// Runs the program with bounded memory; without the bound, what does not end would take the machine's.
+/// Runs the program with limited memory, so that an endless input does not use all memory of the machine.
 fn bounded(folder: &Path, arguments: &[&str]) -> Run {
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(format!("ulimit -v {SPACE}; exec \"$@\"")).arg("sh").arg(program()).args(arguments);
@@ -40,7 +40,7 @@ fn files_without_end_are_refused() {
     }
 }
 
-/// Strings that claim 4 GiB in files of some bytes: the process is not to end by an allocation that fails.
+/// Small files that claim strings of 4 GiB must be refused; the process must not end because of a failed allocation.
 #[test]
 fn strings_of_a_recording_are_not_believed() {
     let here = folder("hostile-claims");
@@ -57,7 +57,7 @@ fn strings_of_a_recording_are_not_believed() {
     }
 }
 
-/// The line of a fault in a pipe is not looked for: whoever opens a pipe without a writer waits for ever.
+/// For a pipe the message has no excerpt of the faulty line: a second opening of a pipe without a writer would wait forever.
 #[test]
 fn a_fault_in_a_pipe_is_told() {
     let here = folder("hostile-pipe");
@@ -69,7 +69,7 @@ fn a_fault_in_a_pipe_is_told() {
     run(shell.current_dir(&here)).failed(2, &["f.yaml:2"]);
 }
 
-/// What a terminal would take for a command is shown as what it is, in messages too.
+/// Control characters in file names are escaped in messages, so that a terminal does not interpret them.
 #[test]
 fn names_are_shown_as_what_they_are() {
     let here = folder("hostile-names");
@@ -89,7 +89,7 @@ fn an_element_of_countless_attributes_is_refused_where_it_stands() {
     assert!(excerpt.starts_with(" 2 | <link a0=\"1\"") && excerpt.len() < 120, "{excerpt}");
 }
 
-/// A robot whose names hold what terminals, tables, languages and folders take for their own.
+/// A robot whose names contain control sequences, HTML, Markdown and line breaks.
 fn odd_names() -> String {
     let head = "name: \"r\\e[31m\"\nsource: \"<script>alert(1)</script> \\u202E\"";
     let arm = LIMITED_ARM.replace("name: arm\n", &format!("{head}\n"));
@@ -107,7 +107,7 @@ fn no_name_is_a_command_or_markup() {
     }
     let run = bounded(&here, &["inspect", "odd.yaml", "--format", "markdown"]);
     assert!(!run.out.contains("<script") && !run.out.contains("<img") && !run.out.contains("[a]("), "{}", run.out);
-    // Each line of the table of links has its seven cells.
+    // Each row of the table of links must have seven cells.
     let cells = |line: &str| line.replace("\\|", "").matches('|').count();
     let table: Vec<&str> = run.out.lines().skip_while(|line| !line.starts_with("| link |")).take(4).collect();
     assert!(table.iter().all(|line| cells(line) == 8), "{table:?}");
@@ -117,7 +117,7 @@ fn no_name_is_a_command_or_markup() {
     }
 }
 
-/// A joint with a comma in its name: what we write with it, we read.
+/// If a joint name contains a comma or quotes, the program can read the files that it writes.
 #[test]
 fn a_comma_in_a_name_stays_in_its_cell() {
     let here = folder("hostile-comma");
@@ -167,7 +167,7 @@ fn a_comma_in_a_name_stays_in_its_cell() {
     assert!(names.count() > 2);
 }
 
-/// A log that is written over in place while it is read is refused: what was read is of two logs.
+/// A log that another program overwrites during reading is refused, since the data would mix two logs.
 #[test]
 fn a_log_that_is_written_over_is_refused() {
     let here = folder("hostile-overwritten");
@@ -184,7 +184,7 @@ fn a_log_that_is_written_over_is_refused() {
     std::fs::write(&place, &old).unwrap();
     let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(100);
     std::fs::File::options().write(true).open(&place).unwrap().set_modified(long_ago).unwrap();
-    // The first part is read, the file written over, and the rest read.
+    // Reads the first half, overwrites the file, then reads the rest.
     let mut source = rist::gate::source::Source::open(&place).unwrap();
     let mut half = vec![0; old.len() / 2];
     std::io::Read::read_exact(&mut source, &mut half).unwrap();
@@ -195,7 +195,7 @@ fn a_log_that_is_written_over_is_refused() {
     assert!(!run.err.contains("written over"), "{}", run.err);
 }
 
-/// What docs/files.md promises of an estimate: it is refused, or says that it was changed.
+/// As docs/files.md promises, a changed estimate is refused, or its output says that it was changed.
 #[test]
 fn an_estimate_that_was_changed_is_refused_or_says_so() {
     let here = folder("hostile-estimate");
@@ -231,7 +231,7 @@ fn an_estimate_that_was_changed_is_refused_or_says_so() {
     assert!(without == text || said(&without).contains("changed after rist wrote it"));
 }
 
-/// A period is divided into parts in a proof, so that one without a sample is a claim for time.
+/// The proof divides a period into parts, so a period shorter than a sample could take endless time.
 #[test]
 fn a_period_without_a_sample_is_refused() {
     let here = folder("hostile-period");

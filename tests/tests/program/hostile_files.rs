@@ -1,5 +1,5 @@
-//! The files by which rist was attacked, each with its outcome: read, refused or said. None ends in a panic, a signal or a
-//! hang, and each stays in the memory that its size allows.
+//! Snapshot test of files with which rist was attacked: each is read or refused, with a message. No run ends in a panic, by a
+//! signal or by a timeout, and the memory of each stays within a bound that depends on the file size.
 use tests::files_below;
 use tests::hostile::{command, hardening};
 use tests::mutation::{bounded, broken};

@@ -1,10 +1,10 @@
-//! The script of a page tells and draws what the log holds: values, the smallest and the largest of a span, gaps.
+//! Tests that the script of a page shows and draws the values of the log: samples, minimum and maximum of intervals, and gaps.
 
 use serde_json::{Value, json};
 use tests::planar_log::write_rubbed;
 use tests::program::{folder, node, rist};
 
-/// A page whose script runs without a browser: the document is empty.
+/// Runs the script of a page in Node, without a browser, with an empty document.
 const WITHOUT_BROWSER: &str = "
     const { html, questions } = JSON.parse(require('fs').readFileSync(0, 'utf8'));
     const script = html.split('<script>')[1].split('</script>')[0];
@@ -21,13 +21,13 @@ const WITHOUT_BROWSER: &str = "
     };
     console.log(JSON.stringify(questions.map(({ ask, ...of }) => answers[ask](of))));";
 
-/// What the script of a page answers; none without an engine to run it.
+/// Answers of the script of a page to `questions`; `None` without a JavaScript engine.
 fn answers(html: &str, questions: &Value) -> Option<Vec<Value>> {
     let said = node(WITHOUT_BROWSER, &json!({"html": html, "questions": questions}))?;
     Some(said.as_array().unwrap().clone())
 }
 
-/// A row of the series: time, and measured and predicted torque of two joints.
+/// A row of the series: (time, [measured, predicted torque of joint 1, measured, predicted torque of joint 2]).
 type Row = (f64, [Option<f64>; 4]);
 
 fn rows(series: &str) -> Vec<Row> {
@@ -38,7 +38,7 @@ fn rows(series: &str) -> Vec<Row> {
     series.lines().skip(1).map(row).collect()
 }
 
-/// The page of a log and the rows of its series, in a folder of this name.
+/// The page of a log and the rows of its series, written in the folder `name`.
 fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     let here = folder(name);
     let arm = write_rubbed(&here.join("a.csv"), 0.4);
@@ -47,21 +47,21 @@ fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     (text("p.html"), rows(&text("s.csv")))
 }
 
-/// The pieces of a path: time and value of each corner, which the script multiplied by 10^6.
+/// The segments of an SVG path: [time, value] of each corner. The script multiplied both by 10^6.
 fn pieces(path: &Value) -> Vec<Vec<[f64; 2]>> {
     let number = |x: &Value| x.as_f64().unwrap() / 1e6;
     let piece = |piece: &Value| piece.as_array().unwrap().iter().map(|p| [number(&p[0]), number(&p[1])]).collect();
     path.as_array().unwrap().iter().map(piece).collect()
 }
 
-/// What the pointer tells is the sample of the log, and where a row does not count nothing is left; looked at closer, every
-/// sample is on the line.
+/// The value at the pointer equals the sample of the log. Rows that are not fitted show no residual. With a small window, every
+/// sample is a point of the line.
 #[test]
 fn a_page_tells_what_the_log_holds() {
     let (html, series) = page_of_a_log("live_page");
-    // Behind the last sample, which is the end of the log, there is none.
+    // The last sample ends the log and begins no interval.
     let (from, series) = (series[0].0, &series[..series.len() - 1]);
-    // The page begins at zero, and a little behind each sample its span has begun.
+    // The time axis of the page starts at zero; 1e-5 s after a sample its interval has begun.
     let times: Vec<f64> = series.iter().map(|row| row.0 - from + 1e-5).collect();
     let some = series.len() / 4..series.len() / 2;
     let questions = json!([
@@ -74,7 +74,7 @@ fn a_page_tells_what_the_log_holds() {
     let (mut told, mut missing) = (0, 0);
     for ((_, [measured, predicted, ..]), said) in series.iter().zip(said[0].as_array().unwrap()) {
         let said: Vec<&str> = said.as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
-        // Half a step of the page, and half a digit of what is told, which is at most the step.
+        // Tolerance: half a step of the page plus half a digit of the label, which is at most one step.
         let near = |k: usize, value: f64| {
             assert!((said[k].parse::<f64>().unwrap() - value).abs() <= 1.01 * steps[k], "{} {value}", said[k]);
         };
@@ -85,7 +85,7 @@ fn a_page_tells_what_the_log_holds() {
                 near(2, measured.unwrap() - predicted);
                 told += 1;
             }
-            // A row that does not count has no residual, and the page tells none.
+            // A row that is not fitted has no residual, so the page shows a dash.
             None => {
                 assert_eq!(said[2], "–");
                 missing += 1;
@@ -101,8 +101,8 @@ fn a_page_tells_what_the_log_holds() {
     assert!(points.len() <= some.len() + 4, "{}", points.len());
 }
 
-/// Of spans of several samples the outline is drawn: forth along the smallest, back along the largest. No outline reaches
-/// over a gap of the log, or over a span without a value.
+/// Intervals of several samples are drawn as an outline: first the minima, then back along the maxima. An outline does not cross
+/// a gap of the log or an interval without a value.
 #[test]
 fn spans_keep_their_ends_and_gaps() {
     let (html, _) = page_of_a_log("live_spans");
@@ -115,7 +115,7 @@ fn spans_keep_their_ends_and_gaps() {
     assert_eq!(whole[0], [[0., 0.], [1., -1.], [2., -2.], [2.5, -2.], [2.5, 3.], [2., 3.], [1., 2.], [0., 1.]]);
     assert_eq!(whole[1], [[6., -3.], [7., -3.], [7., 4.], [6., 4.]]);
     assert_eq!((whole.len(), whole[2].first()), (3, Some(&[8., -5.])));
-    // Between the beginnings of two spans both are drawn; inside of a gap nothing is.
+    // A window between the starts of two intervals draws both; a window inside a gap draws nothing.
     let closer = pieces(&said[1]).concat();
     assert!(closer.contains(&[1., 2.]) && closer.contains(&[2., 3.]), "{closer:?}");
     let inside = pieces(&said[2]).concat();

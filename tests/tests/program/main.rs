@@ -1,4 +1,4 @@
-//! The program as a user meets it: what it prints, draws and refuses, and what nobody can do to it.
+//! Tests of the program `rist`: output, drawings, refusals and hostile input.
 
 mod as_given;
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! Some mutants of each file that the program reads; `cargo xtask fuzz` runs many.
+//! Tests some random changes of each file kind that the program reads; `cargo xtask fuzz` runs many.
 use tests::mutation::{hunt, seeds};
 use tests::program::{folder, program};
 use tests::random::Random;

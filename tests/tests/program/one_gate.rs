@@ -1,5 +1,5 @@
-//! Where there are no base parameters, there are none for anybody: what uses them refuses with the same reason, and what does
-//! not use them does not ask.
+//! Tests of a robot whose base parameters are refused: commands that use them fail with the same reason, the others
+//! work.
 
 use tests::has;
 use tests::loops::BY_CHANCE;
@@ -41,14 +41,14 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
     ] {
         let run = rist(&here, arguments);
         let refused = run.err.contains("exact one") || run.code == Some(2);
-        // A description without inertials has no torque in numbers.
+        // A model without inertial parameters has no numeric torque.
         let lacks = run.err.contains("does not give the parameters");
         assert!(!refused || lacks, "{arguments:?}: {}{}", run.out, run.err);
     }
     let code = std::fs::read_to_string(here.join("free.rs")).unwrap();
     assert!(code.contains("There are no base parameters") && code.contains("pub fn torque"), "{code}");
 
-    // With one symbol for equal lengths it is meant, and with another value it is a four-bar.
+    // With one symbol for both lengths their equality is intended; with another value it is an ordinary four-bar.
     let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
     std::fs::write(here.join("meant.yaml"), meant).unwrap();
     rist(&here, &["inspect", "meant.yaml"]).told(0, &["3 base parameters"]);
@@ -67,7 +67,7 @@ fn what_takes_long_is_refused_with_the_figures() {
         let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
         std::fs::write(here.join("long.yaml"), text).unwrap();
     };
-    // What 220 links take is no more than some seconds, and is told before they have passed.
+    // The derivation for 220 links would take long, so the message states the needed time before the work starts.
     for n in [220, 300] {
         chain(n);
         for command in ["inspect", "generate", "excite"] {
@@ -81,7 +81,7 @@ fn what_takes_long_is_refused_with_the_figures() {
     rist(&here, &["inspect", "long.yaml"]).told(0, &["base parameters"]);
 }
 
-/// Lengths far apart, in loops whose search for the passive joints would divide by what overflows.
+/// Link lengths of very different size, for which the search for passive joints would overflow, end in an error message.
 #[test]
 fn a_long_link_in_a_loop_ends_in_a_sentence() {
     let here = folder("long_link");

@@ -1,11 +1,11 @@
-//! The page of an identification, and the sheet of a robot: made by the program, they say what the estimate says, load
-//! nothing, and stay small however long the log is.
+//! Tests of the page of an identification and the data sheet of a robot: they show the numbers of the estimate, load nothing from
+//! the network, and stay small for long logs.
 
 use tests::planar_log::write_rubbed;
 use tests::program::{LIMITED_ARM, folder, rist};
 use tests::{has, model_path};
 
-/// What of a page is read: its data, whose letters may spell anything, is taken out.
+/// The page without its JSON data, which may contain any letters.
 fn shown(page: &str) -> String {
     let mut parts = page.split("<script type=\"application/json\"");
     let first = parts.next().unwrap();
@@ -20,14 +20,14 @@ fn a_log_becomes_a_page_and_a_series() {
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
     rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat()).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
-    // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints; the robot, the map
-    // of correlations, and the frames that lines are cut at.
+    // For each of two joints: torque, residual, parts, friction, spectrum and autocorrelation. In addition the robot, the
+    // correlation map and the clip paths.
     assert_eq!(page.matches("<svg").count(), 12 + 3);
     let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
     has(&page, &parts);
     assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
-    // Made again from the estimate: the same but for the command.
+    // A page that `report` makes from the estimate has the same charts.
     rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"])
         .ended(0);
     let again = std::fs::read_to_string(here.join("b.html")).unwrap();
@@ -36,14 +36,14 @@ fn a_log_becomes_a_page_and_a_series() {
     };
     assert!(charts(&page) == charts(&again), "the charts differ");
 
-    // Of a right model, the series of predicted torques is that of the measured ones.
+    // The model is right, so predicted and measured torques must agree.
     let series = std::fs::read_to_string(here.join("torques.csv")).unwrap();
     let mut lines = series.lines();
     let expected = "log,t,measured_q1,predicted_q1,measured_q2,predicted_q2";
     assert_eq!(lines.next(), Some(expected));
     let (mut left, mut whole) = (0.0, 0.0);
     for line in lines {
-        // Behind the name, which has no comma, and the time; what does not count is empty.
+        // The first two cells are the log name, without a comma, and the time. Cells of rows that are not fitted are empty.
         let cells: Vec<Option<f64>> = line.split(',').skip(2).map(|x| x.parse().ok()).collect();
         for pair in cells.chunks(2) {
             if let [Some(measured), Some(predicted)] = pair {
@@ -52,7 +52,7 @@ fn a_log_becomes_a_page_and_a_series() {
             }
         }
     }
-    // The filter rounds the jumps of the friction: to a percent.
+    // The filter smooths the friction jumps, so the tolerance is 1 %.
     assert!(left.sqrt() < 0.01 * whole.sqrt(), "{left} {whole}");
 }
 
@@ -65,14 +65,14 @@ fn a_sheet_in_every_language() {
         assert!(!run.out.contains("could not be made"), "{}", run.out);
         run.out
     };
-    // A word that is longer than a line stays whole; the rules of this robot have none.
+    // A word that is longer than a line is not wrapped, but the rules of this robot have no such word.
     assert!(of("text").lines().all(|line| line.chars().count() <= 80));
     assert!(of("markdown").contains("| ZZR4 | 0.065 kg m^2 |"));
     let latex = of("latex");
     assert_eq!(latex.matches("\\\\\n").count(), 18 + 2);
     let html = of("html");
     assert!(html.contains("id=\"base-ZZR4\"") && !html.contains("http"));
-    // YY10 went into ZZR1 and XXR4.
+    // YY10 is regrouped into ZZR1 and XXR4.
     let json: serde_json::Value = serde_json::from_str(&of("json")).unwrap();
     let holds = |b: &&serde_json::Value| b["terms"].as_array().unwrap().iter().any(|t| t["parameter"] == "YY10");
     let holders: Vec<_> = json["base"].as_array().unwrap().iter().filter(holds).map(|b| &b["name"]).collect();
@@ -98,7 +98,7 @@ fn a_plan_has_a_picture_a_motion() {
     }
     assert_eq!(page.matches("<svg").count(), experiments.len());
     assert!(page.contains("<h1><span class=\"kind\">Plan of experiments</span>"), "{page}");
-    // Every joint is named in every picture.
+    // Every picture names every joint.
     for joint in plan["coordinates"].as_array().unwrap() {
         let named = format!(">{}<", joint.as_str().unwrap());
         let rests = format!(">{} (rests)<", joint.as_str().unwrap());
@@ -106,7 +106,8 @@ fn a_plan_has_a_picture_a_motion() {
     }
 }
 
-/// With its model a plan is proved for the page, without one its file is quoted; what is loosened by hand shows.
+/// With a model, the page proves the plan again; without one, it quotes the claim of the file. A claim changed by hand is shown
+/// as broken.
 #[test]
 fn a_page_proves_a_plan_or_says_who_claims() {
     let here = folder("plan_proof_page");
@@ -133,8 +134,8 @@ fn a_page_proves_a_plan_or_says_who_claims() {
     assert!(more.contains("class=\"unproven\">Found again") && more.contains("BROKEN: the file says D-efficiency"));
 }
 
-/// Each coordinate within its limits, the path of the tip and every parameter; found again, the same charts. A limit that
-/// is broken by hand is said.
+/// The page draws each coordinate within its limits and the path of the tip, and lists every parameter. `report` draws the same
+/// charts. A limit that is broken by hand is reported.
 #[test]
 fn a_motion_is_drawn_within_its_limits() {
     let here = folder("motion_page");
@@ -146,7 +147,8 @@ fn a_motion_is_drawn_within_its_limits() {
     rist(&here, &[&["excite", &arm], &quick[..], &files].concat()).ended(0);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let page = text("page.html");
-    // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes; the robot and the frames.
+    // Position, velocity, acceleration, jerk, torque and power of six joints; three projections of the path; the robot and the
+    // clip paths.
     assert_eq!(page.matches("<svg").count(), 6 * 6 + 3 + 2);
     assert!(
         !page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("NOT proven"),
@@ -174,7 +176,7 @@ fn a_motion_is_drawn_within_its_limits() {
     assert!(drawn(&page) == drawn(&text("again.html")), "the charts differ");
     assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 6 + 3);
 
-    // Without the model: what the motion itself tells, and that its certificate was not found anew.
+    // Without a model the page shows only the data of the motion file, and says that the certificate was not proven again.
     assert_eq!(rist(&here, &report).code, Some(0));
     assert_eq!(drawn(&text("again.html")).len(), 6 * 4 + 1);
     let again = text("again.html");
@@ -193,10 +195,10 @@ fn a_motion_is_drawn_within_its_limits() {
     assert!(run.code == Some(2) && run.err.contains("motion.yaml"), "{}", run.err);
 }
 
-/// The page of README's UR5 may be sent: what it takes beside its pictures is bounded, and so is its script.
+/// The page of the UR5 in the README must be small enough to send: the size apart from the pictures and the script is bounded.
 #[test]
 fn the_page_of_the_ur5_is_small() {
-    /// Bytes of the page when it had pictures alone.
+    /// Size of the page when it contained only pictures, bytes.
     const PICTURES: usize = 390_165;
     let here = folder("page_of_ur5");
     let (arm, log) = (model_path("ur5.urdf"), tests::workspace().join("docs/ur5/log.csv"));
@@ -222,7 +224,7 @@ fn two_estimates_are_compared() {
     rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     let (_, table) = page.split_once("<table class=\"compared\">").unwrap();
-    // The viscous friction of both joints moved, by a tenth; it stands first.
+    // Only the viscous friction of both joints differs, by 0.1, so it is at the top of the table.
     let first: Vec<&str> = table.split("<code>").skip(1).take(2).map(|row| row.split('<').next().unwrap()).collect();
     assert!(first.contains(&"FV1") && first.contains(&"FV2"), "{first:?}");
     assert!(page.contains("Two estimates compared") && page.contains("Comparison with b.yaml"));

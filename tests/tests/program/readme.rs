@@ -1,11 +1,11 @@
-//! README.md, docs/tutorial.md, the how-tos with commands and docs/ur5/README.md show what the program prints.
+//! Tests that README.md, docs/tutorial.md, the how-tos with commands and docs/ur5/README.md show the output of the program.
 //!
-//! In a block of the kind `console`, a line `$ rist ..` is run, and the lines below it, to the next such line or the
-//! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
-//! root of the repository. The tutorial's run in an empty folder, with the files that its blocks of the kind `yaml`
-//! hold under the name in their first line, `# NAME: ..`, and with models/race.yaml; those of a how-to there too, or in a
-//! folder with the files of the tutorial or its own. `[exit code 1]` below an output is the exit code where it is not 0. In a block of the kind `sh` each `rist ..` is run too,
-//! with stand-ins for the files of the reader.
+//! In a block of the kind `console`, each line `$ rist ..` is run. The lines below it, up to the next such line or the
+//! end of the block, are its output; a line `...` stands for any lines. The commands of the README run at the root of
+//! the repository. Those of the tutorial run in an empty folder with models/race.yaml and the files of its `yaml` blocks,
+//! whose first line has the name, `# NAME: ..`. Those of a how-to run there, or in a folder with the files of the tutorial
+//! or its own. `[exit code 1]` below an output states an exit code other than 0. In a block of the kind `sh` each `rist ..`
+//! is run too, with sample files in place of the files of the reader.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use tests::joint_log::{swinging, unlike};
 use tests::program::{done, folder, rist, rist_in_pipe, run};
 use tests::{model_path, text_of, workspace};
 
-/// Command and output, of each command of the text.
+/// (command, lines of its output) for each command of a text.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
     let mut inside = false;
@@ -31,7 +31,7 @@ fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
     found
 }
 
-/// Whether the lines are the shown ones, `...` any number of them.
+/// Whether the lines equal the shown ones, where `...` stands for any number of lines.
 fn matches(shown: &[String], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
@@ -40,7 +40,7 @@ fn matches(shown: &[String], lines: &[&str]) -> bool {
     }
 }
 
-/// The arguments of each `rist ..` in blocks of the kind `sh`, without comments; and whether the comment speaks of exit code 1.
+/// For each `rist ..` in blocks of the kind `sh`: (arguments without the comment, whether the comment mentions exit code 1).
 fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
     let blocks = text.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
     let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("rist "));
@@ -51,14 +51,14 @@ fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
     lines.map(words).collect()
 }
 
-/// Runs them in a folder with the stand-ins for the reader's own files.
+/// Runs the `sh` commands of a page in a folder with `stand_ins`, (name, text) of sample files.
 fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     let here = folder(&format!("{}_shell", page.replace('/', "_")));
     stand_ins.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
     let commands = shell_commands(&text_of(page));
     assert!(!commands.is_empty(), "{page} shows no `rist` in a block of the kind sh");
     for (arguments, may_be_no) in commands {
-        // The log of the motion before.
+        // Keeps the log of the previous motion as first.csv.
         let (log, first) = (here.join("logs/motion.csv"), here.join("first.csv"));
         if log.is_file() && !first.exists() {
             std::fs::copy(log, first).unwrap();
@@ -69,7 +69,7 @@ fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     }
 }
 
-/// The files that blocks of the kind `yaml` hold: name and text.
+/// (name, text) of the files in blocks of the kind `yaml`.
 fn files(text: &str) -> Vec<(String, String)> {
     let blocks = text.split("```yaml\n").skip(1).filter_map(|rest| Some(rest.split_once("```")?.0));
     let named = |block: &str| {
@@ -79,12 +79,12 @@ fn files(text: &str) -> Vec<(String, String)> {
     blocks.map(named).collect()
 }
 
-/// Runs the commands that a page shows, in this folder.
+/// Runs the `console` commands of a page in a folder and compares their output.
 fn holds(page: &str, folder: &Path) {
     let text = text_of(page);
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
-    // Pages write below `target`, which cargo makes elsewhere where CARGO_TARGET_DIR says so.
+    // Pages write below `target`, which does not exist if CARGO_TARGET_DIR is another folder.
     std::fs::create_dir_all(folder.join("target")).unwrap();
     for (arguments, shown) in transcripts {
         let run = rist_in_pipe(folder, &arguments.split_whitespace().collect::<Vec<_>>());
@@ -104,7 +104,7 @@ fn the_transcript_of_the_readme_is_what_rist_prints() {
     holds("README.md", &workspace());
 }
 
-/// The sentences of a page outside of code, without the marks of Markdown; an item of a list ends one, and so does a row.
+/// The sentences of a page outside of code, without Markdown marks. List items and table rows end a sentence.
 fn sentences(text: &str) -> Vec<String> {
     let mut paragraphs = vec![String::new()];
     for (k, block) in text.split("```").enumerate() {
@@ -138,7 +138,7 @@ fn a_sentence_ends_where_it_ends() {
     assert_eq!(sentences(text), ["One two.", "Three [four five?", "Seven", "eight"]);
 }
 
-/// A stranger reads it in a minute: short sentences, a screen and a half, three questions answered before the walk.
+/// The README must be short: sentences of at most 30 words, at most 150 lines, and the headings in this order.
 #[test]
 fn the_readme_is_short() {
     let text = text_of("README.md");
@@ -172,7 +172,7 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     holds(format!("In {}, a parameter is wrong by more than five sigma", first(&all[5])));
     let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
     holds(format!("{} of the 95 % intervals contain the true value", held[1]));
-    // Measured robots: the least and the greatest error of the rows that the picture shows.
+    // Measured robots: the README states the smallest and largest error of the rows that its picture shows.
     let sets = ["| Panda,", "| TX40,", "| UR10e, id_30s -> id_40s", "| cobot6,", "| KR300,"];
     let errors = sets.map(|set| {
         let cells = cells("docs/identification.md", set);
@@ -184,7 +184,7 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     holds(format!("another motion is predicted with {least:.1} to {greatest:.0} % error"));
 }
 
-/// The lines of Rust that the README shows, compiled: they stand below as they stand there.
+/// Compiles the Rust lines of the README; the lines below must be identical to them.
 fn lines_of_the_readme() -> Result<(), rist::Error> {
     let model = rist::Model::read("robot.urdf")?;
     println!("{}", model.parameters.rule_lines().join("\n"));
@@ -198,11 +198,11 @@ fn the_lines_of_rust_compile() {
     let own = include_str!("readme.rs");
     assert_eq!(block.lines().count(), 2);
     assert!(block.lines().all(|line| own.contains(line)), "{block}");
-    // There is no such file here.
+    // There is no file robot.urdf here.
     assert!(lines_of_the_readme().is_err());
 }
 
-/// The log that a newcomer needs, as README has it: seconds at 100 Hz are enough. Every other row of the log at 200 Hz.
+/// Ten seconds of a log at 100 Hz are enough, as the README says: every other row of the log at 200 Hz.
 #[test]
 fn a_log_at_a_hundred_hertz_is_enough() {
     let here = folder("hundred_hertz");
@@ -262,13 +262,13 @@ fn the_pages_that_run_in_a_folder_hold() {
 #[test]
 fn the_commands_of_shell_blocks_run() {
     let urdf = text_of("models/ur5.urdf");
-    // A log of a robot without a load: bodies that are far from the description are not written.
+    // A log of a robot without a load, since bodies that are far from the model file are not written.
     let here = folder("shell_stand_in");
     let robot = rist::Model::read(model_path("ur5.urdf")).unwrap().robot;
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     swinging(&robot, &unlike(&robot, 1), 1.2, 0.0).write(&here.join("log.csv"), &names);
     let log = std::fs::read_to_string(here.join("log.csv")).unwrap();
-    // The content decides the format of a log, not its name.
+    // The format of a log is recognised from its content, not from its name.
     let files =
         [("robot.urdf", urdf.as_str()), ("log.csv", &log), ("log.mcap", &log), ("options.yaml", "weights: huber\n")];
     shell_commands_run("README.md", &files);
@@ -294,7 +294,7 @@ fn the_transcript_of_the_fleet_is_what_rist_prints() {
     holds("docs/how-to/fleet.md", &here);
 }
 
-/// The commands run, and a C compiler takes what they write; the numbers of the estimate stand in both files.
+/// The commands of the page run, a C compiler accepts their output, and both generated files contain the numbers of the estimate.
 #[test]
 fn the_page_on_code_for_a_loop_runs() {
     let here = folder("code_page");
@@ -312,8 +312,8 @@ fn the_page_on_code_for_a_loop_runs() {
     }
     done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm.c -o arm.o");
 
-    // The lines of Rust that it shows, at a state of rest: the torques of the page are those of `rist evaluate`, whose
-    // numbers are the description's; the estimate is that of its simulation, to a few per cent.
+    // The Rust lines of the page, run at one state. Its torques must agree within 5 % with `rist evaluate`, which uses the
+    // parameters of the model file; the estimate comes from a simulation with these.
     let page = text_of("docs/how-to/code-for-a-control-loop.md");
     let lines = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
@@ -340,7 +340,7 @@ fn the_transcript_of_the_tutorial_is_what_rist_prints() {
     holds(page, &here);
 }
 
-/// The commands run, and compilers take what they write.
+/// The commands of the page run, and the Rust and C compilers accept their output.
 #[test]
 fn the_page_on_formulas_runs() {
     let here = folder("formula_page");

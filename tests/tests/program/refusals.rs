@@ -1,13 +1,13 @@
-//! What the program says where it refuses: the whole text and the exit code of requests that cannot be met.
+//! Snapshot test of refused requests: the whole message and the exit code.
 //!
-//! Each is a person's likely slip. The libraries name a field; the flags stand in what the program prints.
+//! Each request is a likely mistake of a user. The texts of the libraries name fields; the program prints them as flags.
 
 use std::fmt::Write as _;
 
 use tests::program::{LIMITED_ARM, folder, rist};
 use tests::snapshot::assert_snapshot;
 
-/// Requests that are refused, one a line; the files are those that the commands of `made` leave.
+/// Requests that are refused, one per line. They use the files that the commands in `MADE` write.
 const REFUSED: &str = "\
 plan arm.yaml --rate 1e300
 plan arm.yaml --duration 0
@@ -102,7 +102,7 @@ fn refusals_are_as_they_were() {
         let words = words(line);
         let run = rist(&here, &words.iter().map(String::as_str).collect::<Vec<_>>());
         assert_ne!(run.code, Some(0), "{line}: {}", run.out);
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         let _ = write!(said, "$ rist {line}\n{}[exit code {}]\n\n", run.err, run.code.unwrap_or(-1));
     }
     assert_snapshot("refusals/program.txt", &said);

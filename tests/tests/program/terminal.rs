@@ -1,5 +1,5 @@
-//! How the program speaks: every result as JSON with the numbers of its artefact, notes that can be silenced, colours that
-//! are asked for, a description from standard input.
+//! Tests of the output of the program: results as JSON with the numbers of the written files, quiet mode, colours, and a robot
+//! model from standard input.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -16,22 +16,22 @@ fn path(file: &str) -> String {
     model_path(file).display().to_string()
 }
 
-/// The JSON of a command that exits with this code.
+/// The JSON output of a command that must end with exit code `code`.
 fn json(here: &Path, arguments: &[&str], code: i32) -> Json {
     let run = rist(here, &[arguments, &["--json", "--quiet"]].concat());
     assert_eq!(run.code, Some(code), "{arguments:?}: {}", run.err);
     serde_json::from_str(&run.out).unwrap_or_else(|e| panic!("{arguments:?}: {e}: {}", run.out))
 }
 
-/// An artefact in YAML, as JSON has it.
+/// A written YAML file as a JSON value, without its first line.
 fn artefact(file: &Path) -> Json {
     let mut artefact: Json = serde_yaml::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
-    // The first line is the file's own: kind, version, digest.
+    // The first line has the kind, version and digest of the file; the JSON output lacks it.
     artefact.as_object_mut().unwrap().remove("rist");
     artefact
 }
 
-/// Two documents, entry by entry. Both print the shortest decimals; the reader of JSON here rounds the last digit its way.
+/// Compares two JSON values entry by entry. Numbers may differ by the rounding of the last digit in the JSON reader.
 fn assert_same(found: &Json, expected: &Json, place: &str) {
     match (found, expected) {
         (Json::Object(a), Json::Object(b)) => {
@@ -51,7 +51,7 @@ fn assert_same(found: &Json, expected: &Json, place: &str) {
     }
 }
 
-/// The log of the arm that most of these read.
+/// Writes the log that most of these tests read, and returns the path of its arm.
 fn arm_with_log(here: &Path) -> String {
     let robot = model("planar2r_vertical.yaml");
     write_log(here, &log(&robot, &Random(3).physical_parameters(&robot)));
@@ -64,7 +64,7 @@ fn estimates_and_what_follows_from_them_as_json() {
     let arm = arm_with_log(&here);
     let found = json(&here, &["identify", &arm, "log.csv", "--out", "e.yaml"], 0);
     let mut estimate = artefact(&here.join("e.yaml"));
-    // The mark of a file that is whole, which JSON needs not.
+    // `parameter_count` detects incomplete files; the JSON output lacks it.
     let count = estimate.as_object_mut().unwrap().remove("parameter_count").unwrap();
     assert_eq!(count, estimate["parameters"].as_array().unwrap().len());
     assert_same(&found["estimate"], &estimate, "estimate");
@@ -104,7 +104,7 @@ fn motions_and_findings_as_json() {
 
     let small = ["-n", "2", "--steps", "2", "--configurations", "4", "--starts", "1"];
     let plan = json(&here, &[&["plan", &arm, "--out", "p.yaml"], &small[..]].concat(), 0);
-    // Of so few experiments a condition number is infinite, for which JSON has null.
+    // With few experiments a condition number is infinite, which JSON writes as null.
     let written = std::fs::read_to_string(here.join("p.yaml")).unwrap();
     let written = ExperimentPlan::from_yaml("p.yaml", &written).unwrap();
     assert_same(&plan["plan"], &serde_json::to_value(&written).unwrap(), "plan");
@@ -134,7 +134,7 @@ fn quiet_and_colours() {
     let quiet = rist(&here, &[&plan[..], &["-q"]].concat());
     assert_eq!((quiet.code, quiet.err.as_str()), (Some(0), ""));
     assert_eq!(quiet.out.lines().collect::<Vec<_>>(), result);
-    // A pipe has no colours, unless they are asked for.
+    // Output to a pipe has no colours unless the user asks for them.
     let none = rist(&here, &["inspect", "none.yaml"]);
     let colours = rist(&here, &["inspect", "none.yaml", "--color", "always"]);
     assert_eq!(colours.err, format!("\u{1b}[1m\u{1b}[31mrist:\u{1b}[0m{}", &none.err["rist:".len()..]));
@@ -164,7 +164,7 @@ fn a_description_from_standard_input() {
     assert!(broken.code == Some(2) && broken.err.starts_with("rist: -:1"), "{}", broken.err);
 }
 
-/// The first Ctrl-C ends the search and keeps the best motion, proven as any; there would be a thousand starts more.
+/// Ctrl-C ends a search of a thousand starts early; the best motion so far is written and proven.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_best_so_far() {
@@ -181,7 +181,7 @@ fn ctrl_c_keeps_the_best_so_far() {
     let mut told = BufReader::new(search.stderr.take().unwrap());
     let mut line = String::new();
     told.read_line(&mut line).unwrap();
-    // Of starts side by side any may end first.
+    // The starts run in parallel, so any of them may end first.
     assert!(line.starts_with("start ") && line.contains(" of 1000: "), "{line}");
     let killed = Command::new("kill").args(["-INT", &search.id().to_string()]).status().unwrap();
     assert!(killed.success());

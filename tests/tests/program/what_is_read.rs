@@ -1,4 +1,5 @@
-//! The table of docs/what-is-read.md: each kind of description and log, read here with what it takes and with no less.
+//! Tests of the table in docs/what-is-read.md: each kind of robot model and log is read with the stated options and not without
+//! them.
 //!
 //! `SNAPSHOTS=write cargo test -p tests --test program what_is_read` writes the page anew.
 
@@ -9,7 +10,7 @@ use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
 use tests::{register_wings, text_of as text, workspace};
 
-/// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
+/// (kind of robot model, file name, text, whether it needs `--floating-base`).
 const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
     (
         "YAML, modified Denavit-Hartenberg",
@@ -58,11 +59,11 @@ const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1,
                     antecedent: base, d: 1, theta: q1, drive: passive}\n- {link: 3, antecedent: 1, d: 1, theta: -q1, drive: \
                     passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
 
-/// Files that are refused, with what their refusal names.
+/// (kind, file name, tool that the message names) of robot files that must be converted first.
 const CONVERTED: [(&str, &str, &str); 2] =
     [("SDF", "arm.sdf", "`sdf2urdf`"), ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
-/// A log of two joints j1, j2: its kind, the head of a CSV, and the options that it takes.
+/// (kind, head of a CSV, needed options) of logs with two joints j1, j2.
 const LOGS: [(&str, &str, &str); 15] = [
     ("columns by number", "t,q1,q2,tau1,tau2", ""),
     ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
@@ -97,7 +98,7 @@ const LOGS: [(&str, &str, &str); 15] = [
     ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
 ];
 
-/// Who reads which format of logs; the formats of the help, README and docs/identification.md are these.
+/// Table of the readers of each log format. It checks that README and docs/identification.md name each format.
 fn readers() -> String {
     let mut table = String::from("\n| logs in | are read by |\n|---|---|\n");
     let foreign = foreign::wing().log_formats;
@@ -160,7 +161,7 @@ fn the_page_says_what_each_kind_takes() {
             Options::parse("options.yaml", &format!("{options}\nmodel: arm\n")).unwrap_or_else(|e| panic!("{e}"));
         Columns::find(&table, &joints(), &names.columns).unwrap_or_else(|e| panic!("{kind}: {e}"));
         let bare = Columns::find(&table, &joints(), &Options::default().columns);
-        // What the units change, a log without them is read as something else.
+        // Options of `columns` are needed to read a log at all; without options for units it is read with wrong units.
         assert_eq!(bare.is_err(), options.starts_with("columns"), "{kind}");
         let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
         page += &format!("| {kind} | {takes} |\n");

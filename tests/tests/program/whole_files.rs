@@ -1,5 +1,5 @@
-//! An artefact of which something was taken away, doubled or changed is refused, or what comes of it says that the file is
-//! not as rist wrote it: the promise of docs/files.md, over every line and every key of every artefact.
+//! Tests that a written file with a missing, doubled or changed part is refused, or that the output says the file was changed, as
+//! docs/files.md promises. They cover every line and every key of every YAML file that rist writes.
 use std::path::Path;
 
 use fleet::Accumulator;
@@ -9,10 +9,10 @@ use rist::{Estimate, ExcitingMotion, ExperimentPlan, Validation};
 use tests::mutation::{Seed, bounded, written};
 use tests::program::{folder, program, rist};
 
-/// What the sentences on a file that is not whole have in common.
+/// Words that all messages about a changed file contain.
 const SAID: &str = "this is what the file says";
 
-/// The seal of a text that is read; the reason where it is refused.
+/// The checksum status of a text that is read; the reason if it is refused.
 fn read(kind: &str, text: &str) -> Result<Checksum, String> {
     match kind {
         "estimate.yaml" => Estimate::from_yaml(kind, text).map(|x| x.checksum),
@@ -24,21 +24,21 @@ fn read(kind: &str, text: &str) -> Result<Checksum, String> {
     .map_err(|e| e.to_string())
 }
 
-/// Where the first line and each key of the first level begin, and the end.
+/// Line numbers of the first line and of each top-level key, and the number of lines.
 fn blocks(lines: &[&str]) -> Vec<usize> {
     let begins = |line: &str| line.starts_with(|c: char| c.is_ascii_alphabetic());
     let starts = lines.iter().enumerate().filter(|(_, line)| begins(line)).map(|(k, _)| k);
     starts.chain([lines.len()]).collect()
 }
 
-/// The text without these lines, and with them twice.
+/// Two texts: without the lines from..to, and with these lines twice.
 fn variants(lines: &[&str], from: usize, to: usize) -> [String; 2] {
     let text = |parts: &[&[&str]]| parts.concat().iter().map(|line| format!("{line}\n")).collect::<String>();
     let (before, block, after) = (&lines[..from], &lines[from..to], &lines[to..]);
     [text(&[before, after]), text(&[before, block, block, after])]
 }
 
-/// The artefacts in YAML, as the program writes them.
+/// The YAML files that the program writes.
 fn artefacts(here: &Path) -> Vec<Seed> {
     let kinds = ["estimate.yaml", "motion.yaml", "plan.yaml", "validation.yaml", "comparison.yaml"];
     let seeds = written(program(), here).into_iter().filter(|seed| kinds.contains(&seed.name.as_str()));
@@ -61,7 +61,7 @@ fn each_line_that_is_missing_or_doubled_is_refused_or_known() {
             for (changed, what) in variants(&lines, from, to).iter().zip(["missing", "twice"]) {
                 match read(&seed.name, changed) {
                     Ok(Checksum::Whole) => panic!("{}: lines {from}..{to} {what}: {}", seed.name, lines[from]),
-                    // Without the first line a file is one of an earlier version.
+                    // A file without the first line counts as one of an earlier version.
                     Ok(seal) => {
                         assert_eq!(seal == Checksum::Absent, from == 0 && what == "missing", "{}: {from}", seed.name);
                         counts.0 += 1;
@@ -71,11 +71,11 @@ fn each_line_that_is_missing_or_doubled_is_refused_or_known() {
             }
         }
     }
-    // Both ways are gone, so that neither is empty by mistake.
+    // Both outcomes must occur; otherwise the test would be empty.
     assert!(counts.0 > 100 && counts.1 > 100, "{counts:?}");
 }
 
-/// A reader that knows is not enough: each command has to say it, and says nothing of a file that is whole.
+/// The check is done by the reader, but each command must also report it, and must not report it for an unchanged file.
 #[test]
 fn each_command_says_what_it_read() {
     let here = folder("whole-commands");
@@ -83,7 +83,7 @@ fn each_command_says_what_it_read() {
         let text = String::from_utf8(seed.bytes.clone()).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         let keys = blocks(&lines);
-        // The first line, and each key that a file may lack: the others are refused by the reader.
+        // Changes that the reader accepts: the first line, and keys that a file may lack.
         let mut changed: Vec<(String, String)> = keys
             .windows(2)
             .map(|w| (lines[w[0]].to_string(), variants(&lines, w[0], w[1])[0].clone()))
@@ -112,7 +112,7 @@ fn each_command_says_what_it_read() {
     }
 }
 
-/// Who reads such a file and writes it again does not make it whole.
+/// If a changed file is read and written again, it must not count as unchanged.
 #[test]
 fn what_is_written_again_stays_known() {
     let here = folder("whole-again");
@@ -128,13 +128,13 @@ fn what_is_written_again_stays_known() {
     }
 }
 
-/// Sums have no text: their digest is of every byte.
+/// The file of sums is binary; its digest covers every byte.
 #[test]
 fn sums_that_lack_a_byte_are_refused() {
     let here = folder("whole-sums");
     let sums = written(program(), &here).into_iter().find(|seed| seed.name == "sums.tri").unwrap().bytes;
     let place = here.join("file.tri");
-    // Each byte of the head, and one of every sixteen of the rows.
+    // Each byte of the first 64, then every sixteenth byte.
     for k in (0..sums.len()).filter(|k| *k < 64 || k % 16 == 0) {
         let mut less = sums.clone();
         less.remove(k);

@@ -1,28 +1,28 @@
-//! Every citation has its entry in docs/references.bib, and every entry is cited.
+//! Tests that every citation has an entry in docs/references.bib, and that every entry is cited.
 //!
-//! A citation stands in a comment of a Rust file or in a page of documentation, outside of backticks. Its form:
-//! `[Gautier, Khalil 1990]`, `[Golub, Van Loan 2013, 5.5; van der Sluis 1969, on scaling]`. In running text a
-//! last surname before a year is one too. The key of an entry is its surnames, letters only, and the year.
-//! Running text may say `Name et al. 2019` of a data set.
-//! Not here: generated files and the `source` of a model, which are read apart from this repository.
+//! Citations are in comments of Rust files and in pages of documentation, outside of backticks. The form is
+//! `[Gautier, Khalil 1990]`, `[Golub, Van Loan 2013, 5.5; van der Sluis 1969, on scaling]`. In running text, a
+//! surname directly before a year is a citation too. The key of an entry is its surnames, letters only, and the year.
+//! Running text may say `Name et al. 2019` for a data set.
+//! Generated files and the field `source` of a model are not checked, since they are read outside this repository.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use tests::{files_below, workspace};
 
-/// A citation at one place of a text.
+/// A citation in a text.
 #[derive(Debug, PartialEq)]
 enum Citation {
     /// In brackets: the key of the entry.
     Key(String),
     /// In running text: the last surname and the year.
     LastNameAndYear(String, String),
-    /// Brackets that hold a name before a year and are not of the form.
+    /// Brackets with a name before a year, but in another form.
     Malformed(String),
 }
 
-/// Surnames of a work and its year as the key of its entry.
+/// Key of an entry: the letters of its surnames, then the year.
 fn key(surnames: &str, year: &str) -> String {
     surnames.chars().filter(|c| c.is_alphabetic()).chain(year.chars()).collect()
 }
@@ -33,7 +33,7 @@ fn is_year(word: &str) -> bool {
         && ["18", "19", "20"].iter().any(|c| word.starts_with(c))
 }
 
-/// Surnames (or the end of `et al.`) directly before a year, with it; `2019-01` and `2019/01` are no years.
+/// (surname or `al.`, year) for each year directly after such a word; `2019-01` and `2019/01` are not years.
 fn names_before_years(text: &str) -> Vec<(&str, &str)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_name = |w: &str| w == "al." || w.starts_with(char::is_uppercase) && w.ends_with(char::is_lowercase);
@@ -42,7 +42,7 @@ fn names_before_years(text: &str) -> Vec<(&str, &str)> {
     found.map(|w| (w[0].trim_start_matches(['(', '"']), &w[1][..4])).collect()
 }
 
-/// One work between brackets: surnames, a blank, the year, and perhaps a comma and the place.
+/// One work of a citation in brackets: surnames, a blank, the year, and optionally a comma and the place.
 fn work(text: &str) -> Citation {
     let found = text.match_indices(' ').find(|(at, _)| text.get(at + 1..at + 5).is_some_and(is_year));
     let parsed = found.and_then(|(at, _)| {
@@ -75,13 +75,13 @@ fn citations(text: &str) -> Vec<Citation> {
     found
 }
 
-/// The text without what stands between backticks; `None` where one has no partner.
+/// The text without the parts between backticks; `None` if a backtick has no partner.
 fn without_code(text: &str) -> Option<String> {
     let parts: Vec<&str> = text.split('`').collect();
     (parts.len() % 2 == 1).then(|| parts.iter().step_by(2).copied().collect::<Vec<_>>().join(" "))
 }
 
-/// The comments of a Rust file, each run of lines as one text; a page as one text.
+/// The comments of a Rust file, one text per block of lines; a Markdown page is one text.
 fn prose(path: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     if path.extension().is_some_and(|e| e == "md") {
@@ -102,14 +102,14 @@ fn prose(path: &Path) -> Vec<String> {
     runs
 }
 
-/// Files that may cite, below the root.
+/// The Rust and Markdown files of the repository that may contain citations.
 fn cited_in() -> Vec<std::path::PathBuf> {
     let robots = workspace().join("generated/src/robots");
     let may_cite = |path: &Path| path.extension().is_some_and(|e| e == "rs" || e == "md") && !path.starts_with(&robots);
     files_below(&workspace()).into_iter().filter(|path| may_cite(path)).collect()
 }
 
-/// Entries of a .bib file: key -> the kind and the fields.
+/// Entries of a .bib file: key -> (field name -> value, with the entry type as field `kind`).
 fn entries(text: &str) -> BTreeMap<String, BTreeMap<String, String>> {
     let mut found = BTreeMap::new();
     for entry in text.split("\n@").skip(1) {
@@ -126,7 +126,7 @@ fn entries(text: &str) -> BTreeMap<String, BTreeMap<String, String>> {
     found
 }
 
-/// Surnames of the field `author`: what is left without initials.
+/// Surnames in the field `author`, without initials.
 fn surnames(author: &str) -> Vec<String> {
     let one = |name: &str| name.split(' ').filter(|w| !w.ends_with('.')).collect::<Vec<_>>().join(" ");
     author.split(" and ").map(one).collect()

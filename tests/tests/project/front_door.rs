@@ -1,4 +1,4 @@
-//! Every type in a public signature of `rist` can be named through `rist`.
+//! Tests that every type in a public signature of `rist` can be named through `rist`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use quote::ToTokens;
 use syn::{Fields, ImplItem, Item, UseTree, Visibility};
 use tests::workspace;
 
-/// The crates whose types stand in signatures of `rist`.
+/// Crates whose types may occur in signatures of `rist`.
 const OURS: [&str; 12] = [
     "claims",
     "clearance",
@@ -24,7 +24,7 @@ const OURS: [&str; 12] = [
     "robot",
 ];
 
-/// Name in the file -> path that it was imported by.
+/// Collects the names that a `use` item imports: name in the file -> path.
 fn imports(tree: &UseTree, before: &[String], found: &mut BTreeMap<String, Vec<String>>) {
     let longer = |name: String| [before, &[name]].concat();
     match tree {
@@ -51,7 +51,7 @@ fn public_fields(fields: &Fields) -> Vec<TokenStream> {
     fields.iter().filter(|field| is_public(&field.vis)).map(|field| field.ty.to_token_stream()).collect()
 }
 
-/// The tokens of what a user of the crate sees of an item: types of fields and signatures.
+/// Tokens of an item that a user of the crate sees: types of public fields, and signatures.
 fn seen(item: &Item) -> Vec<TokenStream> {
     match item {
         Item::Struct(item) if is_public(&item.vis) => public_fields(&item.fields),
@@ -65,13 +65,13 @@ fn seen(item: &Item) -> Vec<TokenStream> {
             });
             functions.collect()
         }
-        // The fields of a request with their defaults: names of types stand in both.
+        // A request macro contains the types of its fields, and their defaults.
         Item::Macro(item) if item.mac.path.is_ident("request") => vec![item.mac.tokens.clone()],
         _ => Vec::new(),
     }
 }
 
-/// The names of types among tokens, each with the path that stands before it: `["clearance", "Mesh"]`.
+/// Names among tokens, each with the path before it: `["clearance", "Mesh"]`.
 fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
     let mut path: Vec<String> = Vec::new();
     let mut colons = 0;
@@ -99,7 +99,7 @@ fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
 fn every_type_of_a_signature_can_be_named_through_rist() {
     let root = workspace().join("crates/rist/src");
     let mut paths = tests::files_below(&root);
-    // What stands in a private module is seen where it is passed on, by the name of a public one.
+    // Files of private modules are skipped, since their items are public only where a public module re-exports them.
     let declared = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
         let module = |line: &str| {
@@ -112,7 +112,7 @@ fn every_type_of_a_signature_can_be_named_through_rist() {
     let private: Vec<PathBuf> = fronts.flat_map(declared).collect();
     assert!(private.len() > 5, "{private:?}");
     paths.retain(|path| !private.iter().any(|module| path.with_extension("").starts_with(module)));
-    // Types of other crates by the file whose signatures have them; and what `rist` passes on.
+    // `used`: types of other crates in signatures -> files that use them. `passed`: types that `rist` re-exports.
     let (mut used, mut passed) = (BTreeMap::<String, BTreeSet<String>>::new(), BTreeSet::<String>::new());
     for path in &paths {
         let file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();

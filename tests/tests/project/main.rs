@@ -1,4 +1,4 @@
-//! What the project asks of itself: its packages, files, citations, pages.
+//! Tests of the project itself: packages, files, citations and pages.
 
 mod citations;
 mod front_door;

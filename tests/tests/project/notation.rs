@@ -1,11 +1,11 @@
-//! Every path of docs/notation.md leads to what it names; words of public types and of headings stand there, and former words
-//! nowhere.
+//! Tests that every path in docs/notation.md names an existing item, that the page contains the words of public types and
+//! headings, and that no former word is used.
 
 use std::path::{Path, PathBuf};
 
 use tests::workspace;
 
-/// The file of a module, by the folders that lead to it from the `src` of its crate.
+/// The file of a module; `modules`: names from the `src` folder of its crate down to it. `None` if there is no such file.
 fn file_of(source: &Path, modules: &[&str]) -> Option<PathBuf> {
     let folder = modules.iter().fold(source.to_path_buf(), |path, module| path.join(module));
     let files = match modules {
@@ -15,19 +15,19 @@ fn file_of(source: &Path, modules: &[&str]) -> Option<PathBuf> {
     files.into_iter().find(|file| file.is_file())
 }
 
-/// Whether `name` is public in a file, or handed on by it.
+/// Whether a file defines or re-exports the public item `name`.
 fn is_public(text: &str, name: &str) -> bool {
     let defines = ["struct", "enum", "trait", "type", "fn", "const", "mod"];
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let named = |line: &str| line.split(|c| !is_word(c)).any(|word| word == name);
     let is_item =
         |line: &str| line.strip_prefix("pub ").is_some_and(|rest| defines.iter().any(|d| rest.starts_with(d)));
-    // A list of names to hand on may go over several lines.
+    // A `pub use` list may have several lines.
     let handed_on = text.split("pub use ").skip(1).filter_map(|rest| rest.split(';').next());
     text.lines().any(|line| is_item(line) && named(line)) || handed_on.into_iter().any(named)
 }
 
-/// `identification::rows::observation::Observation`: crate, modules, name.
+/// Whether a path such as `identification::rows::observation::Observation` (crate, modules, name) names a public item.
 fn leads(path: &str) -> bool {
     let parts: Vec<&str> = path.split("::").collect();
     let [package, modules @ .., name] = parts.as_slice() else { return false };
@@ -45,7 +45,7 @@ fn paths_lead_to_what_they_name() {
     assert!(faults.is_empty(), "docs/notation.md: no public item at {faults:?}");
 }
 
-/// The words of a name in camel case, in lower case: `LogCheck` has `log` and `check`.
+/// Words of a camel-case name in lower case: `LogCheck` gives `log` and `check`.
 fn words(name: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for c in name.chars().filter(|c| c.is_ascii_alphabetic()) {
@@ -57,7 +57,7 @@ fn words(name: &str) -> Vec<String> {
     found
 }
 
-/// Whether a word stands on the page, alone or with the ending of a plural.
+/// Whether a word, singular or plural, is on the page.
 fn stands(page: &[String], word: &str) -> bool {
     let single = word.strip_suffix("es").into_iter().chain(word.strip_suffix('s'));
     page.iter().any(|one| one == word || one.strip_suffix('s') == Some(word) || single.clone().any(|w| one == w))
@@ -68,7 +68,7 @@ fn page_words() -> Vec<String> {
     page.split(|c: char| !c.is_alphabetic()).map(str::to_string).collect()
 }
 
-/// Tracked files below these folders with one of these endings.
+/// (path, text) of the tracked files below these folders with one of these endings.
 fn files(folders: &[&str], endings: &[&str]) -> Vec<(String, String)> {
     let listed = std::process::Command::new("git").arg("ls-files").args(folders).current_dir(workspace()).output();
     let listed = String::from_utf8(listed.expect("git lists files").stdout).unwrap();
@@ -96,7 +96,7 @@ fn words_of_public_types_stand_in_the_notation() {
     assert!(missing.is_empty(), "not in docs/notation.md: {missing:#?}");
 }
 
-/// A text of a template without its elements and its blocks `{{ .. }}`, `{% .. %}`.
+/// The text of an HTML template without its elements and its blocks `{{ .. }}`, `{% .. %}`.
 fn without_markup(text: &str) -> String {
     let mut plain = String::new();
     let mut closing = None;
@@ -134,7 +134,7 @@ fn words_of_headings_stand_in_the_notation() {
     assert!(missing.is_empty(), "not in docs/notation.md: {missing:#?}");
 }
 
-/// Words that had a term of the field: in no code, page or message. Python warns of two of them for one version.
+/// Words that were replaced by a standard term must not occur in code, pages or messages.
 #[test]
 fn former_words_are_gone() {
     let former: std::collections::BTreeMap<String, String> =
@@ -147,7 +147,7 @@ fn former_words_are_gone() {
     assert!(all.len() > 700, "{}", all.len());
     for (file, text) in &all {
         for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.contains("is called")) {
-            // The package for Python has two former names, which warn.
+            // The Python package keeps two former names, with a deprecation warning.
             let is_kept = |word: &str| file.starts_with("crates/python") && matches!(word, "Passport" | "untold");
             let said = former.iter().filter(|(word, _)| line.contains(word.as_str()) && !is_kept(word));
             found.extend(said.map(|(word, term)| format!("{file}:{}: `{word}` is {term}", k + 1)));

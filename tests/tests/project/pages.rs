@@ -1,10 +1,10 @@
-//! The pages point at what is there: links, files and items of the code.
+//! Tests that links, files and code items named in the documentation pages exist.
 
 use std::path::{Path, PathBuf};
 
 use tests::{text_of as text, workspace};
 
-/// Pages at the root and in docs/, by path below the root.
+/// Paths of the Markdown pages, relative to the root of the repository.
 fn pages() -> Vec<String> {
     let mut found = Vec::new();
     for folder in ["", "docs", "docs/how-to", ".github/ISSUE_TEMPLATE"] {
@@ -17,14 +17,14 @@ fn pages() -> Vec<String> {
     found
 }
 
-/// The targets of `[text](target)`, without anchors and addresses of the web.
+/// The targets of `[text](target)`, without anchors and web addresses.
 fn links(text: &str) -> Vec<&str> {
     let targets = text.split("](").skip(1).filter_map(|rest| Some(rest.split_once(')')?.0));
     let files = targets.filter_map(|target| target.split('#').next());
     files.filter(|file| !file.is_empty() && !file.contains("://")).collect()
 }
 
-/// Words that name a file or a folder of the repository: they begin with one of its folders and hold no stand-in.
+/// Words of a page that name a file or folder of the repository, without words that contain a placeholder.
 fn files_named(text: &str) -> Vec<&str> {
     let ends = |c: char| c.is_whitespace() || "`()|,;:'\"".contains(c);
     let words = text.split(ends).map(|word| word.trim_end_matches('.'));
@@ -36,14 +36,14 @@ fn files_named(text: &str) -> Vec<&str> {
     words.filter(named).collect()
 }
 
-/// Items of the code that a page names: `crate::module::Item`.
+/// Code items named in a page: `crate::module::Item`.
 fn items_named(text: &str) -> Vec<&str> {
     let crates = ["expr", "robot", "modeling", "codegen", "logs", "identification", "rist"];
     let code = text.split('`').skip(1).step_by(2).filter(|word| !word.contains(char::is_whitespace));
     code.filter(|word| word.split_once("::").is_some_and(|(first, _)| crates.contains(&first))).collect()
 }
 
-/// Whether the last name of a path stands as a word in the file of the module before it.
+/// Whether the last name of a path occurs as a word in the code of its module.
 fn is_there(item: &str) -> bool {
     let parts: Vec<&str> = item.split("::").collect();
     let (Some(name), [first, modules @ ..]) = (parts.last(), &parts[..parts.len() - 1]) else { return false };
@@ -90,7 +90,7 @@ fn items_that_a_page_names_are_there() {
     assert!(count > 60, "{count} items");
 }
 
-/// Fields of a struct, or keys of a list of texts, as the source of a crate has them behind this line.
+/// Public fields of a struct, or entries of a list of strings, after the line `head` in a source file.
 fn keys(file: &str, head: &str) -> Vec<String> {
     let source =
         std::fs::read_to_string(workspace().join("crates").join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
@@ -134,7 +134,7 @@ fn every_key_of_a_file_stands_in_the_reference() {
         let keys = keys(file, head);
         assert!(keys.len() > 1, "{head} of {file}: {keys:?}");
         for key in keys {
-            // The two whose names in the file are others.
+            // Two fields have other names in the file.
             let written = match key.as_str() {
                 "id" => "name",
                 "relative_sigma" => "relative_sigma_percent",

@@ -1,14 +1,14 @@
-//! What others' crates bring in, from the lock files: what is known to be weak is reached by one crate alone, and each
-//! exception of deny.toml has its reason.
+//! Tests of the third-party crates in the lock files: only one crate may depend on each crate with a known weakness, and each
+//! exception in deny.toml states its reason.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use tests::{has, sources_below, text_of as text, workspace};
 
-/// Crates with an exception, and who alone may need them. Why: deny.toml.
+/// (crate with an exception, the only crate that may depend on it). deny.toml has the reasons.
 const ALONE: [(&str, &str); 2] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs")];
 
-/// Crate -> crates that it depends on, in whatever way.
+/// Crate -> its direct dependencies of all kinds, from a lock file.
 fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
     let text = text(file);
     let quoted =
@@ -21,8 +21,8 @@ fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
     text.split("[[package]]").skip(1).map(of).collect()
 }
 
-/// urdf-rs only writes with quick-xml, and we do not write with urdf-rs; it reads with RustyXML what we have looked through
-/// before.
+/// urdf-rs uses quick-xml only for writing, and rist does not write with urdf-rs. urdf-rs reads with RustyXML only text that rist
+/// has checked before.
 #[test]
 fn weak_crates_are_reached_by_one_crate_alone() {
     for file in ["Cargo.lock", "crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
@@ -36,7 +36,7 @@ fn weak_crates_are_reached_by_one_crate_alone() {
     }
 }
 
-/// No file of ours names them, and none calls what of urdf-rs writes.
+/// No source file names these crates or calls a writing function of urdf-rs.
 #[test]
 fn nothing_of_ours_names_weak_crates_or_writes_with_urdf_rs() {
     let folders = ["crates", "xtask", "tests", "fuzz"].into_iter();
@@ -65,7 +65,7 @@ fn each_exception_has_its_reason() {
     }
 }
 
-/// Whatever of BSD, Unicode or Zlib is linked stands in the notices with its text.
+/// Each linked crate under a BSD, Unicode or Zlib licence has its licence text in THIRD_PARTY_NOTICES.
 #[test]
 fn notices_hold_what_asks_for_its_notice() {
     let notices = text("THIRD_PARTY_NOTICES");

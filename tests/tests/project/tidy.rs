@@ -1,4 +1,4 @@
-//! The repository keeps its own rules: who knows whom, the length of files, clean lines.
+//! Tests of rules for the repository: dependencies of packages, length of files, white space.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use tests::program::done;
 use tests::{files_below, sources_below, text_of, workspace};
 
-/// Package -> packages of this workspace it depends on, in whatever way.
+/// Package -> packages of this workspace that it depends on, in any way.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let cargo = std::env::var("CARGO").unwrap_or("cargo".into());
     let out = done(&workspace(), &cargo, "metadata --no-deps --offline --format-version 1").out;
@@ -66,7 +66,7 @@ fn what_repairs_generated_builds_without_it() {
     }
 }
 
-/// What stands outside the workspace is built of what the workspace is tested with.
+/// Packages outside the workspace use the same versions of shared crates as the workspace.
 #[test]
 fn locks_outside_the_workspace_are_in_step() {
     let locked = |file: &str| -> BTreeMap<String, BTreeSet<String>> {
@@ -88,7 +88,7 @@ fn locks_outside_the_workspace_are_in_step() {
     }
 }
 
-/// Text files of the repository, without what is built.
+/// Text files of the repository, without build output.
 fn files() -> Vec<PathBuf> {
     let kinds = ["rs", "md", "toml", "yaml", "yml", "urdf", "par", "bib"];
     let is_text = |path: &PathBuf| path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind));
@@ -124,7 +124,7 @@ fn lines_end_where_they_end() {
     let files = files();
     assert!(files.len() > 100, "{} files", files.len());
     for path in files {
-        // Broken descriptions are broken on purpose.
+        // Some files in testdata/ are malformed on purpose.
         if relative(&path).contains("/testdata/") {
             continue;
         }
@@ -147,7 +147,7 @@ fn dead_code_is_allowed_nowhere() {
     }
 }
 
-/// The list is one paragraph of a page, or one point of a list of points.
+/// Each page names the files in one paragraph or one list item.
 #[test]
 fn pages_name_the_files_with_unsafe() {
     let with_unsafe = |path: &&PathBuf| {
@@ -165,7 +165,8 @@ fn pages_name_the_files_with_unsafe() {
     }
 }
 
-/// Bytes of a stranger come in by the gate, which knows caps, pipes and files that change. SQLite opens its file itself.
+/// Files of users are opened only by the crate `gate`, which handles size limits, pipes and files that change. SQLite opens its
+/// file itself.
 #[test]
 fn no_crate_opens_a_file_to_read_beside_the_gate() {
     let ways = ["fs::read(", "read_to_string(", "File::open(", "stdin()", ".read(true)", "from_path("];
@@ -176,7 +177,7 @@ fn no_crate_opens_a_file_to_read_beside_the_gate() {
             continue;
         }
         let text = std::fs::read_to_string(path).unwrap();
-        // Tests stand at the end, and read what they wrote.
+        // Unit tests are at the end of a file, and may read the files that they wrote.
         let product = text.split("\n#[cfg(test)]\nmod ").next().unwrap().split("\n#[cfg(all(test").next().unwrap();
         let code = product.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
         let found = code.filter(|(_, line)| ways.iter().any(|way| line.contains(way)));

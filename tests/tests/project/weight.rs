@@ -1,4 +1,4 @@
-//! How many product lines core and wings have: the numbers of tests/data/product_lines.yaml may fall.
+//! Tests that the number of product lines of core and wings does not exceed tests/data/product_lines.yaml.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use tests::{sources_below, workspace};
 
-/// Lines of a file that are neither blank nor comments, before its tests.
+/// Lines of a file before its tests that are neither blank nor comments.
 fn product_lines(text: &str) -> usize {
     let product = text.split("\n#[cfg(test)]\nmod ").next().unwrap_or_default();
     product.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//")).count()
 }
 
-/// Product lines below a folder. Tests stand in folders and files of their own name.
+/// Product lines below a folder. Tests are in folders and files with names of their own.
 fn lines_below(folder: &Path) -> usize {
     let is_product = |path: &PathBuf| {
         let inside = path.strip_prefix(folder).unwrap();

@@ -1,4 +1,4 @@
-//! Draws which standard parameters of a two-link arm torques identify, and the sums that they form; computed by the derivation.
+//! Draws which standard parameters of a two-link arm are identifiable from torques, and their combinations (base parameters).
 
 use modeling::Derivation;
 use robot::StandardParameter;
@@ -21,7 +21,8 @@ pub(crate) fn draw() -> Result<String, String> {
     let mut canvas = Canvas::new(760.0, 90.0 + ROW_PX * standard.len() as f64, title);
     canvas.heading((20.0, 28.0), &format!("{} standard parameters", standard.len()));
     canvas.heading((400.0, 28.0), &format!("{} base parameters: identifiable from torques", lines.len()));
-    // Standard parameters on the left, base parameters on the right; a line for each term of a base parameter.
+    // Standard parameters are on the left, base parameters on the right. A line connects each base parameter with each of its
+    // terms.
     let left = |k: usize| (110.0, 58.0 + ROW_PX * k as f64);
     let step = ROW_PX * standard.len() as f64 / lines.len() as f64;
     let right = |b: usize| (400.0, 58.0 + step * (b as f64 + 0.35));
@@ -35,7 +36,7 @@ pub(crate) fn draw() -> Result<String, String> {
         }
         canvas.words(right(b), Anchor::Start, Ink::Word, &lines[b]);
     }
-    // A parameter that is in no base parameter has no effect on any torque: it is drawn grey.
+    // A parameter that belongs to no base parameter has no effect on any torque; it is drawn in grey.
     for (k, parameter) in standard.iter().enumerate() {
         let ink = if is_identifiable[k] { Ink::Word } else { Ink::Faint };
         canvas.words(left(k), Anchor::End, ink, &parameter.display(&robot).to_string());

@@ -1,5 +1,6 @@
-//! Draws two charts for README: the time of one call compared with Pinocchio, from docs/benchmarks.md, and the torque error on
-//! measured robots, from docs/identification.md. The tables are read, so that pages and picture cannot differ.
+//! Draws two charts for README: the time of one call compared with Pinocchio (docs/benchmarks.md), and the torque error on
+//! measured robots (docs/identification.md). The numbers are read from the tables of these pages, so the charts always agree with
+//! them.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
@@ -7,10 +8,10 @@ use crate::cargo::root;
 const CALLS: (&str, &str) = ("docs/benchmarks.md", "| one call, ns | Pinocchio | rist | ratio |");
 const MEASURED: (&str, &str) =
     ("docs/identification.md", "| set | independent baseline | same recipe | recommended | recommended recipe |");
-/// The start of the rows that are drawn, one for each robot; the page has more rows.
+/// For each robot in the chart, the first words of its row. The page has more rows.
 const SETS: [&str; 5] = ["Panda,", "TX40,", "UR10e, id_30s -> id_40s", "cobot6,", "KR300,"];
 
-/// The cells of the rows below the header `header` of a table in `page`.
+/// The cells of the rows below the header `header` of a table in the file `page`.
 fn table((page, header): (&str, &str)) -> Result<Vec<Vec<String>>, String> {
     let text = std::fs::read_to_string(root().join(page)).map_err(|e| format!("{page}: {e}"))?;
     let (_, rest) = text.split_once(header).ok_or(format!("{page} has no table `{header}`"))?;
@@ -19,7 +20,7 @@ fn table((page, header): (&str, &str)) -> Result<Vec<Vec<String>>, String> {
     Ok(rows.map(cells).collect())
 }
 
-/// The cell number `place` of a row, as a number.
+/// Cell `place` of a row, counted from 0, as a number.
 fn number(row: &[String], place: usize) -> Result<f64, String> {
     let text = row.get(place).map_or("", |cell| cell.as_str());
     text.parse().map_err(|_| format!("`{}`: `{text}` is no number", row.join(" | ")))

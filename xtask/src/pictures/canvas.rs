@@ -1,15 +1,15 @@
-//! A picture as SVG: lines, bars, dots and texts in colours that follow the light or dark scheme of the reader.
+//! An SVG picture with lines, bars, dots and texts. The colours follow the light or dark scheme of the reader.
 //!
-//! Coordinates are pixels with one decimal, so that the last bit of a computation does not change the file.
+//! Coordinates are in pixels, rounded to one decimal, so that rounding errors of a computation do not change the file.
 
 use std::fmt::Write as _;
 
-/// Colours by meaning, as in the pages of `rist report`.
+/// Colours, named by their use, as in the pages of `rist report`.
 #[derive(Clone, Copy)]
 pub(crate) enum Ink {
     /// Texts and axes.
     Word,
-    /// The background.
+    /// Auxiliary lines and remarks.
     Faint,
     /// The first of two quantities.
     Blue,
@@ -31,7 +31,7 @@ impl Ink {
     }
 }
 
-/// The point of a text that is placed at the given coordinates.
+/// Which point of a text is at the given coordinates.
 #[derive(Clone, Copy)]
 pub(crate) enum Anchor {
     Start,
@@ -54,7 +54,7 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// An empty picture; `title` describes it for screen readers.
+    /// Makes an empty picture. `title`: description for screen readers.
     pub(crate) fn new(width: f64, height: f64, title: &str) -> Canvas {
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
@@ -64,12 +64,12 @@ impl Canvas {
         Canvas { text }
     }
 
-    /// A text at a point.
+    /// Adds a text at a point.
     pub(crate) fn words(&mut self, (x, y): (f64, f64), anchor: Anchor, ink: Ink, words: &str) {
         self.written((x, y), anchor, ink.class(), words);
     }
 
-    /// A heading at a point.
+    /// Adds a heading at a point.
     pub(crate) fn heading(&mut self, (x, y): (f64, f64), words: &str) {
         self.written((x, y), Anchor::Start, "w head", words);
     }
@@ -83,12 +83,12 @@ impl Canvas {
         self.push(format_args!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\"{anchor}>{}</text>", escaped(words)));
     }
 
-    /// A line between two points.
+    /// Adds a line between two points.
     pub(crate) fn line(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink, width: f64) {
         self.path(&[a, b], ink, width);
     }
 
-    /// A line through points.
+    /// Adds a line through several points.
     pub(crate) fn path(&mut self, points: &[(f64, f64)], ink: Ink, width: f64) {
         let mut d = String::new();
         for (k, (x, y)) in points.iter().enumerate() {
@@ -97,7 +97,7 @@ impl Canvas {
         self.push(format_args!("<path class=\"{}\" stroke-width=\"{width}\" d=\"{d}\"/>", ink.class()));
     }
 
-    /// A dashed line between two points.
+    /// Adds a dashed line between two points.
     pub(crate) fn dashed(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink) {
         let class = ink.class();
         self.push(format_args!(
@@ -106,7 +106,7 @@ impl Canvas {
         ));
     }
 
-    /// A filled box, given by its upper left corner, width and height.
+    /// Adds a filled rectangle, given by its upper left corner, width and height.
     pub(crate) fn bar(&mut self, (x, y): (f64, f64), width: f64, height: f64, ink: Ink) {
         let class = ink.class();
         self.push(format_args!(
@@ -114,7 +114,7 @@ impl Canvas {
         ));
     }
 
-    /// A dot.
+    /// Adds a dot.
     pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, ink: Ink) {
         let class = ink.class();
         self.push(format_args!("<circle class=\"fill {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"/>"));

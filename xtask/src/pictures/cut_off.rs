@@ -1,16 +1,16 @@
-//! Draws the low-pass filter of an identification: the spectrum of a torque of docs/ur5/log.csv, and the cut-off that the
-//! command of README prints for it.
+//! Draws the low-pass filter of an identification: the spectrum of a torque in docs/ur5/log.csv, and the cut-off frequency that
+//! README shows for this log.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
 
 const LOG: &str = "docs/ur5/log.csv";
 const COLUMN: &str = "tau_elbow";
-/// Width of the bands that are averaged for a smooth curve, Hz.
+/// Width of the frequency bands over which the spectrum is averaged, so that the curve is smooth, Hz.
 const BAND_HZ: f64 = 0.75;
 const HIGHEST_HZ: f64 = 40.0;
 
-/// The sampling time, s, and the values of the torque column of the log.
+/// The sampling period, s, and the values of the torque column in the log.
 fn column() -> Result<(f64, Vec<f64>), String> {
     let text = std::fs::read_to_string(root().join(LOG)).map_err(|e| format!("{LOG}: {e}"))?;
     let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
@@ -27,14 +27,14 @@ fn column() -> Result<(f64, Vec<f64>), String> {
     }
 }
 
-/// The cut-off that README shows, Hz.
+/// The cut-off frequency that README shows, Hz.
 fn cut_off() -> Result<f64, String> {
     let text = std::fs::read_to_string(root().join("README.md")).map_err(|e| format!("README.md: {e}"))?;
     let number = text.split("cut-off ").skip(1).find_map(|rest| rest.split(" Hz").next()?.parse().ok());
     number.ok_or("README.md shows no `cut-off .. Hz`".into())
 }
 
-/// For each band, its frequency, Hz, and amplitude, N m: Fourier sums of the torque minus its mean, under a Hann window.
+/// For each band: frequency, Hz, and amplitude, N m. Computed by Fourier sums of the torque minus its mean, with a Hann window.
 fn spectrum(step: f64, torques: &[f64]) -> Vec<(f64, f64)> {
     let n = torques.len() as f64;
     let mean = torques.iter().sum::<f64>() / n;
@@ -65,7 +65,7 @@ pub(crate) fn draw() -> Result<String, String> {
     let mut canvas = Canvas::new(760.0, 400.0, &title);
     canvas.heading((20.0, 28.0), "torque of the elbow in docs/ur5/log.csv, N m by frequency");
     let x = |hz: f64| 80.0 + 650.0 * hz / HIGHEST_HZ;
-    // The vertical axis has five decades, from 10 N m down.
+    // The vertical axis is logarithmic with five decades; 10 N m is at the top.
     let y = |amplitude: f64| 60.0 + 270.0 * (1.0 - libm::log10(amplitude.max(1e-4))) / 5.0;
     for power in -4..=1 {
         let amplitude = libm::pow(10.0, f64::from(power));

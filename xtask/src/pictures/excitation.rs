@@ -1,24 +1,25 @@
 //! Draws why excitation is needed: two motions of a pendulum, tau = J ddq + k sin q.
 //!
-//! Each instant gives a point (ddq, sin q), a row of W. A slow swing of one frequency w has ddq = -w^2 q, so its rows are
-//! almost collinear, and only one combination of J and k is well identified. The ellipse z' (W'W) z = const shows the
-//! uncertainty of z = (J, k) with the same noise.
+//! Each sample gives a point (ddq, sin q), which is a row of W. A slow oscillation with one frequency w has ddq = -w^2 q, so its
+//! rows are nearly collinear, and only one combination of J and k is accurately identified. The ellipse z' (W'W) z = const shows
+//! the uncertainty of z = (J, k) for the same noise.
 
 use super::canvas::{Anchor, Canvas, Ink};
 
-/// The constant in z' (W'W) z = const, chosen so that the longer ellipse fills its picture.
+/// The constant in z' (W'W) z = const. It is chosen such that the longer ellipse fills its picture.
 const ELLIPSE_LEVEL: f64 = 2.1;
 
 /// Number of points of an ellipse.
 const ELLIPSE_POINTS: i32 = 72;
-/// Number of instants of a motion.
+/// Number of samples of a motion.
 const INSTANTS: i32 = 160;
-/// Time from instant to instant, s.
+/// Sampling period, s.
 const STEP_S: f64 = 0.025;
-/// The acceleration that the picture shows as 1, rad/s^2.
+/// The acceleration that is drawn with the length 1, rad/s^2.
 const ACCELERATION_SCALE: f64 = 40.0;
 
-/// Position, rad, and acceleration, rad/s^2, at time t, s, of a sum of sines, each given by (amplitude, frequency in Hz).
+/// Position, rad, and acceleration, rad/s^2, at time t, s. The motion is a sum of sines, each given by (amplitude, frequency in
+/// Hz).
 fn state(sines: &[(f64, f64)], t: f64) -> (f64, f64) {
     let turn = |hz: f64| std::f64::consts::TAU * hz;
     let q = sines.iter().map(|(a, hz)| a * libm::sin(turn(*hz) * t)).sum();
@@ -26,17 +27,17 @@ fn state(sines: &[(f64, f64)], t: f64) -> (f64, f64) {
     (q, ddq)
 }
 
-/// Rows (ddq, sin q), each column divided by its scale.
+/// The rows (ddq, sin q), with ddq divided by the scale of the picture.
 fn rows(sines: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let states = (0..INSTANTS).map(|i| state(sines, STEP_S * f64::from(i)));
     states.map(|(q, ddq)| (ddq / ACCELERATION_SCALE, libm::sin(q))).collect()
 }
 
-/// Points of the ellipse z' (W'W) z = level about the origin; `rows`: the rows of W.
+/// Points of the ellipse z' (W'W) z = level around the origin. `rows`: the rows of W.
 fn ellipse(rows: &[(f64, f64)], level: f64) -> Vec<(f64, f64)> {
     let sum = |f: &dyn Fn(&(f64, f64)) -> f64| rows.iter().map(f).sum::<f64>();
     let (aa, ab, bb) = (sum(&|r| r.0 * r.0), sum(&|r| r.0 * r.1), sum(&|r| r.1 * r.1));
-    // Eigenvalues of [[aa, ab], [ab, bb]], and the angle of the first direction.
+    // The eigenvalues of [[aa, ab], [ab, bb]], and the angle of the first eigenvector.
     let (mean, half) = ((aa + bb) / 2.0, libm::hypot((aa - bb) / 2.0, ab));
     let angle = 0.5 * libm::atan2(2.0 * ab, aa - bb);
     let axes = [mean + half, mean - half].map(|x| libm::sqrt(level / x.max(1e-9)));
@@ -56,7 +57,7 @@ pub(crate) fn draw() -> Result<String, String> {
         [("one slow swing", &[(1.4, 0.5)]), ("two frequencies", &[(0.9, 0.5), (0.35, 1.5)])];
     for (k, (name, sines)) in motions.into_iter().enumerate() {
         let x = 20.0 + 380.0 * k as f64;
-        // Upper half: the rows (ddq, sin q) of the motion.
+        // The upper half of the picture: the rows (ddq, sin q) of the motion.
         canvas.heading((x, 28.0), name);
         let (middle, left) = (135.0, x + 165.0);
         canvas.line((left - 150.0, middle), (left + 150.0, middle), Ink::Faint, 1.0);
@@ -67,7 +68,7 @@ pub(crate) fn draw() -> Result<String, String> {
         }
         canvas.words((left + 150.0, middle - 6.0), Anchor::End, Ink::Word, "ddq");
         canvas.words((left + 6.0, middle - 80.0), Anchor::Start, Ink::Word, "sin q");
-        // Lower half: the ellipse of uncertainty of (J, k).
+        // The lower half of the picture: the uncertainty ellipse of (J, k).
         let below = 355.0;
         let within = |z: (f64, f64)| (left + 26.0 * z.0, below - 26.0 * z.1);
         let around: Vec<(f64, f64)> = ellipse(&rows, ELLIPSE_LEVEL).into_iter().map(within).collect();

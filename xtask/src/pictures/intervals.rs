@@ -1,7 +1,7 @@
-//! Draws the coverage of 95 % intervals with autocorrelated noise: forty logs of one constant, each with two intervals.
+//! Draws 95 % intervals for noise with autocorrelation: forty logs of the same constant, with two intervals each.
 //!
-//! Each log has 2000 samples with autocorrelated noise: e_i = 0.9 e_(i-1) + white. The first interval assumes white noise: it
-//! divides sigma by the root of the number of samples. The second uses the standard deviation of the means of twenty blocks.
+//! Each log has 2000 samples with the noise e_i = 0.9 e_(i-1) + white noise. The first interval assumes white noise: sigma
+//! divided by the root of the number of samples. The second interval uses the standard deviation of the means of twenty blocks.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use random::SplitMix;
@@ -9,18 +9,18 @@ use random::SplitMix;
 const LOGS: usize = 40;
 const SAMPLES: usize = 2000;
 const BLOCKS: usize = 20;
-/// The coefficient 0.9 of the noise e_i = 0.9 e_(i-1) + white.
+/// The coefficient 0.9 in e_i = 0.9 e_(i-1) + white noise.
 const AUTOREGRESSION: f64 = 0.9;
-/// Number of first samples that are discarded, until the noise is stationary.
+/// Number of samples that are discarded at the start, because the noise is not yet stationary.
 const DISCARDED_SAMPLES: usize = 200;
-/// Normal quantile of a two-sided 95 % interval.
+/// Quantile of the normal distribution for a two-sided 95 % interval.
 const QUANTILE_95: f64 = 1.96;
 
-/// The mean of a log, and two standard deviations of this mean: assuming white noise, and from the means of blocks.
+/// The mean of a log, and two standard deviations of this mean: for white noise, and from the means of blocks.
 fn log(random: &mut SplitMix) -> (f64, f64, f64) {
     let mut slow = 0.0;
     let mut sample = || {
-        // Twelve uniform numbers are nearly normal, with variance 12 / 3 = 4.
+        // The sum of twelve uniform numbers is nearly normal. Its variance is 12 / 3 = 4, so half of it has the variance 1.
         let white: f64 = (0..12).map(|_| random.unit()).sum::<f64>() / 2.0;
         slow = AUTOREGRESSION * slow + white;
         slow

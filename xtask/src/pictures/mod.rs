@@ -1,4 +1,4 @@
-//! Draws the pictures of docs/pictures, each from a model, a log, a table or a computation.
+//! Draws the pictures of docs/pictures. Each is made from a model, a log, a table or a computation.
 
 mod base_parameters;
 mod benchmarks;

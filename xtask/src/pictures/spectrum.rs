@@ -1,25 +1,25 @@
-//! Draws that harmonics separate inertia, friction and centrifugal torque of one swing [Vandanjon, Gautier, Desbats 1995].
+//! Draws how harmonics separate inertia, friction and centrifugal torque in one oscillation [Vandanjon, Gautier, Desbats 1995].
 //!
-//! The joint swings at constant acceleration back and forth. Bars are magnitudes of Fourier coefficients: for each harmonic
-//! the component in phase with the velocity (cosine here), and the component in phase with the acceleration (sine).
+//! The joint oscillates with an acceleration of constant magnitude. The bars are magnitudes of Fourier coefficients. For each
+//! harmonic there are two: in phase with the velocity (cosine), and in phase with the acceleration (sine).
 
 use super::canvas::{Anchor, Canvas, Ink};
 
 const SAMPLES: usize = 720;
 const HARMONICS: usize = 8;
 
-/// Acceleration, velocity and position at sample `i` of a swing with period 4 and accelerations +1 and -1. The swing starts at
-/// its largest velocity.
+/// Acceleration, velocity and position at sample `i` of an oscillation with period 4 and the accelerations +1 and -1. It starts
+/// at the largest velocity.
 fn swing(i: usize) -> (f64, f64, f64) {
     let t = 4.0 * (i as f64 + 0.5) / SAMPLES as f64;
     match t {
-        // First half: from the middle to one end and back; second half: to the other end and back.
+        // The first half moves from the middle to one end and back, the second half to the other end and back.
         t if t < 2.0 => (-1.0, 1.0 - t, t - t * t / 2.0),
         t => (1.0, t - 3.0, -(t - 2.0) + (t - 2.0) * (t - 2.0) / 2.0),
     }
 }
 
-/// The Fourier coefficients (cosine, sine) of a signal, from the first harmonic to the last.
+/// The Fourier coefficients (cosine, sine) of all harmonics of a signal.
 fn parts(signal: &[f64]) -> Vec<(f64, f64)> {
     let one = |h: usize| {
         let turn = |i: usize| {
@@ -37,7 +37,7 @@ pub(crate) fn draw() -> Result<String, String> {
     let mut canvas = Canvas::new(760.0, 480.0, title);
     canvas.heading((20.0, 28.0), "over one period");
     canvas.heading((400.0, 28.0), "by harmonic of the swing: 1 to 8");
-    // Torques in units of the picture: inertia ~ ddq, friction ~ sign(dq), centrifugal torque ~ dq^2.
+    // The signals in arbitrary units: inertia torque ~ ddq, friction torque ~ sign(dq), centrifugal torque ~ dq^2.
     let states: Vec<(f64, f64, f64)> = (0..SAMPLES).map(swing).collect();
     let signals: [(&str, Vec<f64>, Ink); 4] = [
         ("position", states.iter().map(|s| 1.8 * s.2).collect(), Ink::Faint),
@@ -51,7 +51,7 @@ pub(crate) fn draw() -> Result<String, String> {
         canvas.line((20.0, middle), (340.0, middle), Ink::Faint, 1.0);
         let point = |(i, x): (usize, &f64)| (20.0 + 320.0 * i as f64 / SAMPLES as f64, middle - 28.0 * x);
         canvas.path(&signal.iter().enumerate().map(point).collect::<Vec<_>>(), *ink, 2.0);
-        // The position is no torque, so its harmonics are not drawn.
+        // The position is not a torque, so its harmonics are not drawn.
         if k == 0 {
             continue;
         }

@@ -1,11 +1,11 @@
-//! Draws the verdict on the UR5 of README: residuals with nominal and identified parameters, and the trust by use. The numbers
-//! are read from the output in README.md, which a test compares with the program.
+//! Draws the verdict on the UR5 of README: residuals with nominal and with identified parameters, and the level of trust for each
+//! use. The numbers are read from the program output in README.md. A test compares this output with the program.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;
 
 const PAGE: &str = "README.md";
-/// The text with which the table of uses starts in the output.
+/// The first words of the table of uses in the output.
 const USES: &str = "use  ";
 /// Distance between rows, pixels.
 const ROW_PX: f64 = 34.0;
@@ -14,7 +14,7 @@ const LONGEST_BAR_PX: f64 = 210.0;
 
 pub(super) fn draw() -> Result<String, String> {
     let page = std::fs::read_to_string(root().join(PAGE)).map_err(|e| format!("{PAGE}: {e}"))?;
-    // Line breaks are removed, because a sentence of the output may continue on the next line.
+    // Line breaks are removed, because a sentence of the output may extend over two lines.
     let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
     let nominal = percent(&text, "relative residual of this log: ")?;
     let identified = percent(&text, "with the nominal parameters, ")?;
@@ -62,7 +62,7 @@ pub(super) fn draw() -> Result<String, String> {
     Ok(canvas.finish())
 }
 
-/// The percentage after the words `before`; fails if there is none.
+/// The percentage after the words `before`. Fails if there is none.
 fn percent(text: &str, before: &str) -> Result<f64, String> {
     let rest = text.split_once(before).map(|(_, rest)| rest);
     let number = rest.and_then(|rest| rest.split_once(" %")).and_then(|(number, _)| number.parse().ok());

@@ -1,4 +1,4 @@
-//! The program `rist`.
+//! Entry point of the program `rist`.
 
 use std::process::ExitCode;
 

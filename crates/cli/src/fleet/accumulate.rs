@@ -1,4 +1,4 @@
-//! `rist accumulate`: adds logs up into sums (normal equations in triangular form), which replace the logs in later steps.
+//! `rist accumulate`: adds logs up to sums (normal equations in triangular form), which later steps use instead of the logs.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_account(&sums)
 }
 
-/// Prints the content of the sums.
+/// Prints a summary of the sums: the logs, the rows, the settings.
 pub(crate) fn print_account(sums: &Accumulator) -> Result<(), Failure> {
     print_result(account(sums), || {
         let failed: Vec<_> = sums.failed().iter().map(|f| json!({"name": f.name, "reason": f.reason})).collect();

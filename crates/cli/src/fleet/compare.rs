@@ -1,4 +1,4 @@
-//! `rist compare`: finds the parameters that differ between the sums of a reference and of robots.
+//! `rist compare`: finds parameters that differ between a reference and other robots, from their sums.
 
 use std::path::{Path, PathBuf};
 

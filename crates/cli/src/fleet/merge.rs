@@ -1,4 +1,4 @@
-//! `rist merge`: adds several sums to one.
+//! `rist merge`: adds several sums of logs to one.
 
 use std::path::{Path, PathBuf};
 

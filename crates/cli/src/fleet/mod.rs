@@ -1,4 +1,4 @@
-//! The commands of the wing `fleet`: accumulate, merge, solve, compare.
+//! Commands of the wing (optional package) `fleet`: accumulate, merge, solve, compare.
 
 pub(crate) mod accumulate;
 pub(crate) mod compare;
@@ -11,7 +11,7 @@ use fleet::Accumulator;
 
 use crate::failure::Failure;
 
-/// Reads the sums of logs.
+/// Reads a file with the sums of logs.
 fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
     Ok(Accumulator::read(path)?)
 }

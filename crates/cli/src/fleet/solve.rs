@@ -1,4 +1,4 @@
-//! `rist solve`: computes an estimate from sums.
+//! `rist solve`: computes an estimate from sums of logs.
 
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,3 @@
-//! The command of the wing `formulas`.
+//! Command of the wing (optional package) `formulas`: derive.
 
 pub(crate) mod derive;

@@ -1,4 +1,4 @@
-//! The arguments of `rist identify`: the flags of all methods; each method takes the flags of its own request.
+//! Arguments of `rist identify`: the flags of all methods. A method accepts only flags of its own request.
 
 use std::path::{Path, PathBuf};
 
@@ -43,15 +43,15 @@ pub(crate) struct Arguments {
 pub(crate) struct MethodAndFlags {
     /// The method of identification.
     pub method: Method,
-    /// All given flags; a request reads its own.
+    /// All given flags. Each request reads its own flags.
     pub given: FlagValues,
 }
 
-/// The different help texts of a field, each with the methods that use it.
+/// The different help texts of a field, each with the methods that have it.
 type MethodTexts = Vec<(String, Vec<&'static str>)>;
 
-/// The flags of all methods, each once, with the help text of the first method that has it. If other methods have other texts,
-/// the help contains all of them.
+/// The flags of all methods, each once. Its help is the text of the first method that has the flag; different texts of other
+/// methods are appended.
 fn fields() -> Vec<(Field, String)> {
     let mut documented: Vec<(Field, MethodTexts)> = Vec::new();
     for method in Method::all() {
@@ -107,14 +107,14 @@ impl FromArgMatches for MethodAndFlags {
 }
 
 impl MethodAndFlags {
-    /// Fails if a flag is not in the request of this method; the error names the methods that have it.
+    /// Fails if this method does not have a given flag. The error names the methods that have it.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         let refused = self.given.names().filter(|name| *name != "method").filter_map(|name| self.method.refusal(name));
         let refused: Vec<String> = refused.map(|e| e.to_string()).collect();
         if refused.is_empty() { Ok(()) } else { Err(Failure::new(refused.join("\n"))) }
     }
 
-    /// The file of the plan from which the logs were recorded. Fails if it is not given.
+    /// The path of the plan whose experiments were logged. Fails if it is not given.
     pub(crate) fn plan(&self) -> Result<&Path, Failure> {
         match self.given.file("plan") {
             none if none.as_os_str().is_empty() => {

@@ -19,14 +19,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("[plan] takes one directory of logs"));
     };
-    // Outputs are compared with inputs before the work, so that no input is overwritten.
+    // Outputs are compared with inputs before the work, so that no input can be overwritten.
     let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
     let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let plan = read_plan(plan_file, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan };
-    // The logs are inputs too; their names come from the plan.
+    // The logs are inputs too. Their names are known only after the plan is read.
     let files = logs.files();
     inputs.extend(files.iter().map(PathBuf::as_path));
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;

@@ -1,4 +1,4 @@
-//! `rist identify --method ls` and `essential`: identifies parameters from the samples of logs.
+//! `rist identify --method ls` and `essential`: identifies parameters from samples of logs.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,13 @@ use rist::output::check_given_once;
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
-    // A flag that has no effect without another flag is an error.
+    // Fails if a flag is given without the flag that it belongs to.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
     let mut request: IdentifyRequest = given.read()?;
-    // A simulator accepts only physically possible bodies.
+    // Simulators accept only physically possible bodies, so these are required if a simulator's file is written.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
     let columns = request.samples.options().columns;
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
-    // By now the further files of the logs are known, for example those of a recording.
+    // Now the further files of the logs are known, for example those of a recording, so the paths are checked again.
     check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     refused(&verdict, is_withheld && writes)
 }
 
-/// The text with predictions, findings of the log check, and the verdict.
+/// Text of the predictions, the findings of the log check, and the verdict.
 fn predictions_and_verdict(predictions: &[(String, Residuals)], found: &Identification, verdict: &Verdict) -> String {
     let mut text = String::new();
     for (log, validation) in predictions {
@@ -88,7 +88,7 @@ fn predictions_and_verdict(predictions: &[(String, Residuals)], found: &Identifi
     text + &format!("\n{verdict}")
 }
 
-/// The result as JSON, for --json.
+/// The result of `rist identify` as JSON, for --json.
 fn as_json(
     found: &Identification,
     validation: Option<&Validation>,
@@ -104,7 +104,7 @@ fn as_json(
     }))
 }
 
-/// The text with the chosen delay and friction terms, and the estimate.
+/// Text of the chosen delay, the chosen friction terms, and the estimate.
 fn chosen(found: &Identification) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -125,7 +125,7 @@ fn chosen(found: &Identification) -> String {
     text
 }
 
-/// The load as JSON: its parameters by name.
+/// An identified load as JSON, with parameters by name.
 fn load_as_json(load: &Load) -> Value {
     let one = |i: usize| json!({"value": load.parameters[i], "sigma": load.sigma[i], "determined": load.determined[i]});
     let parameters: serde_json::Map<_, _> =
@@ -138,7 +138,7 @@ fn load_as_json(load: &Load) -> Value {
     json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "mass_interval": load.mass_interval(), "about_centre_of_mass": body})
 }
 
-/// The files for simulators that the flags ask for, each with its text. Prints notes on what a format cannot express.
+/// The requested files for simulators, each with its text. Prints notes on values that a format cannot express.
 fn for_simulators<'a>(
     files: &'a BodiesFiles,
     model: &Model,
@@ -167,7 +167,7 @@ fn for_simulators<'a>(
     Ok(written)
 }
 
-/// Opens logs; the text says which column is which signal, again only if this differs from the log before.
+/// Opens logs and reports which column is which signal. This is repeated only if it differs from the previous log.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,
@@ -201,14 +201,15 @@ fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     }
 }
 
-/// All files that the command reads.
+/// All files that this command reads.
 fn inputs<'a>(arguments: &'a Arguments, files: &'a BodiesFiles) -> Vec<&'a Path> {
     let logs = [&arguments.logs, &files.samples.validate, &files.samples.loaded].into_iter().flatten();
     let read = logs.chain([&arguments.model.model]).chain(&files.into).map(PathBuf::as_path);
     read.chain(arguments.asked.given.files()).collect()
 }
 
-/// Fails if an output is an input, if two outputs are the same file, or if a log is given in two roles.
+/// Fails if an output is also an input, if two outputs are the same file, or if a log is given twice, for example as fitted and
+/// as validation log.
 fn check_paths(arguments: &Arguments, files: &BodiesFiles) -> Result<(), Failure> {
     let read = inputs(arguments, files);
     check_given_once(read.iter().copied())?;

@@ -1,3 +1,3 @@
-//! Commands of the wing inspection.
+//! Command of the wing (optional package) `inspection`: visibility.
 
 pub(crate) mod visibility;

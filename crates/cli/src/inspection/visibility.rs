@@ -1,4 +1,4 @@
-//! `rist visibility`: predicts which parameters an identification from a motion or a log would determine, and how well.
+//! `rist visibility`: predicts which parameters a motion or a log makes identifiable, and with which accuracy.
 
 use std::path::PathBuf;
 
@@ -54,7 +54,7 @@ fn purpose(JointForecast { purpose, coordinate, deviation, share }: &JointForeca
     }
 }
 
-/// A number with two significant digits.
+/// Writes a number with two significant digits.
 fn figure(x: f64) -> String {
     rist::significant(x, 2)
 }

@@ -1,4 +1,4 @@
-//! The commands of the wing `statics`: postures and wrench.
+//! Commands of the wing (optional package) `statics`: postures and wrench.
 
 pub(crate) mod postures;
 pub(crate) mod wrench;

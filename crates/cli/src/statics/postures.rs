@@ -1,4 +1,4 @@
-//! `rist postures`: identifies the parameters that are identifiable from a robot at rest.
+//! `rist postures`: identifies parameters from a robot at rest.
 
 use std::path::PathBuf;
 

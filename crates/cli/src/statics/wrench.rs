@@ -1,4 +1,4 @@
-//! `rist wrench`: identifies the load at a force-torque sensor.
+//! `rist wrench`: identifies a load from a log of a force-torque sensor.
 
 use std::path::PathBuf;
 

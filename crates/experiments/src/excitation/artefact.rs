@@ -1,7 +1,8 @@
-//! motion.yaml: an exciting motion, the limits of its search, its certificate, and the parameters that it identifies.
+//! Contents of the file motion.yaml: an exciting motion, the limits of its search, its certificate and the identifiable
+//! parameters.
 //!
-//! The coefficients and times define the motion: a Fourier series if there is a blend, else a spline. All other entries can be
-//! recomputed from the motion and the model; `rist check` recomputes them.
+//! The coefficients and times define the motion: a Fourier series if the file has `blend_s`, else a spline. All other entries can
+//! be recomputed from the motion and the model; `rist check` recomputes them.
 
 use std::fmt;
 
@@ -26,66 +27,67 @@ use crate::excitation::visibility::VisibleParameter;
 use crate::motion::sample_count::check_samples;
 use claims::LeftOut;
 
-/// The contents of motion.yaml.
+/// The contents of motion.yaml, which describes one exciting motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExcitingMotion {
     /// Whether the checksum in the file matches its contents.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// The robot of the motion.
+    /// Name and fingerprint of the robot model for which the motion was computed.
     pub model: ModelReference,
-    /// Sample rate of the controller, Hz.
+    /// Rate at which the controller samples the motion, Hz.
     pub rate_hz: f64,
-    /// Period of the series, s; for a spline the time from rest to rest.
+    /// Period of the Fourier series, s. For a spline: its duration from rest to rest, s.
     pub period_s: f64,
-    /// Duration of the blend from rest to the series, and from the series to rest, s. `None` for a spline.
+    /// Duration of each of the two blends, s: from rest to the Fourier series, and back to rest. `None` for a spline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blend_s: Option<f64>,
-    /// Number of periods that the robot runs.
+    /// Number of times that the robot repeats the period (or the spline).
     pub repetitions: usize,
-    /// Coefficients and limits of each coordinate, in the order of the model.
+    /// Coefficients and limits of each coordinate, in the order of the coordinates in the model.
     pub joints: Vec<MotionJoint>,
-    /// Share of the limits of effort and power that the nominal torque may use.
+    /// Share of the effort and power limits of the drives that the nominal torque may use, above 0 and at most 1.
     pub effort_share: f64,
-    /// The torque model of the search, if it is not the model of the description.
+    /// The identified torque parameters that the search used. `None`: it used the nominal parameters of the description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTorque>,
-    /// Regions that the bodies must stay in.
+    /// Limits of the bodies in space: floor, walls, boxes and distances.
     #[serde(default)]
     pub space: SpaceLimits,
     /// The criterion that the search optimised.
     pub aim: SearchObjective,
-    /// Determinant criterion det(W'W / samples)^(1/p). Each row of W is divided by the noise of its joint.
+    /// Determinant criterion det(W'W / samples)^(1/p) of the p parameters. Each row of the regressor W is divided by the noise of
+    /// its joint.
     pub determinant: f64,
-    /// Condition number of the columns scaled to unit norm.
+    /// Condition number of the regressor W after scaling each column to unit norm.
     pub condition_number: f64,
-    /// det^(1/p) (or 1/cond) of this motion, divided by the value of the best motion of the search. It is below 1 if that motion
-    /// was scaled down to keep its limits.
+    /// Criterion value of this motion (det^(1/p) or 1/cond), divided by the value of the best motion that the search found. It is
+    /// below 1 if the motion was scaled down afterwards to keep its limits. `None`: not stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_share: Option<f64>,
     /// Standard deviation of the noise of one torque sample, N m (N), one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// Noise of the encoders as a torque error, N m (N): its share of the standard deviation of the residuals of an
-    /// identification, one per coordinate.
+    /// Torque error that the noise of the encoders causes: standard deviation, N m (N), one per coordinate. It is determined from
+    /// the residuals of an identification.
     #[serde(default)]
     pub encoder_noise: Vec<f64>,
     /// Whether every row of the certificate is proven and every requested check was made.
     pub proven: bool,
-    /// Further remarks on the motion, in sentences.
+    /// Further remarks on the motion for users, one sentence each.
     pub notes: Vec<String>,
     /// Checks that were not made. `None`: the file is of an earlier version, which did not list them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<LeftOut>>,
-    /// The lowest point of the moving links, of all sampled instants.
+    /// The lowest point of the moving links over all sampled instants. `None`: not stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lowest: Option<LowestPoint>,
-    /// Margins to the limits, and the distance and time of stopping. `None`: the file is of an earlier version.
+    /// Margins to the limits, and the distance and time that the robot needs to stop. `None`: the file is of an earlier version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margins: Option<Margins>,
-    /// Every limit with its proof.
+    /// Every limit of the motion, each with the result of its proof.
     pub certificate: Vec<CertificateRow>,
-    /// All parameters of the model, with their predicted standard deviations.
+    /// All parameters of the model, with the standard deviations predicted for an identification from this motion.
     pub parameters: Vec<VisibleParameter>,
 }
 
@@ -95,7 +97,7 @@ pub struct ExcitingMotion {
 pub struct MotionJoint {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Centre of the series, or the pose at which the spline starts and ends, rad (m).
+    /// Centre of the Fourier series, or the position at which the spline starts and ends, rad (m).
     pub centre: f64,
     /// Cosine amplitudes of the velocity, rad/s (m/s), one per harmonic. Empty for a spline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -103,15 +105,16 @@ pub struct MotionJoint {
     /// Sine amplitudes of the velocity, rad/s (m/s), one per harmonic. Empty for a spline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<f64>,
-    /// Control points of the spline minus its centre, rad (m), without the first three and the last three. Empty for a series.
+    /// Control points of the spline minus `centre`, rad (m), without the first three and the last three, which equal `centre`.
+    /// Empty for a Fourier series.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub control_points: Vec<f64>,
-    /// The limits of this coordinate in the search.
+    /// The limits of this coordinate that the search used.
     pub limits: CoordinateLimits,
 }
 
 impl MotionJoint {
-    /// Makes a joint from the coefficients (centre first) of a motion of this shape.
+    /// Makes the entry of one coordinate from its coefficients, the centre first, in the order of the basis functions of `shape`.
     pub fn new(coordinate: String, shape: &MotionShape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
         let centre = coefficients.first().copied().unwrap_or(0.0);
         let swing = coefficients.get(1..).unwrap_or_default();
@@ -126,7 +129,8 @@ impl MotionJoint {
         }
     }
 
-    /// The coefficients, centre first. `None` if their number does not fit the shape, or one is not finite.
+    /// The coefficients of this coordinate, the centre first. `None` if their number does not fit the shape, or one is not
+    /// finite.
     fn coefficients(&self, shape: &MotionShape) -> Option<Vec<f64>> {
         let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
         let swing: Vec<f64> = match shape {
@@ -142,7 +146,7 @@ impl MotionJoint {
 }
 
 impl ExcitingMotion {
-    /// The basis functions of the motion; their number follows from the first joint.
+    /// The basis functions of the motion. Their number is the number of coefficients of the first joint.
     fn shape(&self) -> MotionShape {
         let size = |of: &dyn Fn(&MotionJoint) -> &Vec<f64>| self.joints.first().map_or(0, |j| of(j).len());
         match self.blend_s {
@@ -156,7 +160,7 @@ impl ExcitingMotion {
         }
     }
 
-    /// The motion in the form for evaluation.
+    /// Converts the contents of the file to a motion that can be evaluated.
     ///
     /// Fails if the numbers of the file describe no motion. `file`: its name for messages.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
@@ -173,7 +177,7 @@ impl ExcitingMotion {
                 self.effort_share, self.repetitions
             ));
         }
-        // The number of samples is checked before they are computed.
+        // The number of samples is checked before they are computed, because too many would exceed the memory.
         let shape = self.shape();
         let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
         check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;
@@ -194,7 +198,7 @@ impl ExcitingMotion {
         Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
     }
 
-    /// The claims of the motion: its certificate and its omitted checks, as the file lists them.
+    /// The claims of the motion: one for each certificate row and for each omitted check of this file.
     pub fn claims(&self) -> MotionClaims<'_> {
         MotionClaims {
             rows: &self.certificate,
@@ -237,7 +241,8 @@ impl ExcitingMotion {
         Ok(ExcitingMotion { checksum: Checksum::of(text), ..motion })
     }
 
-    /// Fails if running or proving the motion would take too long; `rist excite` never writes such a motion.
+    /// Fails if numbers of the file are so extreme that running or proving the motion would take too long. `rist excite` never
+    /// writes such a motion.
     fn check_size(&self) -> Result<(), String> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
@@ -269,15 +274,15 @@ impl ExcitingMotion {
 
 /// Accepted sample rates of controllers, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
-/// Greatest number of harmonics of a joint in a file. The search uses at most 40.
+/// Greatest accepted number of harmonics of a joint in motion.yaml. The search uses at most 40.
 const MAX_HARMONICS_READ: usize = 100;
-/// Greatest amplitude or centre of a joint, rad (m).
+/// Greatest accepted magnitude of a centre, rad (m), or of a harmonic's velocity amplitude, rad/s (m/s).
 const LARGEST_POSITION: f64 = 1e6;
 
 /// Rounds a time to microseconds, s: 38.8, not 38.800000000000004.
 fn seconds(x: f64) -> f64 {
     let micros = (x * 1e6).round();
-    // A time below a microsecond is not a rounding error, and is kept.
+    // A time that rounds to zero microseconds is returned unrounded.
     if micros != 0.0 && micros.abs() < 1e15 { micros / 1e6 } else { x }
 }
 
@@ -287,7 +292,7 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 }
 
 impl ExcitingMotion {
-    /// The motion as text for users. [`certificate_text`] describes `is_prismatic`.
+    /// The motion as text for users. `is_prismatic`: whether the coordinate of a name slides; `None`: unknown.
     pub fn text(&self, is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
         let (determinant, condition) = (significant(self.determinant, 4), significant(self.condition_number, 3));
         let kept = self.kept_share.map_or(String::new(), |share| {

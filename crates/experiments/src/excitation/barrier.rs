@@ -1,11 +1,12 @@
 //! The kinematic limits of a motion as a logarithmic barrier, which keeps a descent inside the limits.
 //!
 //! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear in the
-//! coefficients x of a joint: low <= r x <= high. The barrier of a row with weight 1/S (S instants a period) is
+//! coefficients x of a joint: low <= r x <= high, with one row vector r per limited value. With S instants per period, the
+//! barrier is
 //!
-//! B(x) = -1/S sum log((high - r x) / half) + log((r x - low) / half),   half = (high - low) / 2
+//! B(x) = -1/S sum [log((high - r x) / half) + log((r x - low) / half)],   half = (high - low) / 2
 //!
-//! Here x is scaled by the units of the shape ([`MotionShape::units`]).
+//! The sum is over all rows r. Here x is scaled by the units of the shape ([`MotionShape::units`]).
 //! [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -15,29 +16,29 @@ use processor::in_parallel;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::MotionShape;
 
-/// Number of instants of the barrier per instant of the criterion.
+/// Number of instants at which the barrier is evaluated, per instant at which the criterion is evaluated.
 ///
 /// With thirty instants in a period of the highest harmonic, a peak between two instants can be (pi/30)^2 / 2 = 0.5 % greater. If
 /// the motion is scaled down by this share, the loss of the determinant is twice as large.
 const BARRIER_INSTANTS_PER_SAMPLE: usize = 2;
-/// Least number of joints for which several threads save time.
+/// Least number of joints for which several threads save time in the evaluation of the barrier.
 const MIN_JOINTS_FOR_THREADS: usize = 12;
-/// Share of the distance to a bound that one step may use.
+/// Share of the distance to a limit that one step of the descent may use.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// The barrier rows of one joint.
+/// The rows r of the barrier for one joint, with their limits.
 #[derive(Clone)]
 struct BarrierRows {
-    /// Row coefficients r, one row after the other, m per row.
+    /// Coefficients of the rows r, one row after the other, m (coefficients per joint) entries per row.
     rows: Vec<f64>,
     bounds: Vec<(f64, f64)>,
-    /// Kind of limit of each row.
+    /// Kind of limit (position, velocity, acceleration or jerk) of each row.
     kinds: Vec<LimitKind>,
-    /// Metric of the scaled coefficients, m x m: see [`MotionShape::metric`].
+    /// Metric of the scaled coefficients of the joint, m x m: see [`MotionShape::metric`].
     metric: DMatrix<f64>,
 }
 
-/// The barrier of all joints that are not locked.
+/// The barrier B of the kinematic limits of all joints that are not locked.
 #[derive(Clone)]
 pub struct Barrier {
     m: usize,
@@ -46,7 +47,7 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// Makes the barrier of joints with these limits; none of them is locked. `samples`: instants of the criterion in a period.
+    /// Makes the barrier for joints with these limits. No joint may be locked. `samples`: instants of the criterion in a period.
     pub fn new(shape: &MotionShape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
         let samples = BARRIER_INSTANTS_PER_SAMPLE * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
@@ -54,7 +55,7 @@ impl Barrier {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
             rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
         }
-        // The rows at the ends of a motion are zero, since the robot is at rest there.
+        // A row that is zero at the ends of the motion, where the robot is at rest, limits nothing.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
             let (m, scale) = (shape.size(), shape.units(limits));
@@ -70,15 +71,15 @@ impl Barrier {
         Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
     }
 
-    /// The rows of one joint: row, value at x, and bounds (low, high).
+    /// Each barrier row r of one joint, with its value r x and its bounds (low, high). `x`: coefficients of all joints.
     fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
         let rows = &self.joints[joint];
         let x = &x[joint * self.m..][..self.m];
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// B at x; adds `factor` times the gradient of B to `gradient`. `None` if x is outside the limits. `threads` threads share
-    /// the joints; their number does not change the result, bit for bit.
+    /// The barrier B at the coefficients x of all joints; adds `factor` times the gradient of B to `gradient`. `None` if x is
+    /// outside the limits. `threads` threads share the joints; their number does not change the result, bit for bit.
     pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64], threads: usize) -> Option<f64> {
         let of_joint = |(joint, gradient): (usize, &mut [f64])| {
             let mut logarithms = Vec::with_capacity(self.joints[joint].bounds.len());
@@ -102,13 +103,14 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// Number of threads to use: one if there are few joints, because starting a thread takes as long as the work of several
-    /// joints.
+    /// Number of threads to use, at most `threads`. With few joints it is one, because starting a thread takes as long as the
+    /// work of several joints.
     fn shared_by(&self, threads: usize) -> usize {
         if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
     }
 
-    /// The Hessian of `factor` B plus `ridge` times the metric, one m x m block per joint.
+    /// The Hessian of `factor` B plus `ridge` times the metric of the coefficients: one m x m block per joint, m coefficients
+    /// each.
     pub(crate) fn bends(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Vec<DMatrix<f64>> {
         let m = self.m;
         let block = |joint: usize| {
@@ -126,7 +128,7 @@ impl Barrier {
         in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block)
     }
 
-    /// The greatest step along `direction` after which every row still has a hundredth of its distance to its bound.
+    /// The greatest step from x along `direction` after which every limited value still has 1 % of its distance to its limit.
     pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         for joint in 0..self.joints.len() {
@@ -142,7 +144,8 @@ impl Barrier {
         step
     }
 
-    /// The least distance of any row to its bound, divided by half the width of its limits; with the joint and the kind of limit.
+    /// The least distance of a limited value to its limit, divided by half the width of the limits; with the joint and kind of
+    /// limit. `None` if there are no joints.
     pub(crate) fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let all = (0..self.joints.len()).flat_map(|joint| {
             let kinds = &self.joints[joint].kinds;
@@ -153,7 +156,7 @@ impl Barrier {
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Least and greatest value of one limited quantity of one joint, over all instants.
+    /// Least and greatest value of one limited quantity (such as velocity) of one joint with coefficients x, over all instants.
     pub fn reached(&self, joint: usize, x: &[f64], limit: LimitKind) -> (f64, f64) {
         let kinds = &self.joints[joint].kinds;
         let of = self.rows(joint, x).zip(kinds).filter(|(_, kind)| **kind == limit).map(|((_, value, _), _)| value);
@@ -161,25 +164,25 @@ impl Barrier {
     }
 }
 
-/// A block-diagonal Hessian, factored block by block.
+/// A block-diagonal Hessian of a barrier, with the Cholesky factor of each block.
 pub struct Curvature {
     m: usize,
     blocks: Vec<Cholesky<f64, Dyn>>,
 }
 
 impl Curvature {
-    /// Factors one block per joint. `None` if a block is not positive definite.
+    /// Factors a Hessian with one block per joint. `None` if a block is not positive definite.
     pub(crate) fn of_joints(bends: Vec<DMatrix<f64>>) -> Option<Curvature> {
         let m = bends.first()?.nrows();
         bends.into_iter().map(Cholesky::new).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
     }
 
-    /// Takes one factored block for all joints.
+    /// Takes a Hessian that is already factored and has one block for all joints.
     pub(crate) fn of_all(factor: Cholesky<f64, Dyn>) -> Curvature {
         Curvature { m: factor.l_dirty().nrows(), blocks: vec![factor] }
     }
 
-    /// Solves H y = x for the Hessian H; y replaces x.
+    /// Solves H y = x for this Hessian H; the solution y replaces x.
     pub fn solve(&self, x: &mut [f64]) {
         for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
             x.copy_from_slice(block.solve(&DVector::from_column_slice(x)).as_slice());
@@ -187,8 +190,8 @@ impl Curvature {
     }
 }
 
-/// Product of two vectors, by indices: `zip` is not inlined across codegen units, and this function runs for every row in every
-/// step.
+/// Dot product of two vectors. It uses indices because `zip` is not inlined across codegen units, and this function runs for
+/// every row in every step.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
     (0..a.len()).map(|i| a[i] * b[i]).sum()
@@ -231,7 +234,7 @@ pub(crate) mod tests {
             let difference = (slope(&moved(Some(k), h)).0 - slope(&moved(Some(k), -h)).0) / (2.0 * h);
             assert!((g[k] - difference).abs() < 1e-6 * (1.0 + g[k].abs()), "{k}: {} {difference}", g[k]);
         }
-        // The Hessian times the solution equals the right-hand side.
+        // The change of the gradient along the solution `along` must equal `direction`, since H `along` = `direction`.
         let (after, before) = (slope(&moved(None, h)).1, slope(&moved(None, -h)).1);
         for k in 0..10 {
             let difference = (after[k] - before[k]) / (2.0 * h);

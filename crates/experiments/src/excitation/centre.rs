@@ -1,14 +1,14 @@
-//! Finds a centre of the motion with sufficient distances of bodies and sufficient torque limits, by descent. If there is none,
-//! counts the limits that random poses violate.
+//! Finds a pose as centre of a motion by descent, so that distances of bodies and torques at rest keep their limits. If there is
+//! none, this file counts the limits that random poses violate.
 //!
 //! The residuals at a pose q are
 //!
 //! ```text
-//! r = (a - room(q)) / w     of each two solids with less room than a
-//! r = share(q) - s          of each torque at rest beyond the share s of its bound
+//! r = (a - room(q)) / w     of each pair of solids whose distance room(q) above its bound is below a
+//! r = share(q) - s          of each torque at rest that exceeds the share s of its bound
 //! ```
-//! The step d solves (J' J + lambda I) d = -J' r; J has the derivatives of r by the scaled coordinates. lambda decreases after a
-//! step that lowers r' r and increases otherwise [Nocedal, Wright 2006, 10.3].
+//! The step d solves (J' J + lambda I) d = -J' r; J has the derivatives of r by the scaled coordinates. The damping lambda
+//! decreases after a step that lowers r' r and increases otherwise (Levenberg-Marquardt) [Nocedal, Wright 2006, 10.3].
 
 use nalgebra::{DMatrix, DVector};
 use numerics::interruption::Interruption;
@@ -18,33 +18,34 @@ use crate::excitation::gap_proof::GapCache;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// The distance a that the descent requires, in multiples of the reserve of a gap: first enough for a large motion, then less. A
-/// search needs at least two at its start.
+/// Distances above the bound that the descent requires, in multiples of the reserve of each pair of bodies: first enough for a
+/// large motion, then less. A search needs at least two at its start.
 const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
-/// w, the unit of distances, m.
+/// Unit w that makes residuals of distances dimensionless, m.
 const UNIT_OF_ROOM_M: f64 = 0.01;
-/// The torque share s, one for each distance in `WANTED_RESERVES`. A search needs a share below 0.95 at its start.
+/// Share s of its bound that a torque at rest may use in the descent, one for each entry of `WANTED_RESERVES`. A search needs a
+/// share below 0.95 at its start.
 const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
-/// Longest step of a coordinate, as a share of half its position range.
+/// Longest step of a coordinate in one iteration, as a share of half its position range.
 const MAX_STEP_SHARE: f64 = 0.3;
 /// Share of a coordinate's position range that a step keeps free at each end.
 const FREE_RANGE_SHARE: f64 = 0.01;
-/// Greatest number of steps of a descent; most descents end after ten.
+/// Greatest number of steps of the descent to a centre; most descents end after ten.
 const MAX_DESCENT_STEPS: usize = 40;
-/// Initial lambda; its factor after a successful step; its factor after an unsuccessful step; and the lambda at which a descent
-/// ends.
+/// Damping lambda of the descent: initial value, factor after a successful step, factor after an unsuccessful step, and the value
+/// at which a descent ends.
 const DAMPING: (f64, f64, f64, f64) = (1e-2, 0.3, 4.0, 1e6);
 
-/// The residuals r, each with its gradient by the scaled coordinates that move.
+/// The residuals r of the descent, each with its gradient by the scaled coordinates that move.
 type Missing = Vec<(f64, Vec<f64>)>;
 
 impl Prepared<'_> {
-    /// The zero pose; each coordinate is clamped to its position limits.
+    /// The zero pose, with each coordinate clamped to its position limits.
     pub(super) fn home(&self) -> Vec<f64> {
         self.pose(|(low, high)| 0.0_f64.clamp(low, high))
     }
 
-    /// The pose in the middle of the position limits.
+    /// The pose in the middle of the position limits of all coordinates.
     pub(super) fn middle(&self) -> Vec<f64> {
         self.pose(|(low, high)| 0.5 * (low + high))
     }
@@ -53,7 +54,8 @@ impl Prepared<'_> {
         self.problem.limits.iter().map(|l| l.locked.unwrap_or_else(|| of(l.position))).collect()
     }
 
-    /// The pose at which the descent from `q` ends: with the greater required distances, or with the smaller ones if that fails.
+    /// The pose at which the descent from `q` ends. The descent first requires the greater distances; if it fails, the smaller
+    /// ones.
     pub(super) fn freed(&self, q: &[f64]) -> Vec<f64> {
         let [far, near] = [0, 1].map(|k| (WANTED_RESERVES[k], WANTED_TORQUE_SHARES[k]));
         let found = self.descended(q, far);
@@ -141,25 +143,25 @@ fn step(missing: &Missing, n: usize, damping: f64) -> Option<DVector<f64>> {
     Some(normal.cholesky()?.solve(&slopes.tr_mul(&residuals)))
 }
 
-/// A limit that random poses violate, with their number.
+/// A limit that some of the random poses violate, with the number of these poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViolatedLimit {
     /// The violated limit: a gap, or the effort of a coordinate.
     pub what: Obstacle,
-    /// Number of poses that violate the limit.
+    /// Number of random poses that violate the limit.
     pub poses: usize,
 }
 
-/// An obstacle to a motion.
+/// A limit that can prevent a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// Index of a gap.
+    /// Distance of two bodies: index of the gap.
     Gap(usize),
-    /// Index of a coordinate whose effort is too small for its weight.
+    /// Effort of a drive that cannot hold the weight of its links: index of the coordinate.
     Effort(usize),
 }
 
-/// Seed of the random poses.
+/// Seed of the random poses in [`broken_at_poses`].
 const COUNT_SEED: u64 = 40;
 
 /// Draws `poses` random poses within the position limits. Gives the number of poses that violate no limit, and the violated
@@ -184,7 +186,7 @@ pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<ViolatedL
                 is_free &= !is_broken;
             }
         }
-        // At rest only gravity and dry friction load the drives.
+        // At rest only gravity, dry friction and the torque offset load the drives.
         if let Some(wall) = problem.torque {
             let states = at_rest(&q);
             let near = wall.near(problem.limits, &states, &prepared.rigid_torques(&states), &[1.0], 1.0);
@@ -216,14 +218,14 @@ mod tests {
     fn a_narrow_place_is_found() {
         let (arm, limits, torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let beside = |rod| Problem { surroundings: Some(rod), ..problem(&arm, &limits, &torque) };
-        // sin q < -0.9 for q from -1.5 to -1.12 of the range -1.5 to 2.
+        // The rod collides if sin q > -0.9; it is free for q from -1.5 to -1.12, within the range -1.5 to 2.
         let narrow = Rod::new(-0.9);
         let narrow = beside(&narrow);
         let options = SearchOptions { starts: 2, iterations: 10, seed: 3, threads: 1 };
         let found = search(&narrow, &options, &|_, _| ()).unwrap();
         assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
         let (free, broken) = broken_at_poses(&narrow, 300);
-        // The expected share is 0.38 of 3.5; the bounds allow three standard deviations of a count.
+        // The expected share of free poses is 0.38 / 3.5; the bounds of the count allow three standard deviations.
         assert!((15..=50).contains(&free), "{broken:?}");
         assert_eq!(broken, [ViolatedLimit { what: Obstacle::Gap(0), poses: 300 - free }]);
 

@@ -1,4 +1,4 @@
-//! Tables for users of a certificate and of the parameters that a motion identifies, with units and significant digits.
+//! Writes a certificate, and the parameters that a motion identifies, as tables for users, with units and significant digits.
 
 use claims::significant;
 
@@ -6,7 +6,7 @@ use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::proof::{CertificateRow, LimitProof};
 use crate::excitation::visibility::VisibleParameter;
 
-/// The certificate rows of one kind of limit, summarised.
+/// Summary of all certificate rows of one kind of limit, such as velocity.
 pub struct LimitSummary<'a> {
     /// The kind of limit.
     pub limit: LimitKind,
@@ -14,13 +14,13 @@ pub struct LimitSummary<'a> {
     pub count: usize,
     /// Number of proven rows of this kind.
     pub proven: usize,
-    /// The proven row with the least distance to its bound, relative to the bound.
+    /// The proven row with the least distance to its bound, relative to the bound. `None`: no row is proven.
     pub nearest: Option<&'a CertificateRow>,
-    /// The rows that are not proven.
+    /// The rows of this kind that are not proven.
     pub faults: Vec<&'a CertificateRow>,
 }
 
-/// Summarises a certificate by kind of limit. Kinds without rows are omitted.
+/// Summarises a certificate, one entry per kind of limit. Kinds without rows are omitted.
 pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
     let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
     let of_kind = |limit: LimitKind| {
@@ -33,7 +33,8 @@ pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
 }
 
 impl CertificateRow {
-    /// Describes the row in words. `is_prismatic`: whether the joint slides; `None`: unknown, so both units are given.
+    /// Describes the certificate row in words. `is_prismatic`: whether the joint slides; `None`: unknown, so both units are
+    /// given.
     pub fn in_words(&self, is_prismatic: Option<bool>) -> String {
         let CertificateRow { limit, subject, .. } = self;
         let unit = limit.unit_of(is_prismatic);
@@ -53,18 +54,18 @@ impl CertificateRow {
         }
     }
 
-    /// Value and bound as text, with at least four digits; more digits if the two texts would be equal.
+    /// Value and bound of the row as text, with at least four digits, and with more digits if the two texts would be equal.
     fn digits(&self) -> (String, String) {
         let both = |digits| (significant(self.value, digits), significant(self.bound, digits));
         (MIN_DIGITS..MAX_DIGITS).map(both).find(|(value, bound)| value != bound).unwrap_or_else(|| both(MAX_DIGITS))
     }
 }
 
-/// Least number of digits of a value and its bound.
+/// Least number of digits with which a value and its bound are printed.
 const MIN_DIGITS: usize = 4;
-/// Greatest number of digits: a proof is not more accurate.
+/// Greatest number of printed digits, because a proof is not more accurate than that.
 const MAX_DIGITS: usize = 7;
-/// Digits of a time: a tenth of a millisecond in a time of some ten seconds.
+/// Digits of a printed time: they resolve a tenth of a millisecond in a time of ten seconds.
 const TIME_DIGITS: usize = 6;
 
 /// A certificate as text: each violated or unproven row, then the nearest proven row of each kind of limit. `is_prismatic` says
@@ -93,13 +94,13 @@ pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> 
     text
 }
 
-/// Table of the parameters that a motion identifies. Standard deviations have two digits; nominal values have as many decimals as
-/// these.
+/// Table of all parameters of a model with the standard deviations that a motion gives them. Standard deviations have two digits;
+/// nominal values have as many decimals as their standard deviations.
 pub fn parameters_text(parameters: &[VisibleParameter]) -> String {
     let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
     let mut text = format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "nominal", "sigma", "relative");
     for p in parameters {
-        // Decimals up to the second digit of the standard deviation.
+        // Number of decimals up to the second digit of the standard deviation.
         let decimals = |deviation: f64| (1.0 - deviation.abs().log10().floor()).clamp(0.0, 9.0) as usize;
         let described = match (p.described, p.deviation.filter(|x| *x > 0.0)) {
             (None, _) => "-".into(),

@@ -1,10 +1,10 @@
-//! The columns of an identification along a motion: base parameters and friction of each joint.
+//! The columns of the identification matrix W for a motion: base parameters, then friction of each joint.
 //!
 //! In a search the sign of dry friction is replaced by tanh(dq / v), because tanh has a derivative. v is 2 % of the greatest
 //! velocity within the limits. The predicted standard deviations of the motion use the sign itself
 //! ([`crate::excitation::visibility`]).
 //!
-//! A locked coordinate has no row, because its dry friction may take any share of the torque. A column is left out if it is a
+//! A locked coordinate has no rows in W, because its dry friction at rest may have any value. A column is left out if it is a
 //! linear combination of the columns before it, at random states within the limits.
 
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
@@ -17,16 +17,16 @@ use crate::excitation::limits::CoordinateLimits;
 /// Width v of the smooth sign of dry friction in a search, as a share of the greatest velocity within the limits.
 pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
-/// A column is linearly dependent if its residual with respect to the columns before it is below this share of its norm.
+/// A column of W is linearly dependent if its residual with respect to the columns before it is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
-/// A column with a norm below this share of the largest norm counts as zero.
+/// A column of W with a norm below this share of the largest column norm counts as zero.
 const ZERO_NORM_SHARE: f64 = 1e-12;
 
-/// Least number of rows per column, from random states, if no coordinate is locked.
+/// Least number of rows of W per column, from random states, in the test of linear dependence, if no coordinate is locked.
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
-/// Fills `out` with the friction columns of joint j: [value, derivative by dq, derivative by ddq]. `v`: width of the smooth sign,
-/// rad/s (m/s).
+/// Fills `out` with the friction columns of joint j: [value, derivative by dq, derivative by ddq]. `v`: width of tanh(dq / v),
+/// which replaces the sign of dq, rad/s (m/s).
 pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
     let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
     let turn = (1.0 - sign * sign) / v;
@@ -56,15 +56,15 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f
                 put(sign * fall, (turn - 2.0 * sign * dq / (speed * speed)) * fall, 0.0);
             }
             FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
-            // The term needs a measured torque, which does not exist before the experiment.
+            // Load-dependent friction needs a measured torque, which does not exist before the experiment.
             FrictionTerm::Load => put(0.0, 0.0, 0.0),
-            // A request for a motion refuses terms of a single joint, so their columns are zero here.
+            // `At` is a friction term of a single joint. A motion request refuses such terms, so their columns are zero here.
             FrictionTerm::At(..) => term.parameters_of(j).iter().for_each(|_| put(0.0, 0.0, 0.0)),
         }
     }
 }
 
-/// For each column of the model: whether motions within the limits can separate it from the columns before it.
+/// For each column of the model's W: whether motions within the limits can separate it from the columns before it.
 pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut random = Random::new(1);
@@ -83,7 +83,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         let dq = state(&|l| (-l.reachable_velocity(), l.reachable_velocity(), 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
-        // The row of each moving joint: its row of Y, then the friction columns after all base columns.
+        // Row of W for each moving joint: its row of the regressor Y, then the friction columns after all base columns.
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
@@ -102,7 +102,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             block.push(&row, 0.0);
         }
     }
-    // The diagonal entry of the triangle is the norm of the residual of a column with respect to the columns before it.
+    // The diagonal entry of the QR triangle is the norm of the residual of a column with respect to the columns before it.
     let triangle = block.finish();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
@@ -154,12 +154,12 @@ mod tests {
     fn a_column_twice_is_seen_once() {
         let arm = Pendulum::new();
         let limits = |locked| CoordinateLimits { locked, ..limits((-1.0, 1.0), [1.0, 3.0, 100.0]) };
-        // The column of a rotor inertia equals the column of ZZ1.
+        // For one link, the column of the rotor inertia equals the column of the link's inertia ZZ1.
         let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
         let model = Model::new(&arm, &friction, &[]);
         assert_eq!(visible_columns(&model, &[limits(None)]), [true, true, true, true, false]);
         assert_eq!(visible_columns(&model, &[limits(Some(0.3))]), [false; 5]);
-        // A term of another joint has no column here.
+        // A friction term of another joint has no column in the model of this one-joint arm.
         let friction = [FrictionTerm::At(2, JointTerm::Root), FrictionTerm::Viscous];
         assert_eq!(visible_columns(&Model::new(&arm, &friction, &[]), &[limits(None)]), [true; 4]);
     }

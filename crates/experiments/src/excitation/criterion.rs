@@ -1,14 +1,14 @@
-//! The optimality criterion J of a motion from the rows of W, and its gradient by the entries of W.
+//! The optimality criterion J of a motion from the rows of its regressor W, and the gradient of J by the entries of W.
 //!
-//! F = W'W / samples, p x p. d_c: norms of the columns; C: F scaled to a unit diagonal.
+//! F = W'W / samples, p x p for p parameters. C: F scaled to a unit diagonal. J is minimised:
 //!
 //! determinant: J = -log det F / p,                dJ/dF = -F^-1 / p
-//! condition:   J = log(p tr C^-1) / 2, the logarithm of cond_fro of the scaled columns,
+//! condition:   J = log(p tr C^-1) / 2, the logarithm of the Frobenius condition number of the scaled columns,
 //!              dJ/dF = [diag((F^-1)_cc) - F^-1 diag(F_cc) F^-1] / (2 tr C^-1)
 //!
 //! and dJ/dW = 2 W dJ/dF / samples. The rows of a joint are zero in the columns of the links before it, so each joint stores only
-//! the columns of its own link and of the links after it; this saves two thirds of the products. Both criteria are minimised.
-//! Scaling a column adds only a constant to J.
+//! the columns of its own link and of the links after it; this saves two thirds of the products. Scaling a column adds only a
+//! constant to J.
 
 use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
 use numerics::reflection::{add_products, combine};
@@ -20,23 +20,23 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SearchObjective {
-    /// Maximise the determinant of the information matrix.
+    /// Maximise the determinant of the information matrix W'W.
     Determinant,
-    /// Minimise the condition number (Frobenius) of the columns scaled to unit norm.
+    /// Minimise the condition number (Frobenius) of W after scaling its columns to unit norm.
     Condition,
 }
 
-/// The rows of W of one joint.
+/// The rows of the regressor W that belong to one joint.
 #[derive(Clone, Debug)]
 pub struct CriterionRows {
-    /// Columns of W in which the rows may differ from zero.
+    /// Indices of the columns of W in which these rows may differ from zero.
     columns: Vec<usize>,
-    /// Entries of the rows, one per column, followed by as many entries for the gradient.
+    /// Row entries of W, one per column in `columns`, followed by equally many entries of the gradient dJ/dW.
     blocks: Vec<RowBlock>,
 }
 
 impl CriterionRows {
-    /// Makes an empty set of rows with these columns of W.
+    /// Makes an empty set of rows whose entries are in these columns of W.
     pub fn new(columns: Vec<usize>) -> CriterionRows {
         CriterionRows { columns, blocks: vec![] }
     }
@@ -46,7 +46,7 @@ impl CriterionRows {
         &self.columns
     }
 
-    /// Appends a row with one entry per column.
+    /// Appends a row of W with one entry per column in `columns`.
     pub fn push(&mut self, row: impl Iterator<Item = f64>) {
         let width = 2 * self.columns.len();
         if self.blocks.last().is_none_or(RowBlock::is_full) {
@@ -57,7 +57,8 @@ impl CriterionRows {
         }
     }
 
-    /// The products of all pairs of columns: the product of i and j, i <= j, is at index j m + i.
+    /// W'W of these rows: dot products of all pairs of columns. The product of columns i and j, i <= j, is at index j m + i, m
+    /// columns.
     fn products(&mut self) -> Vec<f64> {
         let m = self.columns.len();
         let places: Vec<usize> = (0..m).collect();
@@ -66,8 +67,8 @@ impl CriterionRows {
         products
     }
 
-    /// The gradient of J by the entries of up to eight rows, one slice per column. `first`: number of the first row, a multiple
-    /// of eight. `None` after the last row.
+    /// The gradient of J by the entries of up to eight rows of W, one slice per column. `first`: number of the first row, a
+    /// multiple of eight. `None` after the last row.
     pub fn slopes(&self, first: usize) -> Option<impl Iterator<Item = &[f64]>> {
         let m = self.columns.len();
         let block = self.blocks.get(first / BLOCK_ROWS)?;
@@ -77,21 +78,21 @@ impl CriterionRows {
     }
 }
 
-/// The criterion J, with the data for its gradient.
+/// The value of the criterion J for one motion, with the data for its gradient.
 pub struct Criterion {
-    /// J; smaller is better.
+    /// The criterion J; a smaller value is better.
     pub value: f64,
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
     threads: usize,
-    /// Factor that scales each column to unit norm.
+    /// Factor that scales each column of W to unit norm.
     scale: Vec<f64>,
-    /// C^-1, p x p.
+    /// Inverse of C, p x p; C is W'W scaled to a unit diagonal.
     inverse: Vec<f64>,
 }
 
-/// J of the rows of all joints and of `others`, further rows with p entries each; computed on `threads` threads. `None` if the
-/// rows do not have full rank.
+/// Computes J from the rows of W of all joints and from `others`, further rows with p entries each, on `threads` threads. `None`
+/// if the rows do not have full rank.
 pub fn criterion(
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
@@ -111,7 +112,7 @@ pub fn criterion(
             }
         }
     }
-    // C = F scaled to a unit diagonal; the scale of a zero column is not finite.
+    // C is W'W scaled to a unit diagonal. The scale factor of a zero column is not finite.
     let rows = all.into_iter().map(|(_, rows)| rows).collect();
     let squares: Vec<f64> = (0..p).map(|c| lower[c * p + c]).collect();
     let scale: Vec<f64> = squares.iter().map(|s| 1.0 / s.sqrt()).collect();
@@ -123,7 +124,8 @@ pub fn criterion(
         row[i] = 1.0;
     }
     let (log_det, inverse) = log_det_and_inverse(&lower, p)?;
-    // The diagonal of the inverse: one over the squared distance of a unit column from the span of the other columns.
+    // Each diagonal entry of the inverse is the variance inflation factor of a column: one over the squared distance of the unit
+    // column from the span of the other columns.
     if (0..p).any(|c| inverse[c * p + c].is_nan() || inverse[c * p + c] > MAX_VARIANCE_INFLATION) {
         return None;
     }
@@ -138,7 +140,8 @@ pub fn criterion(
     Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
 
-/// Greatest accepted variance inflation of a column by the other columns; above it rounding errors (1e-16 of the sums) dominate.
+/// Greatest accepted variance inflation of a column of W by the other columns. Above it rounding errors (1e-16 of the sums)
+/// dominate.
 const MAX_VARIANCE_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {
@@ -146,11 +149,11 @@ fn trace(matrix: &[f64], p: usize) -> f64 {
 }
 
 impl Criterion {
-    /// The rows with dJ/dW for each of their entries.
+    /// The rows of W with the derivative of J by each of their entries.
     pub fn slope(self) -> Vec<CriterionRows> {
         let Criterion { aim, rows, threads, scale, inverse, .. } = self;
         let p = scale.len();
-        // dJ/dC of the scaled columns; then dJ/dW = 2 W (scale dJ/dC scale).
+        // First dJ/dC, with C the scaled W'W; then dJ/dW = 2 W (scale dJ/dC scale).
         let of_c: Vec<f64> = match aim {
             SearchObjective::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
             SearchObjective::Condition => {
@@ -187,7 +190,7 @@ mod tests {
         let mut random = Random::new(2);
         let scales = [1.0, 30.0, 0.02, 4.0];
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
-        // Two joints; the second has no entry in the first column.
+        // Rows of W for two joints; the rows of the second joint have no entry in the first column.
         let rows = |w: &[f64]| {
             let mut joints = vec![CriterionRows::new((0..p).collect()), CriterionRows::new((1..p).collect())];
             w.chunks_exact(p).enumerate().for_each(|(r, row)| joints[r % 2].push(row[r % 2..].iter().copied()));
@@ -214,7 +217,7 @@ mod tests {
                     at(&w).value
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
-                // Rounding of central differences, 1e-16 over 1e-6, divided by the scale of the column.
+                // Rounding error of the central differences: 1e-16 / 1e-6, divided by the scale of the column.
                 assert!((slopes[k] - slope).abs() < 1e-7 / scales[k % p], "{aim:?} {k}: {} {slope}", slopes[k]);
             }
         }

@@ -1,33 +1,33 @@
-//! Quasi-Newton descent for a function with a partially known Hessian.
+//! Quasi-Newton descent for a function whose Hessian is partially known.
 //!
-//! Limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] with the known Hessian (of a barrier) in place of the multiple of
-//! the identity, and a backtracking line search (Armijo) inside the domain. A pair of step and gradient change without positive
-//! curvature is not stored.
+//! The method is limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] with a backtracking line search (Armijo) inside the
+//! domain. The known part of the Hessian (of a barrier) replaces the multiple of the identity. A pair of step and gradient change
+//! without positive curvature is not stored.
 
 use numerics::interruption::Interruption;
 use numerics::vector::dot;
 
-/// Greatest number of stored pairs of step and gradient change.
+/// Greatest number of pairs of step and gradient change that L-BFGS stores.
 const REMEMBERED_PAIRS: usize = 12;
 /// Armijo constant: a step must achieve this share of the linearly predicted decrease.
 const ARMIJO_SHARE: f64 = 1e-4;
-/// Greatest number of halvings of a step.
+/// Greatest number of times that the line search halves a step.
 const MAX_STEP_HALVINGS: usize = 25;
-/// A pair of step and gradient change is stored only if the cosine between them is greater.
+/// A pair of step and gradient change is stored only if the cosine of the angle between them exceeds this.
 const MIN_CURVATURE_COSINE: f64 = 1e-10;
-/// A descent ends after this number of consecutive iterations with little decrease.
+/// A descent ends after this number of consecutive iterations with too small a decrease.
 const MAX_STALLED_ITERATIONS: usize = 3;
 
-/// A function to be minimised on an open set.
+/// A function on an open set that a descent minimises.
 pub trait Objective {
-    /// Value and gradient at x. `None` if x is outside the set, or if the value is above `at_most`, because the line search then
-    /// needs no gradient.
+    /// Value and gradient at x. `None` if x is outside the set, or if the value is above `at_most`: the line search then rejects
+    /// x and needs no gradient.
     fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)>;
 
     /// Solves H y = `direction` with the known part H of the Hessian at x; y replaces `direction`.
     fn precondition(&self, x: &[f64], direction: &mut [f64]);
 
-    /// The greatest step from x along `direction` that the line search may try.
+    /// The greatest step from x along `direction` that the line search may try, so that x stays inside the set.
     fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64;
 }
 
@@ -37,17 +37,18 @@ pub struct Descent {
     pub x: Vec<f64>,
     /// The value of the objective at `x`.
     pub value: f64,
-    /// Number of steps.
+    /// Number of iterations of the descent.
     pub iterations: usize,
 }
 
-/// Minimises `objective` from `x` in at most `iterations` steps. `None` if x is outside the domain.
+/// Minimises `objective` f from `x` in at most `iterations` steps. `None` if x is outside the domain of f.
 ///
-/// Ends earlier if each of three consecutive iterations decreases f by less than `least` (1 + |f|), or if it is interrupted.
+/// Ends earlier if each of three consecutive iterations decreases f by less than `least` (1 + |f|), if no step succeeds, or if it
+/// is interrupted.
 pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
-    // The pairs (s, y, 1 / s'y) of steps and gradient changes, the oldest first.
+    // The stored pairs (s, y, 1 / s'y): s is a step, y the change of the gradient in this step. The oldest pair is first.
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
     let mut stalled = 0;
     for iteration in 0..iterations {
@@ -56,7 +57,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
         }
         let mut direction = along(objective, &x, &slope, &pairs);
         let mut rate = dot(&direction, &slope);
-        // If the stored curvature gives an ascent direction, discard it and use the known Hessian alone.
+        // If the stored pairs give an ascent direction, discard them and use the known part of the Hessian alone.
         if rate.is_nan() || rate >= 0.0 {
             pairs.clear();
             direction = along(objective, &x, &slope, &pairs);
@@ -69,7 +70,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
             pairs.clear();
             continue;
         };
-        // Store a pair only if the curvature s'y along the step is clearly positive.
+        // s: step, y: change of the gradient. The pair is stored only if the curvature s'y along the step is clearly positive.
         let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
         let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let sy = dot(&s, &y);
@@ -88,8 +89,8 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
     Some(Descent { x, value, iterations })
 }
 
-/// Backtracking line search: halves the step until it achieves the required share of the predicted decrease. `rate`: slope along
-/// `direction`. Gives the new x with its value and gradient; `None` if no step succeeds.
+/// Backtracking line search: halves the step along `direction` until it achieves the required share of the predicted decrease.
+/// `rate`: derivative along `direction`. Gives the new x with its value and gradient; `None` if no step succeeds.
 fn line_search(
     objective: &dyn Objective,
     x: &[f64],
@@ -111,7 +112,7 @@ fn line_search(
     None
 }
 
-/// The descent direction of L-BFGS, by the two-loop recursion.
+/// The descent direction of L-BFGS at x with gradient `slope`, by the two-loop recursion over the stored `pairs`.
 fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>, Vec<f64>, f64)]) -> Vec<f64> {
     let mut d: Vec<f64> = slope.iter().map(|g| -g).collect();
     let mut shares = Vec::with_capacity(pairs.len());
@@ -132,7 +133,7 @@ fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>
 mod tests {
     use super::*;
 
-    /// Rosenbrock's function inside x_0 < 0.8 with a logarithmic barrier, which keeps the minimum away from the bound.
+    /// Rosenbrock's function on x_0 < 0.8, plus a logarithmic barrier that keeps the minimum away from 0.8.
     struct Valley;
 
     impl Objective for Valley {
@@ -162,7 +163,7 @@ mod tests {
     fn the_valley_is_followed_to_the_wall() {
         let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
         assert!(found.iterations < 200);
-        // At the barrier, 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
+        // The minimum is near the barrier at 0.8: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
         let (a, b) = (found.x[0], found.x[1]);
         assert!((a - 0.79975).abs() < 1e-4 && (b - a * a).abs() < 1e-3, "{a} {b}");
         assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());

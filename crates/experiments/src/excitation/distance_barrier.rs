@@ -1,11 +1,11 @@
 //! The distances between bodies as a barrier, which keeps a descent free of collisions.
 //!
-//! The barrier is evaluated at N instants of the motion. r: distance of two solids above their bound, minus the reserve of the
-//! gap for motion between the instants. w: distance from which the barrier acts. With s = r / w:
+//! The barrier S is evaluated at N instants of the motion. r: distance of two solids above their bound, minus the reserve of this
+//! pair for motion between the instants. w: value of r below which the barrier acts. With s = r / w:
 //!
-//! S = -1/N sum of log s + (1 - s) + (1 - s)^2 / 2   over the gaps with s < 1
+//! S = -1/N sum [log s + (1 - s) + (1 - s)^2 / 2]   over all pairs of solids with s < 1, at all instants
 //!
-//! S tends to infinity at the bound, like a logarithm; at s = 1 its first and second derivative are zero.
+//! S tends to infinity at r = 0, like a logarithm. At s = 1 its first and second derivative are zero.
 
 use std::cell::{RefCell, RefMut};
 
@@ -13,21 +13,21 @@ use crate::excitation::gap_proof::{GapCache, Surroundings};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::near_gaps::NearGaps;
 
-/// The barrier acts on distances above the bound by less than this, m.
+/// The distance barrier acts on two solids whose distance is less than this above its bound, m.
 const BARRIER_RANGE_M: f64 = 0.05;
-/// Instants in a period per harmonic (two coefficients of a coordinate). Between two instants, dt apart, the error of a distance
-/// is a dt^2 / 8 = 2 mm for a body at 2 m/s in the highest of eight harmonics of ten seconds: half of a reserve.
+/// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, the error
+/// of a distance is a dt^2 / 8 = 2 mm for a body at 2 m/s in the highest of eight harmonics of ten seconds: half of a reserve.
 const INSTANTS_PER_HARMONIC: usize = 32;
-/// Number of instants in a blend.
+/// Number of instants per blend at which the distance barrier is evaluated.
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
-/// Least number of instants in a period.
+/// Least number of instants per period at which the distance barrier is evaluated.
 const MIN_INSTANTS_PER_PERIOD: usize = 200;
-/// Least distance above the bound at the start of a descent, in multiples of the gap's reserve.
+/// Least distance of bodies above its bound at the start of a descent, in multiples of the gap's reserve.
 const INITIAL_RESERVES: f64 = 2.0;
 
-/// Data of the previous evaluation at each instant, which make the next evaluation faster.
+/// Intermediate results of the distance computation at each instant, which make the next evaluation faster.
 ///
-/// Each start has its own data, so its result is independent of other starts.
+/// Each start of a search has its own data, so its result is independent of other starts.
 #[derive(Default)]
 pub struct Seen(RefCell<Vec<GapCache>>);
 
@@ -35,7 +35,7 @@ pub struct Seen(RefCell<Vec<GapCache>>);
 #[derive(Clone)]
 pub struct DistanceBarrier<'a> {
     surroundings: &'a dyn Surroundings,
-    /// Row of the basis at each instant: the position of a coordinate per unit of each coefficient.
+    /// Row of the basis functions at each instant: position of a coordinate per unit of each coefficient.
     instants: Vec<Vec<f64>>,
 }
 
@@ -47,10 +47,10 @@ impl<'a> DistanceBarrier<'a> {
         DistanceBarrier { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
-    /// `height` times S. `None` if a gap is violated, or if the value is above `at_most`.
+    /// `height` times the barrier S. `None` if a distance minus its reserve is not positive, or if the value is above `at_most`.
     ///
     /// `positions` gives the coordinates for a row of the basis. `along` receives a row with the gradient of `height` S by the
-    /// coordinates at the same instant. The gaps on which the barrier acts are added to `felt`.
+    /// coordinates at the same instant. Each distance on which the barrier acts is added to `felt`.
     pub(crate) fn value(
         &self,
         seen: &Seen,
@@ -62,7 +62,7 @@ impl<'a> DistanceBarrier<'a> {
     ) -> Option<f64> {
         let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
-        // S and dS/dq at each instant; both are zero if no two bodies are near each other.
+        // The barrier S and its gradient dS/dq at each instant; both are zero if no two bodies are near each other.
         let mut seen = self.seen(seen);
         for (instant, (row, known)) in self.instants.iter().zip(seen.iter_mut()).enumerate() {
             let q = positions(row);
@@ -93,13 +93,13 @@ impl<'a> DistanceBarrier<'a> {
         Some(weight * value)
     }
 
-    /// The row of the basis at each instant of the barrier.
+    /// The row of the basis functions at each instant of the barrier.
     pub(crate) fn rows(&self) -> &[Vec<f64>] {
         &self.instants
     }
 
-    /// The distance above its bound, m, and the index of the gap with the least ratio of this distance to its reserve. `None` if
-    /// no two solids are near each other.
+    /// The gap with the least ratio of its distance above the bound to its reserve: this distance, m, and the index of the gap.
+    /// `None` if no two solids are near each other.
     pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         let mut seen = self.seen(seen);
@@ -109,14 +109,14 @@ impl<'a> DistanceBarrier<'a> {
         nearest
     }
 
-    /// The data of the previous evaluation, one entry per instant.
+    /// The intermediate results of the previous evaluation, one entry per instant.
     fn seen<'s>(&self, seen: &'s Seen) -> RefMut<'s, Vec<GapCache>> {
         let mut seen = seen.0.borrow_mut();
         seen.resize_with(self.instants.len(), || None);
         seen
     }
 
-    /// Replaces `nearest` by the nearest gap at configuration `q` if that gap is nearer.
+    /// Replaces `nearest` by the nearest gap at configuration `q` if that gap has a smaller ratio of distance to reserve.
     pub fn nearest_at(&self, q: &[f64], known: &mut GapCache, nearest: &mut Option<(f64, usize)>) {
         let beside_reserve = |(room, gap): (f64, usize)| room / self.surroundings.gaps()[gap].reserve;
         self.surroundings.near(q, BARRIER_RANGE_M, known, &mut |gap, room, _| {
@@ -126,7 +126,8 @@ impl<'a> DistanceBarrier<'a> {
         });
     }
 
-    /// Whether the distance of the nearest gap is sufficient for the start of a descent. `None`: no gap is near.
+    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance above the bound,
+    /// m, and index of the gap; `None`: no gap is near, which suffices.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         nearest.is_none_or(|(room, gap)| room > INITIAL_RESERVES * self.surroundings.gaps()[gap].reserve)
     }
@@ -155,7 +156,8 @@ mod tests {
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
         let (value, nearest) = at(&x);
         assert!(value.unwrap() > 0.0 && wall.is_inside(nearest), "{value:?} {nearest:?}");
-        // The second derivative is the change of the gradient per distance.
+        // Here `bend` (second derivative of the barrier) must equal the change of its first derivative per change of the
+        // distance.
         let moved = |h: f64| {
             let (_, felt, slopes) = felt_at(&x.map(|x| x * (1.0 + h)));
             let rate =

@@ -1,4 +1,5 @@
-//! Interval enclosures of torques and powers along a motion. A proof of their limits divides time intervals until it succeeds.
+//! Interval enclosures of drive torques and powers along a motion. A proof of their limits halves time intervals until the
+//! enclosures are within the limits.
 
 use numerics::interval::Interval;
 use numerics::jet::Jet;
@@ -13,21 +14,22 @@ pub(super) fn dry(described: &NominalTorque, k: usize) -> f64 {
     described.friction[k].coulomb.abs()
 }
 
-/// The limits of torque and power: coordinate, kind, and the usable value, N m (N) or W. The dry friction of a joint at rest may
-/// act in either direction, so its magnitude is subtracted from the effort.
+/// The drive limits: coordinate, kind (effort or power), and the usable value, N m (N) or W. The dry friction of a joint at rest
+/// may act in either direction, so its magnitude is subtracted from the effort.
 pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &NominalTorque) -> Vec<(usize, LimitKind, f64)> {
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
     let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
     (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
 }
 
-/// Torque and velocity of each coordinate, as jets.
+/// Torque without friction and velocity of each coordinate, as jets (values with two time derivatives, in intervals).
 type DriveJets = Vec<(Jet, Jet)>;
 
-/// Enclosures of each coordinate: torque with viscous friction and offset, N m (N), and power with dry friction too, W.
+/// Enclosures of each coordinate: torque with viscous friction and offset but without dry friction, N m (N); power with all
+/// friction, W.
 pub(super) type DriveEnclosure = Vec<(Interval, Interval)>;
 
-/// Encloses torques and powers on an interval of a segment, and at the middle of the interval.
+/// Encloses torques and powers on the time interval `part` of segment number `stretch`, and at the middle of this interval.
 pub(super) fn drives_on(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
@@ -45,7 +47,7 @@ pub(super) fn drives_on(
     (drives(described, &wide, over), at_middle)
 }
 
-/// Encloses torques and powers at time `t` of a segment.
+/// Encloses torques and powers at local time `t`, s, of segment number `stretch`.
 pub(super) fn drives_at(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,
@@ -70,7 +72,7 @@ fn drives(
     let one = |k: usize| {
         let (f, velocity) = (described.friction[k], states[k].1.0[0]);
         let torque = of(&|all| all[k].0) + velocity * f.viscous + Interval::point(f.offset);
-        // If the velocity does not change its sign, the sign of the dry friction is known.
+        // If the velocity does not change its sign on the interval, the sign of the dry friction is known.
         let (sign, turning) = match velocity {
             v if v.low >= 0.0 => (1.0, Interval::ZERO),
             v if v.high <= 0.0 => (-1.0, Interval::ZERO),

@@ -1,6 +1,6 @@
-//! Proved bounds of a motion and its derivatives on an interval of time.
+//! Proved bounds of the positions of a motion and of their derivatives on an interval of time.
 //!
-//! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
+//! - Fourier series with coefficients a_l, b_l: about the middle c of the interval, with h = t - c and w_l = w l,
 //!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
 //! - A blend, and each span of a spline: between the least and the greatest of the Bernstein control points of its interval,
 //!   from polar forms.
@@ -13,21 +13,21 @@ use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::motion::{Motion, MotionShape};
 use crate::excitation::spline_enclosure::EnclosedSpline;
 
-/// A segment of a motion; its local time starts at 0.
+/// A segment of a motion. Local time in a segment starts at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionSegment {
-    /// The blend from rest to the series.
+    /// The blend from rest to the Fourier series.
     Start,
-    /// One period of the series, or the whole spline; all periods are equal.
+    /// One period of the Fourier series, or the whole spline. All periods are equal, so one of them suffices.
     Period,
-    /// The blend from the series to rest.
+    /// The blend from the Fourier series to rest.
     End,
 }
 
-/// Enclosures of position and of its first four derivatives.
+/// Enclosures of a coordinate's position and of its first four time derivatives, rad (m), s.
 pub type Derivatives = [Interval; 5];
 
-/// A motion prepared for enclosures.
+/// A motion with precomputed data for enclosures of its positions and derivatives.
 pub enum EnclosedMotion<'a> {
     /// A Fourier series with its blends.
     Fourier(EnclosedSeries<'a>),
@@ -35,14 +35,14 @@ pub enum EnclosedMotion<'a> {
     Spline(EnclosedSpline),
 }
 
-/// A Fourier series prepared for enclosures.
+/// A Fourier series with its blends, with precomputed data for enclosures.
 pub struct EnclosedSeries<'a> {
     shape: FourierSeries,
-    /// Coefficients (c, a_1, b_1, ..) of each coordinate.
+    /// Coefficients (c, a_1, b_1, ..) of each coordinate: centre c, then amplitudes of the velocity.
     joints: &'a [Vec<f64>],
-    /// Angular frequencies w_l = w l of the harmonics, rad/s.
+    /// Angular frequencies w_l = l 2 pi / T of the harmonics l = 1, 2, .., rad/s; T: period.
     frequency: Vec<Interval>,
-    /// Bounds of the derivatives, one entry per coordinate: sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4.
+    /// For each coordinate: bounds sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4, of the second derivative of q^(k).
     curvature: Vec<[f64; 5]>,
     /// Bernstein control points of the start blend and of the end blend, one entry per coordinate.
     blends: Vec<[[Interval; 5]; 2]>,
@@ -57,7 +57,7 @@ impl MotionSegment {
         }
     }
 
-    /// The local time interval of the segment, s.
+    /// The time interval of the segment in its local time, s: from 0 to its duration.
     pub fn span(self, shape: &MotionShape) -> Interval {
         match self {
             MotionSegment::Period => Interval::new(0.0, shape.period()),
@@ -65,7 +65,7 @@ impl MotionSegment {
         }
     }
 
-    /// Time of the motion at which the segment starts, s.
+    /// Time after the start of the motion at which the segment starts, s.
     pub fn start(self, motion: &Motion) -> f64 {
         match self {
             MotionSegment::Start => 0.0,
@@ -74,7 +74,7 @@ impl MotionSegment {
         }
     }
 
-    /// Name of the method that encloses the segment.
+    /// Name of the enclosure method for this segment, which a certificate states.
     pub fn method(self, shape: &MotionShape) -> &'static str {
         match (self, shape) {
             (MotionSegment::Period, MotionShape::Fourier(_)) => "Taylor enclosures of the series",
@@ -85,7 +85,7 @@ impl MotionSegment {
 }
 
 impl EnclosedMotion<'_> {
-    /// Prepares a motion for enclosures.
+    /// Precomputes the data for enclosures of a motion.
     pub fn new(motion: &Motion) -> EnclosedMotion<'_> {
         match motion.shape {
             MotionShape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
@@ -93,7 +93,7 @@ impl EnclosedMotion<'_> {
         }
     }
 
-    /// Encloses position and derivatives of each coordinate on an interval of a segment; `part` in local time, s.
+    /// Encloses position and derivatives of each coordinate on the interval `part` (local time, s) of the segment `piece`.
     pub fn on(&self, piece: MotionSegment, part: Interval) -> Vec<Derivatives> {
         match self {
             EnclosedMotion::Fourier(series) => series.on(piece, part),
@@ -121,7 +121,8 @@ impl EnclosedSeries<'_> {
         });
         let curvature = curvature.collect();
         let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
-        // Control points of the start blend: s, s, s, q - D v/4, q with s = q - D v/2 + D^2 a/12. The end blend is mirrored.
+        // Bernstein control points of the start blend: s, s, s, q - D v/4, q, with s = q - D v/2 + D^2 a/12. q, v, a: state of
+        // the series at its start; D: duration. The end blend is mirrored.
         let d = Interval::point(shape.blend);
         let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
             let bend = (d.square() * a).over(Interval::point(12.0));
@@ -148,7 +149,7 @@ impl EnclosedSeries<'_> {
         }
     }
 
-    /// Encloses position and five derivatives of each coordinate at an instant of a period.
+    /// Encloses position and first five derivatives of each coordinate in the Fourier series at time `t` of a period.
     fn series_at(&self, t: Interval) -> Vec<[Interval; 6]> {
         let waves: Vec<(Interval, Interval)> =
             self.frequency.iter().map(|w| ((*w * t).sin(), (*w * t).cos())).collect();
@@ -157,8 +158,8 @@ impl EnclosedSeries<'_> {
             found[0] = Interval::point(joint[0]);
             for (l, (s, c)) in waves.iter().enumerate() {
                 let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
-                // `along` is w times the position of a harmonic, and `across` is its velocity. The other derivatives are these
-                // two times powers of w.
+                // `along` is w times the position of a harmonic of angular frequency w; `across` is its velocity. The other
+                // derivatives are these two times powers of w.
                 let (along, across) = (*s * a - *c * b, *c * a + *s * b);
                 found[0] = found[0] + along.over(w);
                 let mut scale = Interval::point(1.0);
@@ -197,8 +198,8 @@ impl EnclosedSeries<'_> {
     }
 }
 
-/// The hull of the control points on the interval from u to v. Control point j is the polar form with n - j arguments u and j
-/// arguments v.
+/// The hull of the Bernstein control points after restriction of the polynomial to the interval from u to v. Control point j is
+/// the polar form with n - j arguments u and j arguments v; n: degree.
 fn restricted(points: &[Interval], u: Interval, v: Interval) -> Interval {
     let between = |x: Interval, y: Interval, u: Interval| x + (y - x) * u;
     let polar = |j: usize| {
@@ -235,21 +236,22 @@ mod tests {
     fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: MotionSegment, part: Interval) {
         let (held, span) = (enclosed.on(piece, part), piece.span(&motion.shape));
         for i in 0..=20 {
-            // Times inside the segment, because the jerk jumps at its ends.
+            // Only times inside the segment are tested, because the jerk jumps at its ends.
             let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
             let thin = enclosed.on(piece, Interval::point(t));
             for (j, x) in motion.at(piece.start(motion) + t).iter().enumerate() {
                 for d in 0..4 {
-                    // The time of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
+                    // The tolerance covers rounding of the time: 1e-15 s at 100 rad/s^4.
                     assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
                     assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
                 }
-                // The fourth derivative is the derivative of the third.
+                // The fourth derivative is compared with a central difference of the third.
                 let h = 1e-6;
                 let [before, after] = [-h, h].map(|h| motion.at(piece.start(motion) + t + h)[j][3]);
                 let slope = (after - before) / (2.0 * h);
                 let is_inside = t - h > span.low && t + h < span.high;
-                // Errors: rounding of a jerk of hundreds divided by h; h times the jumps of the fifth derivative at knots.
+                // Errors of the difference: rounding of a jerk of hundreds divided by h; h times the jumps of the fifth
+                // derivative at knots.
                 let near = 1e-3 * (1.0 + slope.abs());
                 assert!(!is_inside || (thin[j][4].middle() - slope).abs() < near, "{t}: {:?} {slope}", thin[j][4]);
                 assert!(held[j][4].low <= thin[j][4].high && held[j][4].high >= thin[j][4].low);

@@ -1,4 +1,4 @@
-//! The limits against which a motion is checked, with the source of each.
+//! The limits against which `rist check` tests a motion, with the source of each limit.
 //!
 //! The file of a motion contains the limits of its search, but a user can edit it and loosen them. Therefore the limits of the
 //! description and of the user's limits file always apply. If neither has a limit, it comes from the motion's file alone, and the
@@ -11,17 +11,17 @@ use serde::Serialize;
 
 use crate::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 
-/// The source of a limit.
+/// The file from which a limit comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitOrigin {
-    /// The description.
+    /// The description of the robot.
     Description,
-    /// The source is the limits file of the user.
+    /// The limits file of the user.
     LimitsFile,
-    /// The source is the motion's file, whose limit is tighter than the others.
+    /// The motion's file. The description or the limits file also has this limit, but a looser one.
     MotionTighter,
-    /// The source is the motion's file; there is no other limit.
+    /// The motion's file. No other file has this limit.
     MotionAlone,
 }
 
@@ -36,23 +36,24 @@ impl fmt::Display for LimitOrigin {
     }
 }
 
-/// A limit of a coordinate with its source.
+/// A limit of one coordinate that a motion must keep, with its source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnforcedLimit {
     /// Name of the coordinate.
     pub coordinate: String,
     /// Kind of the limit.
     pub limit: LimitKind,
-    /// Least and greatest allowed value.
+    /// Least and greatest allowed value, in the unit of the limit.
     pub bounds: (f64, f64),
-    /// Where the limit comes from.
+    /// The file from which the limit comes.
     pub origin: LimitOrigin,
 }
 
-/// The tightest of three limits: of the motion's search, of the description and of a limits file; with their sources.
+/// The tightest of three limits of one coordinate: of the motion's file (`made_with`), of the description, and of the limits
+/// file; with their sources.
 ///
-/// `asked`: the limits of file and description ([`crate::excitation::limits::given`]), if there is a file. Fails if no position
-/// range remains.
+/// `asked`: the combined limits of limits file and description ([`crate::excitation::limits::given`]); `None`: there is no limits
+/// file. Fails if no position range remains.
 pub fn enforced(
     coordinate: &str,
     made_with: &CoordinateLimits,
@@ -63,7 +64,7 @@ pub fn enforced(
     let nothing = AskedLimits::default();
     let asked = asked.unwrap_or(&nothing);
     let others = [(LimitOrigin::Description, &described), (LimitOrigin::LimitsFile, asked)];
-    // The tightest limit of the three; effort and power may have none.
+    // The tightest limit of the three sources. Effort and power may have no limit in any source.
     let least = |own: f64, of: &dyn Fn(&AskedLimits) -> Option<f64>| {
         others.iter().filter_map(|(_, other)| of(other)).fold(own, f64::min)
     };
@@ -84,7 +85,7 @@ pub fn enforced(
     if let Some(fault) = limits.fault() {
         return Err(fault);
     }
-    // If limits are equal, the description and the limits file are named before the motion's own file.
+    // If sources have the same limit, the description or the limits file is named instead of the motion's file.
     let origin = |kind: LimitKind, bounds: (f64, f64)| {
         let given = others.iter().filter_map(|(origin, other)| Some((*origin, other.bounds(kind)?)));
         let (same, other): (Vec<_>, Vec<_>) = given.partition(|(_, theirs)| *theirs == bounds);
@@ -102,7 +103,7 @@ pub fn enforced(
     Ok((limits, rows))
 }
 
-/// A text with the sources of the limits, one line per kind; coordinates are named if their sources differ.
+/// The sources of the limits as text, one line per kind of limit. Coordinates are named if their sources differ.
 pub fn origins_text(rows: &[EnforcedLimit]) -> String {
     let mut text = String::new();
     for kind in LimitKind::OF_A_COORDINATE {
@@ -126,7 +127,7 @@ pub fn origins_text(rows: &[EnforcedLimit]) -> String {
     text
 }
 
-/// The kinds of limits that come from the motion's own file alone, in words.
+/// The kinds of limits that come from the motion's file alone, in words, such as `velocity`.
 pub fn kinds_of_motion_alone(rows: &[EnforcedLimit]) -> Vec<String> {
     let is_own = |kind: &LimitKind| rows.iter().any(|row| row.limit == *kind && row.origin == LimitOrigin::MotionAlone);
     LimitKind::OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string()).collect()
@@ -154,7 +155,7 @@ mod tests {
         assert!(enforced("q1", &away, &described(), None).is_err());
     }
 
-    /// The tightest of the three applies and is reported; if the description is equally tight, it is the source.
+    /// The tightest of the three limits applies and is reported. If the description is equally tight, it is named as the source.
     #[test]
     fn every_limit_is_told_with_its_place() {
         let origins =

@@ -1,4 +1,5 @@
-//! Error margins: how far the robot may differ from its description and its plan. The user gives them, and a proof covers them.
+//! Error margins: bounds of the errors between the robot and its description or planned motion. The user gives them, and a proof
+//! covers them.
 //!
 //! | margin | greatest error | the proof |
 //! |---|---|---|
@@ -15,13 +16,13 @@ use std::collections::BTreeMap;
 use linear_model::known_load::KnownLoad;
 use serde::{Deserialize, Serialize};
 
-/// A position margin, rad (m), for all joints or for joints by name.
+/// A margin for position errors, rad (m): one for all joints, or one for each named joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointMargin {
-    /// The same margin for each joint.
+    /// The same margin for every joint.
     Each(f64),
-    /// The margins of these joints; zero for the others.
+    /// Margins of single joints, by name of the coordinate; zero for all other joints.
     Named(BTreeMap<String, f64>),
 }
 
@@ -45,24 +46,24 @@ impl JointMargin {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorMargins {
-    /// Greatest error of an encoder's zero, rad (m).
+    /// Greatest error of the zero position of an encoder, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_zero: Option<JointMargin>,
-    /// Greatest tracking error: distance of a joint from its set point, rad (m).
+    /// Greatest tracking error: distance of a joint's position from its set point, rad (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tracking: Option<JointMargin>,
-    /// Greatest calibration error: distance of a body point from its computed position, m.
+    /// Greatest calibration error: distance of a body point from the position computed from the description, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<f64>,
     /// Greatest distance by which a body's surface exceeds its collision shape, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<f64>,
-    /// A payload that the robot may carry.
+    /// A payload that the robot may carry during the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<KnownLoad>,
 }
 
-/// A joint with a smaller position range, rad (m), counts as locked, so its range is not narrowed.
+/// A joint whose position range is smaller than this, rad (m), counts as locked, so its range is not narrowed.
 const LOCKED_RANGE: f64 = 1e-6;
 /// Greatest accepted margin, rad or m: larger than any robot needs.
 const LARGEST_MARGIN: f64 = 10.0;
@@ -103,12 +104,13 @@ impl ErrorMargins {
         self.tracking.as_ref().map(|margin| margin.of(name))
     }
 
-    /// Greatest position error of a body point, calibration plus mesh, m.
+    /// Greatest position error of a point on a body, calibration plus mesh, m.
     pub fn of_bodies(&self) -> f64 {
         self.calibration.unwrap_or(0.0) + self.mesh.unwrap_or(0.0)
     }
 
-    /// The margins for the check of a motion: for each error the greater of `self`, the motion's own margins, and of `user`.
+    /// The margins for the check of a motion: for each error the greater of two margins. `self`: margins in the motion's file;
+    /// `user`: margins in the user's limits file. The payload is the user's, if given.
     pub fn held_to(&self, user: &ErrorMargins, names: &[String]) -> ErrorMargins {
         let joints = |own: &Option<JointMargin>, asked: &Option<JointMargin>| match (own, asked) {
             (Some(own), Some(asked)) => {
@@ -127,7 +129,7 @@ impl ErrorMargins {
         }
     }
 
-    /// The name of each margin with its value in words; `None` if it is not given.
+    /// The name of each margin with its value and unit in words; `None` if the margin is not given.
     pub fn words(&self) -> [(&'static str, Option<String>); 5] {
         let joints = |margin: &Option<JointMargin>| match margin {
             Some(JointMargin::Each(x)) => Some(format!("{x} rad (m)")),
@@ -149,9 +151,10 @@ impl ErrorMargins {
     }
 }
 
-/// Position limits narrowed by `by` at both ends, rad (m); the limits of a locked joint are unchanged.
+/// Position limits of a joint, narrowed at both ends by its greatest position error `by`, rad (m). The limits of a locked joint
+/// are unchanged.
 ///
-/// Fails if no range remains.
+/// Fails if no position range remains.
 pub fn narrowed((low, high): (f64, f64), by: f64) -> Result<(f64, f64), String> {
     if by == 0.0 || high - low <= LOCKED_RANGE {
         return Ok((low, high));

@@ -1,13 +1,15 @@
-//! A finer grid of instants than the grid of a search: every `factor`-th instant of the finer grid is an instant of the search.
+//! A time grid that is finer than the grid of a search by an integer factor.
 //!
-//! The finer instants are numbered through the period, then through each blend including both ends of the blend. The period is
-//! cyclic, so each of its instants has two neighbours; the ends of a blend have only one.
+//! Every `factor`-th instant of the finer grid is an instant of the search. The finer instants are numbered through the period,
+//! then through each blend including both ends of the blend. The period is cyclic, so each of its instants has two neighbours;
+//! the ends of a blend have only one.
 
 use crate::excitation::motion::MotionShape;
 use crate::excitation::problem::{Prepared, TORQUE_INSTANTS_PER_BLEND};
 
 impl Prepared<'_> {
-    /// The numbers, in the finer grid, of the instants of the search.
+    /// Numbers, in the finer grid, of the instants at which the search evaluates the motion. The finer grid has `factor` steps
+    /// per step of the search.
     pub(super) fn own_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let blends = if self.problem.shape.blend() > 0.0 { 2 } else { 0 };
@@ -16,25 +18,26 @@ impl Prepared<'_> {
         (0..of_period).step_by(factor).chain(of_blends)
     }
 
-    /// Whether finer instant number `at` is halfway between two instants of the search.
+    /// Whether instant number `at` of the finer grid is halfway between two instants of the search.
     pub(super) fn is_halfway(&self, at: usize, factor: usize) -> bool {
         let (of_period, of_blend) = self.finer_counts(factor);
         let local = if at < of_period { at } else { (at - of_period) % of_blend };
         local % factor == factor / 2
     }
 
-    /// The numbers of all finer instants halfway between two instants of the search.
+    /// The numbers of all instants of the finer grid that are halfway between two instants of the search.
     pub(super) fn halfway_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
         let half = factor as isize / 2;
         self.own_instants(factor).filter_map(move |at| self.neighbour(at, half, factor))
     }
 
-    /// Number of finer instants in the period, and in each blend including both ends.
+    /// Number of instants of the finer grid in the period, and in each blend including both ends.
     fn finer_counts(&self, factor: usize) -> (usize, usize) {
         (factor * self.problem.samples, factor * (TORQUE_INSTANTS_PER_BLEND - 1) + 1)
     }
 
-    /// The number of the finer instant `by` steps after `at`, cyclic in the period. `None` beyond the end of a blend.
+    /// The number of the instant `by` steps after instant `at` of the finer grid, cyclic in the period. `None` beyond the end of
+    /// a blend.
     pub(super) fn neighbour(&self, at: usize, by: isize, factor: usize) -> Option<usize> {
         let (of_period, of_blend) = self.finer_counts(factor);
         let moved = |local: usize| local as isize + by;
@@ -45,7 +48,8 @@ impl Prepared<'_> {
         usize::try_from(moved(local)).ok().filter(|i| *i < of_blend).map(|i| of_period + blend * of_blend + i)
     }
 
-    /// Basis rows of q, dq, ddq (per unit of the coefficients) at finer instant `at`, in the period or in a blend.
+    /// Basis rows of q, dq, ddq at instant `at` of the finer grid, in the period or in a blend: factors of a joint's
+    /// coefficients.
     pub(super) fn finer_instant(&self, at: usize, factor: usize) -> [Vec<f64>; 3] {
         let (of_period, of_blend) = self.finer_counts(factor);
         let shape = &self.problem.shape;
@@ -68,7 +72,7 @@ mod tests {
     use crate::excitation::search::tests::pendulum_limits;
     use crate::pendulum::Pendulum;
 
-    /// The instants of the search are in the finer grid; each has two neighbours, except the ends of blends.
+    /// The instants of the search are in the finer grid. Each instant has two neighbours, except the ends of blends.
     #[test]
     fn own_instants_are_among_the_finer_ones() {
         let (arm, limits) = (Pendulum::new(), [pendulum_limits()]);
@@ -97,7 +101,7 @@ mod tests {
         assert_eq!((prepared.neighbour(0, -1, 4), prepared.neighbour(79, 1, 4)), (Some(79), Some(0)));
         assert_eq!((prepared.neighbour(80, -1, 4), prepared.neighbour(80, 60, 4)), (None, Some(140)));
         assert_eq!((prepared.neighbour(140, 1, 4), prepared.neighbour(141, -1, 4)), (None, None));
-        // Twenty in the period and fifteen in each blend.
+        // Twenty halfway instants in the period and fifteen in each of the two blends.
         assert_eq!(prepared.halfway_instants(4).count(), 50);
     }
 }

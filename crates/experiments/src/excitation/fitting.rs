@@ -1,8 +1,8 @@
-//! Scales a motion from a search down until its limits are proved.
+//! Scales a motion from a search down until all its limits are proved.
 //!
-//! A search checks limits only at its samples. If the motion exceeds a limit between them, its swing about the centre is divided
-//! by the excess, and the limits are proved again. If the distances at the centre are sufficient, a smaller motion has greater
-//! distances.
+//! A search checks limits only at its samples. If the motion exceeds a limit between them, its swing (deviation from the centre)
+//! is divided by the excess, and the limits are proved again. Distances of bodies grow when the swing shrinks, if they are
+//! sufficient at the centre.
 
 use numerics::interruption::Interruption;
 
@@ -13,15 +13,15 @@ use crate::excitation::proof::{CertificateRow, LimitProof, NominalTorque, prove_
 use crate::excitation::sampled_drives::sampled_excess;
 use crate::excitation::trajectory::Trajectory;
 
-/// Greatest number of rounds of proof and scaling.
+/// Greatest number of rounds; each round proves the limits and scales the motion down if a proof fails.
 const MAX_PROOF_ROUNDS: usize = 16;
-/// Greatest factor of the swing in a round in which a torque or power is not proved.
+/// Greatest factor of the swing in a round in which a torque or power limit is not proved.
 const MAX_TORQUE_SCALE: f64 = 0.996;
-/// Factor of the swing in a round in which a distance is not proved.
+/// Factor of the swing in a round in which a distance of bodies is not proved.
 const DISTANCE_SCALE: f64 = 0.97;
-/// Least factor of the swing in one round.
+/// Least factor of the swing in one round, so that one round does not shrink the motion too far.
 const MIN_SCALE: f64 = 0.5;
-/// Relative margin to a joint limit after scaling.
+/// Relative margin to a kinematic limit of a joint after scaling, so that the next proof succeeds.
 const JOINT_LIMIT_MARGIN: f64 = 1e-6;
 
 /// The limits that a motion must keep, and the data for their proof.
@@ -31,14 +31,14 @@ pub struct Obligations<'a> {
     pub limits: &'a [CoordinateLimits],
     /// Names of the coordinates.
     pub names: &'a [String],
-    /// The nominal torque; `None`: the description does not determine it, so torques are not checked.
+    /// The nominal torques. `None`: the description does not determine them, so torques are not checked.
     pub torque: Option<&'a NominalTorque<'a>>,
-    /// The bodies; `None`: the description has no bodies, so distances are not checked.
+    /// The distances of bodies. `None`: the description has no bodies, so distances are not checked.
     pub surroundings: Option<&'a dyn Surroundings>,
 }
 
 impl Obligations<'_> {
-    /// Proves every limit of a trajectory: the rows of its certificate.
+    /// Proves every limit along a trajectory and gives the rows of its certificate.
     pub fn certificate(&self, course: &dyn Trajectory) -> Vec<CertificateRow> {
         let mut rows = prove_motion(course, self.limits, self.names);
         rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(course, s)));
@@ -51,18 +51,18 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
     rows.iter().all(|r| r.kept == LimitProof::Proven)
 }
 
-/// A motion that was scaled down until its limits were proved, or until the last round.
+/// A motion that was scaled down until its limits were proved, or for the greatest number of rounds.
 pub struct Fitted {
     /// The scaled motion.
     pub motion: Motion,
     /// Every limit of `motion` with its proof.
     pub certificate: Vec<CertificateRow>,
-    /// The greatest ratio of a torque or power to its limit, before the first scaling because of torques: from sampled instants
-    /// or an unsuccessful proof. 1 if no such scaling was needed.
+    /// The greatest ratio of a torque or power to its limit, before the first scaling because of torques. It is taken from
+    /// sampled instants or from an unsuccessful proof. 1 if no such scaling was needed.
     pub beyond: f64,
 }
 
-/// Scales a motion down until its limits are proved, or until the last round.
+/// Scales a motion down until its limits are proved, or for at most `MAX_PROOF_ROUNDS` rounds.
 pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
     let (mut motion, mut first_beyond) = (motion, None);
     for _ in 0..MAX_PROOF_ROUNDS {
@@ -80,7 +80,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
             continue;
         }
         let torque = obligations.torque;
-        // An excess at sampled instants is found without a proof.
+        // An excess at sampled instants is found without an expensive proof.
         let sampled = torque.map_or(0.0, |t| sampled_excess(&motion, obligations.limits, t));
         if sampled > 1.0 {
             first_beyond.get_or_insert(sampled);
@@ -92,7 +92,8 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
             let certificate = [rows, gaps, torques].concat();
             return Fitted { motion, certificate, beyond: first_beyond.unwrap_or(1.0) };
         }
-        // The excess comes from accelerations and squared velocities; gravity torques hardly change with the scale.
+        // Most of the excess is from accelerations and squared velocities, which grow with the square of the scale; gravity
+        // torques hardly change. Hence the square root.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
         first_beyond.get_or_insert(excess);
         shrink(&mut motion, excess.sqrt().recip().clamp(MIN_SCALE, MAX_TORQUE_SCALE));
@@ -105,7 +106,7 @@ fn shrink(motion: &mut Motion, factor: f64) {
     motion.joints.iter_mut().for_each(|joint| *joint = scaled(joint, factor, joint[0]));
 }
 
-/// Scales the swing of each joint down until it keeps the joint limits that are not proved in `rows`.
+/// Scales the swing of each joint down until it keeps the kinematic limits that are not proved in the certificate `rows`.
 fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
     let per_joint = LimitKind::KINEMATIC.len();
     for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
@@ -114,7 +115,7 @@ fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &
         for row in rows.iter().filter(|r| r.kept != LimitProof::Proven) {
             let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(MIN_SCALE, 1.0) * (1.0 - JOINT_LIMIT_MARGIN);
             *joint = match row.limit {
-                // The centre also moves towards the middle of the position limits.
+                // For a position limit, the centre also moves towards the middle of the limits.
                 LimitKind::Position => {
                     let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
                     scaled(joint, factor, middle + factor * (joint[0] - middle))
@@ -147,7 +148,7 @@ mod tests {
         assert!(rows.iter().all(|r| r.kept == LimitProof::Proven), "{rows:?}");
         assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0][1] > 0.5);
 
-        // A limit just below the peak of that motion scales it down again.
+        // A wall just below the peak of that motion makes it scale down again.
         let height = |i: u32| free.at(free.duration() * f64::from(i) / 2000.0)[0][0].sin();
         let highest = (0..=2000).map(height).fold(f64::NEG_INFINITY, f64::max);
         let rod = Rod::new(highest - 0.01);
@@ -156,7 +157,8 @@ mod tests {
         assert!(rows.iter().all(|r| r.kept == LimitProof::Proven) && rows.len() == 5, "{rows:?}");
         assert!(held.joints[0][1] < free.joints[0][1] && held.joints[0][1] > 0.3);
 
-        // If the centre violates a limit, the motion stays unproven, and the certificate says so.
+        // If the motion violates a distance at its centre, scaling cannot help: the motion stays unproven, and its certificate
+        // says so.
         let rod = Rod::new(0.1);
         let with_rod = Obligations { surroundings: Some(&rod), ..alone };
         let Fitted { motion: held, certificate: rows, .. } = fitted(held, &with_rod);

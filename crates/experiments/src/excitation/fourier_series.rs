@@ -5,12 +5,12 @@
 //! ```
 //! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of the velocity. A blend
 //! of D seconds leads from rest to the series, and another one from the series to rest. Each blend is a polynomial of at most
-//! fifth degree. At one end it has the position, velocity and acceleration of the series; at the other end velocity and
+//! fifth degree. At one end it has the position, velocity v and acceleration a of the series; at the other end velocity and
 //! acceleration are zero. The first blend starts at the position s = q(0) - D v/2 + D^2 a/12, for which the term of fifth degree
 //! vanishes. Its Bernstein control points are s, s, s, q(0) - D v/4, q(0). The acceleration is continuous and the jerk is
 //! bounded. Every quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
 
-/// Period, blends and number of harmonics of a Fourier series motion.
+/// Period, duration of the blends, and number of harmonics of a Fourier series motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierSeries {
     /// Period T, s.
@@ -22,7 +22,7 @@ pub struct FourierSeries {
 }
 
 impl FourierSeries {
-    /// The k-th derivative of the series at time `t`, s from the start of a period: the factors of (c, a_1, b_1, ..).
+    /// Factors of the coefficients (c, a_1, b_1, ..) in the k-th derivative of the series, at time `t` in a period, s.
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         let w = std::f64::consts::TAU / self.period;
         let mut row = vec![f64::from(u8::from(k == 0))];
@@ -30,7 +30,7 @@ impl FourierSeries {
             let wl = w * l as f64;
             let (s, c) = libm::sincos(wl * t);
             let scale = wl.powi(k as i32 - 1);
-            // d^k sin / dx^k and d^k (-cos) / dx^k.
+            // Factors of the sine and cosine amplitudes: d^k sin x / dx^k and d^k (-cos x) / dx^k.
             let (a, b) = match k % 4 {
                 0 => (s, -c),
                 1 => (c, s),
@@ -42,8 +42,8 @@ impl FourierSeries {
         row
     }
 
-    /// Bernstein control points of the k-th derivative of a blend (degree 4 - k, k <= 3): for each, the factors of (c, a_1, b_1,
-    /// ..).
+    /// Bernstein control points of the k-th derivative of a blend (degree 4 - k, k <= 3). Each control point is given by its
+    /// factors of the coefficients (c, a_1, b_1, ..).
     pub(crate) fn blend_control(&self, k: usize, is_start: bool) -> Vec<Vec<f64>> {
         let blend = self.blend;
         let [q, v, a] = [0, 1, 2].map(|k| self.row(0.0, k));
@@ -63,7 +63,8 @@ impl FourierSeries {
         points
     }
 
-    /// The k-th derivative of a blend at the fraction u in [0, 1] of its duration: the factors of (c, a_1, b_1, ..).
+    /// Factors of the coefficients (c, a_1, b_1, ..) in the k-th derivative of a blend, at the fraction u in [0, 1] of its
+    /// duration.
     pub(crate) fn blend_row(&self, k: usize, is_start: bool, u: f64) -> Vec<f64> {
         casteljau(self.blend_control(k, is_start), u)
     }

@@ -1,4 +1,4 @@
-//! The proof that the bodies of a robot keep their distances along a motion, also between the samples.
+//! Proves that the bodies of a robot keep their minimum distances along a motion, also between the samples.
 //!
 //! On an interval of time with middle t, the enclosures of [`crate::excitation::enclosure`] bound how far every coordinate moves
 //! away from q(t). The distance on the interval is at least the distance at q(t) minus the motion of the bodies by the joints: a
@@ -21,67 +21,70 @@ use crate::excitation::trajectory::Trajectory;
 /// A pair of bodies (or a body and a region) whose distance has a lower bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// Kind: distance of two links, or region of one link.
+    /// Kind of limit: `Distance` for two links, `Region` for a link and a floor, wall or box.
     pub limit: LimitKind,
-    /// The two sides: `forearm and base`, or `forearm at the floor`.
+    /// Names of the two sides: `forearm and base`, or `forearm at the floor`.
     pub subject: String,
-    /// Lower bound of the distance, m.
+    /// Least allowed distance of the two sides, m; it includes `margin`.
     pub bound: f64,
-    /// The share of `bound` that covers errors of joints and bodies, m.
+    /// The share of `bound` that covers position errors of joints and bodies, m.
     pub margin: f64,
-    /// Distance above the bound that a search keeps, because bodies move between its instants, m.
+    /// Additional distance that a search keeps, m, because bodies move between the instants of the search.
     pub reserve: f64,
-    /// The moving links of both sides, by name.
+    /// Names of the moving links that carry the two sides.
     pub carriers: [String; 2],
 }
 
 impl Gap {
-    /// The gap in words: `distance of forearm and base (0.01 m)`.
+    /// The pair of bodies and its least allowed distance in words: `distance of forearm and base (0.01 m)`.
     pub fn in_words(&self) -> String {
         format!("{} of {} ({} m)", self.limit, self.subject, significant(self.bound, 3))
     }
 }
 
-/// The distance of a gap at a configuration, and its lower bound near it.
+/// The distance of a pair of bodies at a configuration, and a lower bound of this distance near the configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GapSize {
     /// Distance at the configuration, m; negative if bodies overlap.
     pub reached: f64,
-    /// Lower bound of the distance near the configuration, m.
+    /// Lower bound of the distance in the given neighbourhood of the configuration, m.
     pub at_least: f64,
 }
 
 /// Data that [`Surroundings::near`] keeps from one call to the next. Only the implementation of `Surroundings` knows their type.
+/// `None`: no data yet.
 pub type GapCache = Option<Box<dyn Any + Send>>;
 
-/// The gaps between the bodies of a robot and its environment.
+/// Computes distances between the bodies of a robot, and between them and the environment.
 pub trait Surroundings: Sync {
-    /// The gaps, in a fixed order.
+    /// The pairs of bodies whose distances are limited (gaps), in a fixed order.
     fn gaps(&self) -> &[Gap];
 
-    /// The distances of the gaps `which` at `q`, with lower bounds while each coordinate stays within `spread` of `q`, rad (m).
+    /// The distances at configuration `q` of the gaps with indices `which`. Each has a lower bound that holds while every
+    /// coordinate k stays within `spread[k]` of `q`, rad (m).
     fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize>;
 
-    /// Visits every pair of solids whose distance exceeds its bound by less than `within`, m.
+    /// Visits every pair of solids whose distance exceeds its bound by less than `within`, m, or violates it.
     ///
     /// `each` receives the index of the gap, the distance above the bound, m, and its derivative by each coordinate, m/rad (m/m).
     /// `known`: data of the previous call at the same instant of a motion, which save most of the work; `None` in the first call.
     fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// Intervals shorter than this are not halved, s: no body moves by a micrometre in it.
+/// Time intervals shorter than this are not halved, s, because no body moves by a micrometre in them.
 const SHORTEST_PART_S: f64 = 1e-7;
-/// Greatest number of evaluated distances in addition to the first intervals. A gap that is not proved by then stays unproven.
+/// Greatest number of evaluated distances in a proof, in addition to the first intervals. A distance that is not proved by then
+/// stays unproven.
 const MAX_DISTANCES: usize = 1_000_000;
 
-/// The least distance of a gap along the motion: the least found value, its time, and the proved lower bound, m and s.
+/// Least evaluated distance of a gap along the motion, m, its time, s, and the proved lower bound of the distance, m.
 struct Least {
     reached: f64,
     time: f64,
     proved: f64,
 }
 
-/// Evaluates the gaps at both ends of the trajectory: a gap that is violated there needs no proof elsewhere.
+/// Evaluates the distances at both ends of the trajectory. A distance that is violated there needs no proof elsewhere.
 fn reach_ends(course: &dyn Trajectory, surroundings: &dyn Surroundings, all: &[usize], found: &mut [Least]) {
     let stretches = course.stretches();
     let first = stretches.first().map(|s| (0, 0.0, s.start));
@@ -96,7 +99,7 @@ fn reach_ends(course: &dyn Trajectory, surroundings: &dyn Surroundings, all: &[u
     }
 }
 
-/// Proves the distances along a trajectory: one certificate row per gap, in the order of the gaps.
+/// Proves the distances along a trajectory and gives one certificate row per gap, in the order of the gaps.
 pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let (enclosed, stretches, interruption) = (course.enclosed(), course.stretches(), Interruption::here());
@@ -110,8 +113,8 @@ pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> V
         let at = |k: usize| {
             if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }
         };
-        // First in, first out, so wide intervals come first: a violation is found before a neighbouring interval is halved many
-        // times.
+        // Intervals are processed first in, first out, so wide intervals come first: a violation is found before a neighbouring
+        // interval is halved many times.
         let mut left: VecDeque<(Interval, Vec<usize>)> =
             (0..stretch.parts).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop_front() {
@@ -136,7 +139,7 @@ pub fn prove_gaps(course: &dyn Trajectory, surroundings: &dyn Surroundings) -> V
                 if room.reached < least.reached {
                     (least.reached, least.time) = (room.reached, time);
                 }
-                // A gap that is violated somewhere needs no proof elsewhere.
+                // If a distance is violated at any instant, its proof cannot succeed, so no more intervals are halved for it.
                 let settled = room.at_least >= bound || least.reached < bound;
                 if settled || is_point || looked_at >= most {
                     least.proved = least.proved.min(room.at_least);
@@ -176,7 +179,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::excitation::motion::tests::motions;
 
-    /// A body at the end of a rod of length 1 m, which the first coordinate rotates, with a wall at y = `height`.
+    /// A body at the end of a rod of length 1 m, which the first coordinate rotates; a wall is at y = `height`, m.
     pub(crate) struct Rod {
         pub(crate) height: f64,
         pub(crate) gaps: [Gap; 1],

@@ -1,11 +1,11 @@
-//! The kinds of limits of a motion.
+//! The kinds of limits of a motion, with their names and units.
 
 use std::fmt;
 
 use LimitKind::*;
 use serde::{Deserialize, Serialize};
 
-/// A kind of limit.
+/// A quantity that a motion limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitKind {
@@ -17,7 +17,7 @@ pub enum LimitKind {
     Acceleration,
     /// Jerk, rad/s^3 (m/s^3).
     Jerk,
-    /// Torque, N m, or force, N.
+    /// Torque of a drive, N m, or force, N.
     Effort,
     /// Power of a drive: torque times velocity, W.
     Power,
@@ -31,10 +31,10 @@ impl LimitKind {
     /// The kinematic limits, in the order of the derivatives.
     pub const KINEMATIC: [LimitKind; 4] = [Position, Velocity, Acceleration, Jerk];
 
-    /// The limits of a coordinate.
+    /// The limits that belong to a single coordinate (not to links).
     pub const OF_A_COORDINATE: [LimitKind; 6] = [Position, Velocity, Acceleration, Jerk, Effort, Power];
 
-    /// All kinds, in the order of a certificate.
+    /// All kinds of limits, in the order of the rows of a certificate.
     pub const ALL: [LimitKind; 8] = [Position, Velocity, Acceleration, Jerk, Distance, Region, Effort, Power];
 
     /// The name of the kind, in messages.
@@ -51,7 +51,8 @@ impl LimitKind {
         }
     }
 
-    /// The unit of the limited quantity. `None`: it is not known whether the joint slides, so both units are given: `rad (m)`.
+    /// The unit of the limited quantity. `is_prismatic`: whether the joint slides; `None`: unknown, so both units are given: `rad
+    /// (m)`.
     pub fn unit_of(self, is_prismatic: Option<bool>) -> String {
         let (turns, slides) = (self.unit(false), self.unit(true));
         match is_prismatic {

@@ -1,16 +1,16 @@
-//! The limits of each coordinate: from the description, tightened by a limits file, or assumed if neither has the limit.
+//! The limits of each coordinate: from the description, tightened by the user's limits file, or assumed if neither has the limit.
 //!
-//! | limit | of the description | assumed (sliding joints) |
+//! | limit | in the description | assumed value (sliding joints) |
 //! |---|---|---|
 //! | position | yes, up to 1000 | +-1.5 rad (+-0.25 m) |
 //! | velocity | yes, up to 10 000 | 1 rad/s (0.25 m/s) |
-//! | acceleration | of a YAML | reaches the velocity in 0.3 s |
+//! | acceleration | only in YAML descriptions | reaches the velocity in 0.3 s |
 //! | jerk | no | reaches the acceleration in 0.05 s |
 //! | effort | yes | unknown: not checked |
 //! | power | no | none |
 //!
-//! A file can only tighten the limits of the description. Not here: limits of bodies, such as boxes, floors and self-collision
-//! ([`crate::excitation::space_limits`]).
+//! A limits file can only tighten the limits of the description. Not here: limits of bodies, such as boxes, floors and
+//! self-collision ([`crate::excitation::space_limits`]).
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ pub struct CoordinateLimits {
 }
 
 impl CoordinateLimits {
-    /// Least and greatest allowed value of a quantity. `None` if it is not limited.
+    /// Least and greatest allowed value of a quantity of this coordinate. `None` if the quantity is not limited.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let symmetric = |x: f64| Some((-x, x));
         match kind {
@@ -56,14 +56,14 @@ impl CoordinateLimits {
             LimitKind::Jerk => symmetric(self.jerk),
             LimitKind::Effort => self.effort.and_then(symmetric),
             LimitKind::Power => self.power.and_then(symmetric),
-            // These are limits of links, not of a coordinate.
+            // Distances are limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         }
     }
 
-    /// The greatest velocity that the joint can reach, rad/s (m/s), from its limits of acceleration and position range; at most
-    /// its velocity limit, which for a gripper may be ten times as large. At least a twentieth of that limit, because a slower
-    /// joint identifies nothing.
+    /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). It is at
+    /// most the velocity limit, which for a gripper may be ten times as large. It is at least a twentieth of that limit, because
+    /// a slower joint identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
         (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)
@@ -95,7 +95,7 @@ impl CoordinateLimits {
     }
 }
 
-/// Limits that a limits file requests for one coordinate, or for all coordinates. `None`: not requested.
+/// Limits that a user's limits file requests for one coordinate, or for all coordinates. `None`: not requested.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AskedLimits {
@@ -111,35 +111,36 @@ pub struct AskedLimits {
     pub effort: Option<f64>,
     /// Greatest power of the drive, W.
     pub power: Option<f64>,
-    /// Constant position of a locked coordinate, rad (m).
+    /// Position at which the coordinate is to be locked, rad (m).
     pub locked: Option<f64>,
     /// Slow-down factor s, 0 < s <= 1: multiplies the limits of velocity by s, of acceleration by s^2, of jerk by s^3.
     pub slowed: Option<f64>,
 }
 
-/// Smallest accepted limit of velocity, rad/s (m/s): a slower joint would need 70 days for a turn, and a search would not end.
+/// Smallest accepted limit of velocity, rad/s (m/s). With a smaller limit, a turn takes 70 days and a search does not end.
 const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
 /// A position limit beyond this counts as no limit, rad (m): some files use 1e16 for a missing limit.
 pub const FARTHEST_POSITION: f64 = 1e3;
-/// A velocity limit above this counts as no limit, rad/s (m/s): products with such a velocity lose the gravity terms to rounding.
+/// A velocity limit above this counts as no limit, rad/s (m/s), because products with such a velocity lose the gravity terms to
+/// rounding.
 pub const FASTEST_VELOCITY: f64 = 1e4;
-/// Half the position range of a locked joint, rad (m); it covers rounding.
+/// Half the position range that a locked joint gets, rad (m); it covers rounding errors.
 const LOCKED_HALF_RANGE: f64 = 1e-9;
-/// Least reachable velocity as a share of the velocity limit.
+/// The reachable velocity of a joint is assumed to be at least this share of its velocity limit.
 const LEAST_VELOCITY_SHARE: f64 = 0.05;
-/// Time from rest to the velocity limit with the assumed acceleration, s.
+/// The assumed acceleration limit accelerates a joint from rest to its velocity limit in this time, s.
 const ACCELERATING_TIME_S: f64 = 0.3;
-/// Time from zero to the acceleration limit with the assumed jerk, s.
+/// The assumed jerk limit accelerates a joint from zero acceleration to its acceleration limit in this time, s.
 const JERK_TIME_S: f64 = 0.05;
 
-/// Whether a joint is continuous, that is, a position limit is beyond [`FARTHEST_POSITION`].
+/// Whether a joint is continuous: a lower or upper position limit is beyond [`FARTHEST_POSITION`].
 fn is_unlimited((low, high): (f64, f64)) -> bool {
     low < -FARTHEST_POSITION || high > FARTHEST_POSITION
 }
 
 impl AskedLimits {
-    /// Locks the joint if both position limits are equal.
+    /// Locks the joint if its lower and upper position limit are equal.
     fn with_still_joint(self) -> AskedLimits {
         match self.position {
             Some((low, high)) if low == high => {
@@ -150,8 +151,8 @@ impl AskedLimits {
         }
     }
 
-    /// The usable limits of a description. Position limits beyond [`FARTHEST_POSITION`] are ignored. A joint with two equal
-    /// position limits is locked there.
+    /// The usable limits in a robot's description. Position limits beyond [`FARTHEST_POSITION`] are ignored. A joint with two
+    /// equal position limits is locked there.
     pub fn of_description(described: &Limits) -> AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
         let found = AskedLimits {
@@ -164,7 +165,7 @@ impl AskedLimits {
         found.with_still_joint()
     }
 
-    /// Least and greatest allowed value of a quantity. `None` if it is not limited.
+    /// Least and greatest requested value of a quantity. `None` if no limit is requested.
     pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
         let size = match kind {
             LimitKind::Position => return self.position,
@@ -173,29 +174,29 @@ impl AskedLimits {
             LimitKind::Jerk => self.jerk,
             LimitKind::Effort => self.effort,
             LimitKind::Power => self.power,
-            // These are limits of links, not of a coordinate.
+            // Distances are limits of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         };
         size.map(|x| (-x, x))
     }
 }
 
-/// The contents of the file of the option `--limits`.
+/// The contents of the user's limits file (option `--limits`).
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsFile {
-    /// Limits of every coordinate; limits in `coordinates` take precedence.
+    /// Limits for every coordinate. Limits of a coordinate in `coordinates` take precedence.
     pub all: AskedLimits,
-    /// Limits of single coordinates, by name.
+    /// Limits for single coordinates, by name of the coordinate.
     pub coordinates: BTreeMap<String, AskedLimits>,
-    /// Regions that the bodies must stay in; `None`: the defaults.
+    /// Limits of the bodies in space: floor, walls, boxes and distances. `None`: the defaults.
     pub space: Option<SpaceLimits>,
-    /// Error margins: how far the robot may differ from its description and its plan.
+    /// Error margins: bounds of the errors between the robot and its description or planned motion.
     pub margins: ErrorMargins,
 }
 
 impl LimitsFile {
-    /// Reads the YAML of `--limits`.
+    /// Reads the limits file from its text. `file`: its name for messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
                         power, locked, slowed}}`, `all: {..}` of the same, `space: {floor, walls: [{point, normal, links}], \
@@ -204,7 +205,7 @@ impl LimitsFile {
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
-    /// Fails if the file names an unknown coordinate or has a margin out of range.
+    /// Fails if the limits file names an unknown coordinate or has a margin out of range. `names`: all coordinates of the robot.
     pub fn check_names(&self, names: &[String]) -> Result<(), String> {
         if let Some(unknown) = self.coordinates.keys().find(|name| !names.contains(name)) {
             return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
@@ -212,15 +213,15 @@ impl LimitsFile {
         self.margins.fault(names).map_or(Ok(()), Err)
     }
 
-    /// The limits that the file requests for this coordinate.
+    /// The limits that the file requests for this coordinate alone, without the limits for all coordinates.
     pub fn of(&self, coordinate: &str) -> AskedLimits {
         self.coordinates.get(coordinate).cloned().unwrap_or_default()
     }
 }
 
-/// The limits of all coordinates, and sentences on the limits that had to be assumed.
+/// The limits of all coordinates for the search of a motion, and one sentence for each kind of limit that had to be assumed.
 ///
-/// Fails if the file names an unknown coordinate or is looser than the description, or if no position range remains.
+/// Fails if the limits file names an unknown coordinate or is looser than the description, or if no position range remains.
 pub fn motion_limits(
     names: &[String],
     is_prismatic: impl Fn(usize) -> bool,
@@ -247,14 +248,14 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
-/// Assumed values for a coordinate without limits: greatest distance from zero, rad (m), and velocity, rad/s (m/s).
+/// Assumed limits of a coordinate without limits: greatest distance from zero, rad (m), and greatest velocity, rad/s (m/s).
 pub(crate) fn assumed(is_prismatic: bool) -> (f64, f64) {
     if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) }
 }
 
-/// The limit of the limits file, or else of the description; `None` if both have none.
+/// The limit of the user's limits file (`asked`), or else of the description; `None` if both have none.
 ///
-/// Fails if the limit of the file is looser.
+/// Fails if the limit of the limits file is looser.
 fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
     match (described, asked) {
         (Some(d), Some(a)) if a > d => {
@@ -264,14 +265,15 @@ fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result
     }
 }
 
-/// The limits of a coordinate from a limits file and the description, slowed down if the file requests it. No limit is assumed.
+/// Combines the limits of one coordinate from the limits file (`own`, else `all`) and from the description, and slows them down
+/// if the file requests it. No limit is assumed.
 ///
-/// Fails if the file is looser than the description.
+/// Fails if the limits file is looser than the description.
 pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
     let described = AskedLimits::of_description(described);
     let asked_position = own.position.or(all.position);
     let still = AskedLimits { position: asked_position, ..AskedLimits::default() }.with_still_joint();
-    // A file may tighten the positions of the description, not extend them.
+    // The limits file may narrow the position range of the description, not extend it.
     let position = match (described.position, still.position) {
         (Some((low, high)), Some((a, b))) if a < low - LOCKED_HALF_RANGE || b > high + LOCKED_HALF_RANGE => {
             return Err(format!(
@@ -328,7 +330,7 @@ fn one(
         })
     };
     let (far, fast) = assumed(is_prismatic);
-    // Assumed limits are computed from limits that are not yet slowed down.
+    // An assumed limit is computed from limits before slowing down, and then slowed down itself.
     let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
     let quick = velocity / factor / ACCELERATING_TIME_S;
     let acceleration = or_assumed(LimitKind::Acceleration, given.acceleration, quick, 2);

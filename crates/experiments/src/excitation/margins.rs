@@ -1,4 +1,4 @@
-//! The margins covered by a proof, the margins assumed to be zero, and the distance and time of stopping.
+//! The error margins that a proof covers, the margins that it assumes to be zero, and the distance and time of stopping.
 
 use claims::significant;
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,9 @@ use crate::excitation::stopping::{StoppingMotions, stops};
 use crate::excitation::trajectory::Trajectory;
 use claims::{LeftOut, LeftOutTopic};
 
-/// The position limits narrowed by the greatest position error of each joint.
+/// The limits with position ranges narrowed by the greatest position error of each joint, according to `margins`.
 ///
-/// Fails if no position range of a joint remains.
+/// Fails if no position range of a joint remains, or if a joint is locked outside its narrowed range.
 pub fn with_margins(
     margins: &ErrorMargins,
     names: &[String],
@@ -30,35 +30,37 @@ pub fn with_margins(
     limits.iter().zip(names).zip(margins.of_joints(names)).map(one).collect()
 }
 
-/// Narrows the position limits of a joint by `by`, its greatest position error, rad (m). The other limits are unchanged.
+/// Narrows the requested position limits of a joint at both ends by `by`, its greatest position error, rad (m). The other limits
+/// are unchanged.
 ///
-/// Fails if no range remains.
+/// Fails if no position range remains.
 pub fn asked_with_margins(asked: AskedLimits, by: f64) -> Result<AskedLimits, String> {
     let position = asked.position.map(|position| narrowed(position, by)).transpose()?;
     Ok(AskedLimits { position, ..asked })
 }
 
-/// The meaning of a certificate for users, in words.
+/// Statement for users of what a certificate means.
 pub const STATEMENT: &str = "a proof of planning, and no safety function";
 
-/// The margins that a certificate covers or assumes.
+/// The margins that a certificate covers or assumes to be zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Margins {
-    /// The error margins that the rows cover; a margin that is not given is assumed to be zero.
+    /// The error margins that the certificate covers. A margin that is not given is assumed to be zero.
     pub errors: ErrorMargins,
-    /// Greatest distance by which a body's surface exceeds the hull of its mesh, m, with the name of its link; the rows cover it.
-    /// `None`: no mesh.
+    /// Greatest distance by which the convex hull of a mesh exceeds the mesh, m, with the name of its link; the certificate
+    /// covers it. `None`: no body is a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
-    /// The distance and time of stopping, from any instant of the motion.
+    /// The greatest distance and time that the robot needs to stop, from any instant of the motion.
     pub stopping: StoppingMotions,
-    /// The meaning of the certificate for users, in words.
+    /// Statement for users of what the certificate means.
     pub statement: String,
 }
 
 impl Margins {
-    /// Computes the margins of a certificate along a trajectory. `mesh`: the greatest error of a mesh, m, with its link.
+    /// Computes the margins of a certificate (`rows`) along a trajectory. `mesh`: the greatest error of a mesh, m, with the name
+    /// of its link.
     pub fn new(
         positions: &dyn Trajectory,
         rows: &[CertificateRow],
@@ -90,7 +92,7 @@ impl Margins {
     }
 }
 
-/// The margins that are not given and thus assumed to be zero, as an omitted check. `None` if all are given.
+/// Reports the margins that are not given, and are therefore assumed to be zero, as an omitted check. `None` if all are given.
 pub fn left_out(errors: &ErrorMargins) -> Option<LeftOut> {
     let missing: Vec<&str> = errors.words().into_iter().filter(|(_, x)| x.is_none()).map(|(key, _)| key).collect();
     let what = format!("{} 0 (margins of a limits file give them)", is_listed(&missing));
@@ -170,14 +172,14 @@ mod tests {
             let room = found.stopping.positions.as_ref().unwrap();
             let expected = rooms[0].min(rooms[1]);
             assert!(room.room <= expected + 1e-9 && room.room > expected - 0.1, "{room:?} {rooms:?}");
-            // The wall is farther away than the bodies can move while stopping.
+            // The wall is 30 m beyond the reached positions, so stopping is covered.
             let bodies = found.stopping.bodies.as_ref().unwrap();
             assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
             let text = found.text();
             let whole =
                 ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT];
             assert!(whole.iter().all(|said| text.contains(said)), "{text}");
-            // Limits at the extremes of the motion leave no room for stopping, and a wall there leaves none either.
+            // These limits are nearly at the extremes of the motion, so stopping is not covered; likewise for the wall.
             let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
             let near_rod = Rod::new(height - 1e-3);
             let obligations = Obligations { limits: &near, names: &names, torque: None, surroundings: Some(&near_rod) };

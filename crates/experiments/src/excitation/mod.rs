@@ -1,4 +1,5 @@
-//! One exciting motion of all joints within proved limits: a finite Fourier series from rest to rest, or a quintic spline.
+//! Searches one exciting motion of all joints and proves its limits. The motion is a Fourier series between blends, or a quintic
+//! spline.
 
 pub mod artefact;
 pub mod barrier;

@@ -1,24 +1,25 @@
-//! A motion of all joints from rest to rest: a sum of basis functions.
-//! q_i(t) = c_i + sum_j x_ij f_j(t): c_i is the centre of coordinate i. The basis functions f_j are equal for all coordinates;
-//! they come from a Fourier series ([`crate::excitation::fourier_series`]) or a quintic spline
-//! ([`crate::excitation::quintic_spline`]). Every quantity is linear in (c, x_1, x_2, ..).
+//! A motion of all joints from rest to rest: each coordinate is a sum of basis functions.
+//!
+//! q_i(t) = c_i + sum_j x_ij f_j(t), c_i is the centre of coordinate i, x_ij are its coefficients. The basis functions f_j are
+//! equal for all coordinates; they come from a Fourier series ([`crate::excitation::fourier_series`]) or a quintic spline
+//! ([`crate::excitation::quintic_spline`]). Positions and their derivatives are linear in (c, x_1, x_2, ..).
 
 use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::quintic_spline::QuinticSpline;
 use crate::motion::reference_motion::Reference;
 
-/// The basis functions of a motion.
+/// The basis functions of a motion of all joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionShape {
-    /// Whole periods of a Fourier series, between two blends.
+    /// Whole periods of a Fourier series, between a blend from rest and a blend to rest.
     Fourier(FourierSeries),
     /// A quintic spline from rest to rest, once per repetition.
     Spline(QuinticSpline),
 }
 
 impl MotionShape {
-    /// Number of coefficients per coordinate, including the centre.
+    /// Number of coefficients of each coordinate, including its centre.
     pub fn size(&self) -> usize {
         match self {
             MotionShape::Fourier(series) => 2 * series.harmonics + 1,
@@ -26,7 +27,7 @@ impl MotionShape {
         }
     }
 
-    /// Duration of one repetition, s: a period of the series, or the whole spline.
+    /// Duration of one repetition, s: a period of the Fourier series, or the whole spline.
     pub fn period(&self) -> f64 {
         match self {
             MotionShape::Fourier(series) => series.period,
@@ -34,7 +35,7 @@ impl MotionShape {
         }
     }
 
-    /// Duration of the blend from rest to the series, and of the blend back to rest, s; zero for a spline.
+    /// Duration of the blend from rest to the Fourier series, and of the blend back to rest, s; zero for a spline.
     pub fn blend(&self) -> f64 {
         match self {
             MotionShape::Fourier(series) => series.blend,
@@ -42,7 +43,7 @@ impl MotionShape {
         }
     }
 
-    /// The k-th derivative (k <= 3) at `t` s from the start of a period: the factors of the coefficients (c, x_1, x_2, ..).
+    /// Factors of the coefficients (c, x_1, x_2, ..) in the k-th derivative of a coordinate (k <= 3), at time `t` in a period, s.
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         match self {
             MotionShape::Fourier(series) => series.row(t, k),
@@ -50,7 +51,8 @@ impl MotionShape {
         }
     }
 
-    /// The units of the coefficients in a search. One unit is a large share of the range that the limits allow.
+    /// The units in which a search scales the coefficients of a coordinate. One unit is a large share of the range that the
+    /// limits allow.
     pub fn units(&self, limits: &CoordinateLimits) -> Vec<f64> {
         let half_room = 0.5 * (limits.position.1 - limits.position.0);
         let unit = match self {
@@ -60,7 +62,7 @@ impl MotionShape {
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
     }
 
-    /// The metric of the coefficients in the units of [`MotionShape::units`], m x m.
+    /// The metric of a coordinate's coefficients, which are in the units of [`MotionShape::units`], m x m for m coefficients.
     ///
     /// A swing at the greatest velocity, or by half the position range, has a squared norm of about 1. For a series the metric is
     /// the identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count` instants, v
@@ -87,7 +89,8 @@ impl MotionShape {
         metric
     }
 
-    /// Rows of the k-th derivative at `count` instants of a period, and at the fractions `of_blends`, in [0, 1], of each blend.
+    /// Basis rows of the k-th derivative (factors of the coefficients): at `count` instants of a period, then at the fractions
+    /// `of_blends`, in [0, 1], of each blend.
     pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
         let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);
         let mut rows: Vec<Vec<f64>> = (0..count).map(of_period).collect();
@@ -99,7 +102,8 @@ impl MotionShape {
         rows
     }
 
-    /// Bernstein control points whose hull encloses the k-th derivative of the blends, the start blend first. Empty for a spline.
+    /// Bernstein control points whose hull encloses the k-th derivative of the blends, as factors of the coefficients. The start
+    /// blend is first. Empty for a spline.
     pub(crate) fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
             MotionShape::Fourier(series) => {
@@ -110,20 +114,20 @@ impl MotionShape {
     }
 }
 
-/// A motion of all joints.
+/// A motion of all joints from rest to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// Sample rate of the file that a controller plays, Hz.
+    /// Sample rate of the reference file that a controller plays, Hz.
     pub rate: f64,
-    /// Number of repetitions of the period.
+    /// Number of times that the period (or the spline) is repeated.
     pub repetitions: usize,
-    /// The basis functions.
+    /// The basis functions of the motion: a Fourier series or a spline.
     pub shape: MotionShape,
-    /// Coefficients of each coordinate: (c, x_1, x_2, ..).
+    /// Coefficients (c, x_1, x_2, ..) of each coordinate: centre c, then one factor per basis function.
     pub joints: Vec<Vec<f64>>,
 }
 
-/// The coefficients after the swing is multiplied by `factor` and the centre is replaced by `centre`.
+/// The coefficients of a joint after its swing about the centre is multiplied by `factor` and its centre is replaced by `centre`.
 pub fn scaled(coefficients: &[f64], factor: f64, centre: f64) -> Vec<f64> {
     let swing = coefficients.iter().skip(1).map(|x| factor * x);
     std::iter::once(centre).chain(swing).collect()
@@ -159,7 +163,8 @@ impl Motion {
         self.joints.iter().map(of).collect()
     }
 
-    /// The motion sampled at its rate, from rest to rest. The window of the reference covers the whole periods.
+    /// The motion sampled at its rate, from rest to rest. The window of the reference (samples for identification) covers the
+    /// whole periods.
     pub fn reference(&self) -> Reference {
         let count = |seconds: f64| (seconds * self.rate).round() as usize;
         let (samples, n) = (count(self.duration()) + 1, self.joints.len());
@@ -202,7 +207,8 @@ pub(crate) mod tests {
         ]
     }
 
-    /// Each derivative is the derivative of the previous one, also at the joints of segments; the motion starts and ends at rest.
+    /// Checks that each time derivative is the derivative of the previous one, also where segments join, and that the motion
+    /// starts and ends at rest.
     #[test]
     fn derivatives_follow_and_the_ends_rest() {
         for motion in motions() {
@@ -210,14 +216,14 @@ pub(crate) mod tests {
             assert_eq!(duration, 8.0 + 2.0 * motion.shape.blend());
             let h = 1e-5;
             for i in 0..100 * duration as usize {
-                // Instants at which the jerk does not jump.
+                // The jerk does not jump at these instants.
                 let t = 0.01 * i as f64 + 0.003;
                 let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
                 for k in 0..2 {
                     for d in 0..3 {
                         let slope = (after[k][d] - before[k][d]) / (2.0 * h);
-                        // Error: h^2 times the derivative two orders higher, five powers of 3 w = 4.7, 120 K^5 / T^5 = 6900.
-                        // Rounding: 1e-16 of a hundred, divided by h.
+                        // Error of the difference: h^2 times the derivative two orders higher, with 3 w = 4.7 and 120 K^5 / T^5 =
+                        // 6900. Rounding: 1e-16 of a hundred, divided by h.
                         assert!((slope - at[k][d + 1]).abs() < 1e-5, "{t} {k} {d}: {slope} {}", at[k][d + 1]);
                     }
                 }
@@ -227,7 +233,7 @@ pub(crate) mod tests {
                 let (before, after) = (motion.at(t - 1e-9), motion.at(t + 1e-9));
                 for k in 0..2 {
                     for d in 0..3 {
-                        // The change in 2e-9 s at a jerk of 200 rad/s^3.
+                        // The acceleration changes by less than this in 2e-9 s at a jerk of 200 rad/s^3.
                         assert!((before[k][d] - after[k][d]).abs() < 1e-6, "{t}");
                     }
                 }
@@ -245,7 +251,7 @@ pub(crate) mod tests {
             let t = 4.0 * f64::from(knot) / 9.0;
             let [before, after] = [-1e-7, 1e-7].map(|h| motion.at(t + h));
             for k in 0..2 {
-                // The change in 2e-7 s at a jerk slope of some thousands.
+                // The jerk changes by less than this in 2e-7 s if its derivative is some thousands.
                 assert!((before[k][3] - after[k][3]).abs() < 2e-3, "{knot}: {} {}", before[k][3], after[k][3]);
             }
         }

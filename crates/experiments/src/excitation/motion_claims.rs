@@ -1,4 +1,4 @@
-//! The claims of a motion: one for each row of its certificate and one for each omitted check.
+//! Converts the certificate of a motion to claims: one for each certificate row and one for each omitted check.
 //!
 //! | claim | from |
 //! |---|---|
@@ -26,41 +26,41 @@ const LIMIT: Topic = Topic("limit");
 const APPROACH: Topic = Topic("approach and return");
 const MARGIN: Topic = Topic("margins");
 
-/// The lowest point of the moving links, of all sampled instants of a motion.
+/// The lowest point of the moving links, over all sampled instants of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LowestPoint {
-    /// Height z in the base frame, m.
+    /// Height of the point: z in the base frame, m.
     pub z_m: f64,
-    /// Name of the link of the point.
+    /// Name of the link that has the lowest point.
     pub link: String,
-    /// Time after the start, s.
+    /// Time after the start of the motion at which this point is reached, s.
     pub time_s: f64,
 }
 
 /// The certificate of a motion with the omitted checks.
 #[derive(Clone, Copy)]
 pub struct MotionClaims<'a> {
-    /// The limits with their proofs.
+    /// The limits of the motion, each with the result of its proof.
     pub rows: &'a [CertificateRow],
-    /// The checks that were not made.
+    /// The checks of the motion that were not made.
     pub left_out: &'a [LeftOut],
     /// Height of the floor in the base frame, m. `None`: no floor.
     pub floor: Option<f64>,
-    /// The lowest point at the sampled instants.
+    /// The lowest point of the moving links at the sampled instants. `None`: not computed.
     pub lowest: Option<&'a LowestPoint>,
 }
 
-/// Why no trial is proposed for a row that is not proven.
+/// Reason why the remedy of a violated limit, another motion, has not been tried; part of the claim's text.
 const NOT_TRIED: &str = "a smaller motion is another motion";
 
 impl MotionClaims<'_> {
-    /// One claim per row of the certificate, then one per omitted check.
+    /// The claims of the motion: one per certificate row, then one per omitted check.
     pub fn claims(&self) -> Vec<Claim> {
         self.rows.iter().map(claim_of_row).chain(self.left_out.iter().map(claim_of_left_out)).collect()
     }
 
-    /// The level of evidence of the whole motion.
+    /// The level of evidence that the whole motion may be played: the lowest level of all its claims.
     pub fn standing(&self) -> EvidenceLevel {
         let rows = self.rows.iter().map(|row| Need::at_least(subject_of_row(row), EvidenceLevel::Assumed));
         let left_out = self.left_out.iter().filter(|out| out.matter != LeftOutTopic::Approach).map(|out| {
@@ -73,19 +73,19 @@ impl MotionClaims<'_> {
         worst(&self.claims(), &purpose)
     }
 
-    /// Whether every row is proven and all requested checks were made.
+    /// Whether every certificate row is proven and all requested checks were made.
     pub fn is_kept(&self) -> bool {
         self.standing().exit_code() == 0
     }
 
-    /// Sentences on rows that are not proven and on requested checks that were not made.
+    /// Sentences for the user: one per limit that is not proven, and one per requested check that was not made.
     pub fn faults(&self) -> Vec<String> {
         let rows = self.rows.iter().filter(|row| row.kept != LimitProof::Proven).map(ToString::to_string);
         let owed = self.left_out.iter().filter(|out| out.is_owed()).map(|out| claim_of_left_out(out).to_string());
         rows.chain(owed).collect()
     }
 
-    /// Assumptions and omitted checks, one sentence for each.
+    /// Sentences for the user on assumptions and omitted checks, one for each.
     pub fn left_out_sentences(&self) -> Vec<String> {
         self.left_out.iter().map(|out| claim_of_left_out(out).to_string()).collect()
     }
@@ -96,15 +96,15 @@ impl MotionClaims<'_> {
     }
 }
 
-/// The subject of a row of the floor ends with these words.
+/// The subject of a certificate row about the floor ends with these words.
 const AT_THE_FLOOR: &str = " at the floor";
 
-/// Whether a row of the kind `Region` is about the floor.
+/// Whether the subject of a certificate row of kind `Region` is a link at the floor.
 fn is_of_floor(subject: &str) -> bool {
     subject.ends_with(AT_THE_FLOOR)
 }
 
-/// The subject; without the words for the floor if the topic already is the floor.
+/// The subject of a claim, without the words ` at the floor` if the topic already is the floor.
 fn at(topic: Topic, subject: &str) -> &str {
     if topic == FLOOR { subject.strip_suffix(AT_THE_FLOOR).unwrap_or(subject) } else { subject }
 }
@@ -163,10 +163,10 @@ fn claim_of_left_out(out: &LeftOut) -> Claim {
     Claim::new(subject_of_left_out(out), outcome)
 }
 
-/// Greatest number of names that are listed; of more names only the number is given.
+/// Greatest number of names that the last line of a report lists; of more names it gives only the number.
 const MAX_LISTED_NAMES: usize = 2;
 
-/// Counts or lists the subjects of claims, topic by topic: `distance of 3`, `approach and return`.
+/// Lists the subjects of claims topic by topic, or counts them if there are many: `distance of 3`, `approach and return`.
 fn counted<'a>(subjects: impl Iterator<Item = &'a Subject>) -> String {
     let mut topics: Vec<(&str, Vec<&str>)> = Vec::new();
     for subject in subjects {
@@ -185,7 +185,7 @@ fn counted<'a>(subjects: impl Iterator<Item = &'a Subject>) -> String {
     topics.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// The last line of the report: the violated, unproven, proven, assumed and omitted claims, in this order.
+/// The last line of a report: the violated, unproven, proven, assumed and omitted claims of a motion, in this order.
 impl fmt::Display for MotionClaims<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let claims = self.claims();
@@ -264,7 +264,7 @@ mod tests {
             );
             assert_eq!(claims.faults().is_empty(), claims.is_kept(), "{text}");
         }
-        // The approach to the first pose is reported, but does not change the level of evidence.
+        // The omitted check of the approach to the first pose is reported, but does not change the level of evidence.
         let (rows, left_out) = ([row(LimitProof::Proven)], [LeftOut::approach()]);
         let alone = claims_of_motion(&rows, &left_out);
         assert_eq!(alone.standing(), EvidenceLevel::Proven);

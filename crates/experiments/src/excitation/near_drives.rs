@@ -1,10 +1,10 @@
-//! Torques and powers near their bounds, linearised in the coefficients. They give the contribution of the torque barrier to the
-//! Hessian of a descent, and the greatest step.
+//! Linearises torques and powers near their bounds in the coefficients of a motion. The result is used for the Hessian of the
+//! torque barrier and for the greatest step of a descent.
 //!
-//! B: Hessian of the kinematic barrier, block by block. G: gradients of the K nearest quantities v by the coefficients; u: their
-//! bounds. D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)). The Hessian is B + G' D G, without the second derivatives of v. Its
-//! inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without this term the line search of a
-//! chain of thirty joints, whose efforts are limiting, halves each step three to fifteen times.
+//! B: Hessian of the kinematic barrier, block by block. G: gradients of the K nearest quantities v by the N coefficients; u:
+//! their bounds. D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)). The Hessian is B + G' D G, without the second derivatives of
+//! v. Its inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without this term the line search of
+//! a chain of thirty joints, whose efforts are limiting, halves each step three to fifteen times.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -12,34 +12,37 @@ use crate::excitation::barrier::Curvature;
 use crate::excitation::problem::Prepared;
 use crate::excitation::torque_barrier::{EnforcedDrive, TorqueBarrier};
 
-/// Only a quantity above this share of its bound may be included.
+/// A torque or power is linearised only if it is above this share of its bound.
 const NEAR_SHARE: f64 = 0.7;
-/// Curvature by a scaled coefficient that is negligible compared with the criterion; the barrier is included only above it.
+/// A curvature of the torque barrier by a scaled coefficient below this is negligible compared with the criterion, so the barrier
+/// term is left out.
 const NEGLIGIBLE_CURVATURE: f64 = 1e-3;
-/// Share of the distance to a bound that one step may use; the kinematic barrier uses the same value.
+/// Share of the distance to a torque or power bound that one step may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// Torques and powers near their bounds at a motion x, with their gradients.
+/// Torques and powers near their bounds for one motion, with their gradients by its coefficients.
 #[derive(Clone)]
 pub(crate) struct NearDrives {
     held: Vec<EnforcedDrive>,
-    /// Gradients G, K x N, row by row.
+    /// Gradients G of K quantities by N coefficients, K x N, row by row.
     slopes: Vec<f64>,
-    /// Number of coefficients N.
+    /// Number N of coefficients of the motion.
     width: usize,
 }
 
 impl NearDrives {
-    /// Selects the quantities nearest to their bounds; their number is at most the number of instants of the criterion.
+    /// Selects the torques and powers nearest to their bounds, at most as many as the criterion has instants. `height`: weight of
+    /// the barriers; `states` and `rigid`: states and torques at all instants.
     pub(crate) fn new(prepared: &Prepared, height: f64, states: &[f64], rigid: &[f64]) -> NearDrives {
         let problem = prepared.problem;
-        // If the weight is low, only the nearest quantities matter: (distance / bound)^2 at most weight / negligible curvature.
+        // With a low weight, only quantities very near their bounds matter: (distance / bound)^2 at most weight / negligible
+        // curvature.
         let weight = height / problem.samples.max(1) as f64;
         let least_share = (1.0 - (weight / NEGLIGIBLE_CURVATURE).sqrt()).max(NEAR_SHARE);
         let near = |wall: &TorqueBarrier| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
         let mut held = problem.torque.map_or(vec![], near);
-        // Quantities with raised bounds come first, because their barriers are the steepest; equal ones stay in the order of the
-        // instants.
+        // Quantities with temporarily raised bounds come first, because their barriers are the steepest; equal ones stay in the
+        // order of the instants.
         let rank = |held: &EnforcedDrive| (held.relief > 1.0, held.share());
         held.sort_by(|a, b| rank(b).0.cmp(&rank(a).0).then(rank(b).1.total_cmp(&rank(a).1)));
         held.truncate(problem.samples);
@@ -55,7 +58,7 @@ impl NearDrives {
         self.slopes.chunks_exact(self.width.max(1))
     }
 
-    /// The greatest step along `direction` after which every quantity still has a hundredth of its distance to its bound, in
+    /// The greatest step along `direction` after which every torque and power still has 1 % of its distance to its bound, in
     /// linear approximation.
     pub(crate) fn greatest_step(&self, direction: &[f64]) -> f64 {
         let of = |(held, row): (&EnforcedDrive, &[f64])| {
@@ -66,8 +69,8 @@ impl NearDrives {
         self.held.iter().zip(self.rows()).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The Hessian of kinematic and torque barrier, factored; `weight` gives the weight for a factor of a bound. `None` if the
-    /// factorisation fails.
+    /// Factors the sum of the Hessians of kinematic and torque barrier. `weight`: gives the barrier weight from the factor that
+    /// raises a bound. `None` if the factorisation fails.
     pub(crate) fn curvature(&self, kinematic: &Curvature, weight: impl Fn(f64) -> f64) -> Option<RaisedCurvature> {
         let bend = |held: &EnforcedDrive| {
             weight(held.relief) * ((held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2))
@@ -87,17 +90,17 @@ impl NearDrives {
     }
 }
 
-/// The Hessian of the kinematic barrier with an update of rank K, factored.
+/// The Hessian B of the kinematic barrier with the update G' D G of rank K by the torque barrier, factored.
 pub(crate) struct RaisedCurvature {
-    /// Y, K x N.
+    /// Y = G B^-1, K x N; G: gradients of the K quantities by the N coefficients.
     solved: Vec<f64>,
     width: usize,
-    /// The Cholesky factor of D^-1 + G Y'.
+    /// The Cholesky factor of the K x K matrix D^-1 + G Y'.
     inner: Cholesky<f64, Dyn>,
 }
 
 impl RaisedCurvature {
-    /// Solves H y = x with the inverse at the top of this file; y replaces x.
+    /// Solves (B + G' D G) y = x by the matrix inversion lemma; y replaces x. `kinematic`: the factored B.
     pub(crate) fn solve(&self, kinematic: &Curvature, x: &mut [f64]) {
         let along = self.solved.chunks_exact(self.width).map(|row| -dot(row, x)).collect();
         kinematic.solve(x);
@@ -108,7 +111,7 @@ impl RaisedCurvature {
     }
 }
 
-/// Product of two vectors in four independent sums, for instruction-level parallelism.
+/// Dot product of two vectors in four independent sums, for instruction-level parallelism.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (fours, rest) = a.as_chunks::<4>();
     let (others, other_rest) = b.as_chunks::<4>();
@@ -142,7 +145,7 @@ mod tests {
         NearDrives { held: vec![held(1.9, 1.0), held(-1.5, 1.2), held(1.0, 1.0)], slopes, width: 10 }
     }
 
-    /// (B + G' D G) times the solution equals the right-hand side.
+    /// Checks that (B + G' D G) times the solution equals the right-hand side.
     #[test]
     fn the_raised_curvature_is_the_sum() {
         let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);
@@ -151,7 +154,7 @@ mod tests {
         let mut found: Vec<f64> = (0..10).map(|k| 1.0 - 0.2 * f64::from(k)).collect();
         let right = found.clone();
         near.curvature(&kinematic, weight).unwrap().solve(&kinematic, &mut found);
-        // B^-1 (right - G' D G found) equals the solution.
+        // Equivalent check: B^-1 (right - G' D G found) must equal the solution `found`.
         let mut rest = right.clone();
         for (held, row) in near.held.iter().zip(near.rows()) {
             let bend = (held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2);

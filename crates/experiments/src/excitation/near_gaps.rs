@@ -1,40 +1,40 @@
-//! Gaps near their bounds, linearised in the coefficients. They give the contribution of the distance barrier to the Hessian of a
-//! descent, and the greatest step.
+//! Linearises distances of bodies near their bounds in the coefficients of a motion. The result is used for the Hessian of the
+//! distance barrier and for the greatest step of a descent.
 //!
-//! b: row of the basis at an instant. g: gradient of a distance by the coordinates. w'': second derivative of the barrier by the
-//! distance. The Hessian is the sum over the gaps of w'' (g x b)(g x b)', x the Kronecker product, without the second derivatives
-//! of the distances. The gaps of one instant share b, so their terms in g are added first. Without this term the line search
-//! halves every step when bodies are near each other.
+//! b: row of the basis functions at an instant. g: gradient of a distance by the coordinates. w'': second derivative of the
+//! barrier by the distance. The Hessian is the sum over the distances of w'' (g x b)(g x b)', x the Kronecker product, without
+//! the second derivatives of the distances. The distances of one instant share b, so their terms in g are added first. Without
+//! this term the line search halves every step when bodies are near each other.
 
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::add_products;
 
 use crate::excitation::barrier::Curvature;
 
-/// Share of the distance to a bound that one step may use; the kinematic barrier uses the same value.
+/// Share of the distance to its bound that one step of a descent may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
-/// A gap near its bound at an instant.
+/// A pair of bodies (gap) near its bound at one instant.
 pub(crate) struct EnforcedGap {
-    /// Index of the instant.
+    /// Index of the instant among the instants of the distance barrier.
     pub instant: usize,
-    /// Distance above the sum of bound and reserve of the gap, m.
+    /// Distance of the bodies above the sum of bound and reserve of the gap, m.
     pub room: f64,
-    /// Second derivative of the barrier by the distance, 1/m^2.
+    /// Second derivative of the distance barrier by this distance, 1/m^2.
     pub bend: f64,
 }
 
-/// The gaps near their bounds along a motion, in the order of the instants.
+/// The pairs of bodies near their bounds along a motion, in the order of the instants.
 #[derive(Default)]
 pub(crate) struct NearGaps {
     held: Vec<EnforcedGap>,
-    /// Gradient of each distance by the n coordinates, m/rad (m/m); n entries per gap.
+    /// Gradient of the distance of each gap by the n coordinates, m/rad (m/m); n entries per gap.
     slopes: Vec<f64>,
 }
 
 impl NearGaps {
-    /// Adds a gap. `instant` must not be before the instant of the last gap; the other arguments are the fields of
-    /// [`EnforcedGap`] and the gradient.
+    /// Adds a gap with its distance above bound and reserve (`room`), second derivative of the barrier (`bend`) and gradient of
+    /// the distance. `instant` must not be before the instant of the last gap.
     pub(crate) fn push(&mut self, instant: usize, room: f64, bend: f64, slope: &[f64]) {
         self.held.push(EnforcedGap { instant, room, bend });
         self.slopes.extend_from_slice(slope);
@@ -44,12 +44,13 @@ impl NearGaps {
         self.held.is_empty()
     }
 
-    /// Each gap with its gradient by the coordinates.
+    /// Each gap with the gradient of its distance by the coordinates.
     pub(crate) fn rooms(&self) -> impl Iterator<Item = (&EnforcedGap, &[f64])> {
         self.held.iter().zip(self.slopes.chunks_exact(self.slopes.len() / self.held.len().max(1)))
     }
 
-    /// The greatest step along `direction` after which every gap still has a hundredth of its distance, in linear approximation.
+    /// The greatest step along `direction` (of the coefficients) after which every gap still has 1 % of its distance above its
+    /// bound, in linear approximation.
     pub(crate) fn greatest_step(&self, basis: &Basis, direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         let (mut seen, mut rates) = (usize::MAX, vec![]);
@@ -65,7 +66,7 @@ impl NearGaps {
         step
     }
 
-    /// The sum of the Hessians of the kinematic barrier (`kinematic`, one block per joint) and of the distance barrier, factored.
+    /// Factors the sum of the Hessians of the kinematic barrier (`kinematic`, one block per joint) and of the distance barrier.
     /// `None` if the factorisation fails.
     pub(crate) fn curvature(&self, basis: &Basis, kinematic: &[DMatrix<f64>]) -> Option<Curvature> {
         let (m, size) = (basis.m(), basis.scale.len());
@@ -84,7 +85,7 @@ impl NearGaps {
                     at += usize::from(instants[at] != held.instant);
                     weights[at] += held.bend * slope[of_j] * slope[of_k];
                 }
-                // Most distances depend on few joints, so most blocks are zero.
+                // Most distances depend on few joints, so the blocks of most pairs of joints are zero.
                 if weights.iter().all(|weight| *weight == 0.0) {
                     continue;
                 }
@@ -96,28 +97,28 @@ impl NearGaps {
                 }
             }
         }
-        // Only the lower triangle is filled, because the factorisation reads no other entry.
+        // Only the lower triangle of the Hessian is filled, because the factorisation reads no other entry.
         Cholesky::new(whole).map(Curvature::of_all)
     }
 }
 
-/// The map from the scaled coefficients to the positions; coefficients are ordered joint after joint.
+/// The map from the scaled coefficients of a motion to the positions. Coefficients are ordered joint after joint.
 pub(crate) struct Basis<'a> {
-    /// The row of the basis at each instant.
+    /// The row of the basis functions at each instant.
     pub rows: &'a [Vec<f64>],
     /// Indices of the coordinates that move.
     pub moving: &'a [usize],
-    /// Unit of each coefficient.
+    /// Unit of each coefficient: factor from scaled to unscaled coefficients.
     pub scale: &'a [f64],
 }
 
 impl Basis<'_> {
-    /// Number of coefficients per coordinate.
+    /// Number of coefficients of each coordinate.
     fn m(&self) -> usize {
         self.scale.len() / self.moving.len().max(1)
     }
 
-    /// Change of each moving coordinate per unit step along `direction`, at an instant.
+    /// Change of each moving coordinate at an instant, per unit step of the scaled coefficients along `direction`.
     fn rates(&self, direction: &[f64], instant: usize) -> Vec<f64> {
         let (row, m) = (&self.rows[instant], self.m());
         let of_joint = |(x, scale): (&[f64], &[f64])| row.iter().zip(x).zip(scale).map(|((b, x), s)| b * x * s).sum();
@@ -156,7 +157,7 @@ mod tests {
         (0..6).map(|at| slope[basis.moving[at / 3]] * row[at % 3] * basis.scale[at]).collect()
     }
 
-    /// The sum of the Hessians times the solution equals the right-hand side.
+    /// Checks that the sum of the Hessians times the solution equals the right-hand side.
     #[test]
     fn the_curvature_is_the_sum() {
         let (rows, near) = (rows(), near());
@@ -173,7 +174,7 @@ mod tests {
             product.iter_mut().zip(&slope).for_each(|(p, g)| *p += held.bend * along * g);
         }
         for (a, b) in product.iter().zip(&right) {
-            // Rounding of a system of six equations, with second derivatives that differ by a factor of a hundred.
+            // Tolerance: rounding of a system of six equations whose second derivatives differ by a factor of a hundred.
             assert!((a - b).abs() < 1e-12, "{product:?} {right:?}");
         }
     }

@@ -3,43 +3,45 @@
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// The reason why there is no motion.
+/// The reason why a search finds no exciting motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoMotion {
     /// All coordinates are locked.
     AllLocked,
-    /// No parameter is identifiable by any motion within the limits.
+    /// No motion within the limits makes any parameter identifiable.
     NothingToTell,
-    /// The limits of the coordinates, or the time, allow too little motion to separate the parameters.
+    /// The limits of the coordinates, or the duration, allow too little motion to separate the parameters.
     TooSmall {
         /// Index of the slowest coordinate.
         coordinate: usize,
-        /// The limit that restricts this coordinate most.
+        /// The limit of this coordinate that the motion uses most.
         limit: LimitKind,
-        /// Range of positions of this coordinate in a motion that identifies too little, rad (m).
+        /// Range of positions of this coordinate in the motion that was found, rad (m).
         swing: f64,
-        /// Greatest speed of this coordinate in this motion, rad/s (m/s).
+        /// Greatest speed of this coordinate in the motion that was found, rad/s (m/s).
         speed: f64,
     },
     /// Every tried motion, however small, needs more effort or power of this coordinate than is allowed.
     TooWeak {
-        /// Index of the coordinate.
+        /// Index of the coordinate whose drive is too weak.
         coordinate: usize,
-        /// The violated limit: effort or power.
+        /// The violated limit of the drive: effort or power.
         limit: LimitKind,
         /// The least ratio of effort or power to this limit, over all tried motions.
         share: f64,
     },
-    /// No tried motion, however small, keeps all distances; `gap` is the violated one that came nearest to its bound.
+    /// Every tried motion, however small, violates a distance of bodies; `gap` is the violated one that came nearest to its
+    /// bound.
     TooNarrow {
-        /// Index of the gap.
+        /// Index of the gap (pair of bodies).
         gap: usize,
-        /// Distance of this gap above its bound, m: too small to start a search, and usually negative.
+        /// Distance of this gap above its bound, m. It is too small to start a search, and usually negative.
         room: f64,
     },
 }
 
-/// The reason for a motion x that identifies too little: its slowest coordinate, with the limit that it is nearest to.
+/// Describes a motion x (scaled coefficients) that identifies too little: its slowest coordinate, and the limit that this
+/// coordinate uses most.
 pub(crate) fn too_small(prepared: &Prepared, problem: &Problem, x: &[f64]) -> NoMotion {
     let barrier = prepared.barrier();
     let of_joint = |(j, &coordinate): (usize, &usize)| {

@@ -1,11 +1,11 @@
-//! The nominal torques of a robot for a proof: their enclosures, friction, and a possible payload.
+//! The nominal torques of a robot for a proof: an interval torque function, friction, and a possible payload.
 
 use numerics::jet::Jet;
 use serde::{Deserialize, Serialize};
 
 /// The torque function of a robot, evaluated on jets (interval Taylor expansions) of its motion.
 pub trait EnclosedTorque: Sync {
-    /// Torque of each coordinate without friction, N m (N).
+    /// Torque of each coordinate without friction, N m (N), from the jets of its position, velocity and acceleration.
     fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet>;
 }
 
@@ -21,30 +21,30 @@ pub struct NominalFriction {
     pub offset: f64,
 }
 
-/// Torque parameters from an earlier identification.
+/// Torque parameters of a robot from an earlier identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IdentifiedTorque {
-    /// Values of the base parameters, in the order of the model.
+    /// Values of the base parameters, in the order of the columns of the regressor.
     pub parameters: Vec<f64>,
     /// Friction coefficients, one per coordinate.
     pub friction: Vec<NominalFriction>,
 }
 
-/// The torques of a robot from its description, or from an identification.
+/// The nominal torques of a robot: from its description, or from an identification.
 pub struct NominalTorque<'a> {
-    /// Torque function without payload.
+    /// Torque function of the robot without payload.
     pub torque: &'a dyn EnclosedTorque,
     /// Friction coefficients, one per coordinate.
     pub friction: Vec<NominalFriction>,
-    /// Share of the limits of effort and power that a motion may use; the rest of the limits covers errors of the model.
+    /// Share of the effort and power limits that a motion may use; the rest of these limits covers errors of the model.
     pub share: f64,
-    /// Torque function with the possible payload; `None`: there is no payload.
+    /// Torque function of the robot with the payload. `None`: no payload is given.
     pub loaded: Option<&'a dyn EnclosedTorque>,
 }
 
 impl NominalTorque<'_> {
-    /// The torques with the payload instead of without; `None` if there is no payload.
+    /// The nominal torques of the robot with its payload; `None` if no payload is given.
     pub(super) fn with_payload(&self) -> Option<NominalTorque<'_>> {
         let torque = self.loaded?;
         Some(NominalTorque { torque, friction: self.friction.clone(), share: self.share, loaded: None })

@@ -1,6 +1,7 @@
-//! A trajectory of polynomials: through given points, or for an experiment of a plan.
+//! A trajectory of polynomials in time: through given points, or for an experiment of a plan.
 //!
-//! Polynomials between the points at times t_i and t_i + h; positions q, velocities v and accelerations a are given at both ends:
+//! A polynomial leads from each point at time t_i to the next at t_i + h; s: time after t_i. Positions q_0, q_1, velocities v and
+//! accelerations a are given at both points:
 //!
 //! | interpolation | polynomial | jumps at points |
 //! |---|---|---|
@@ -19,21 +20,21 @@ use crate::motion::point_trajectory::{Interpolation, PointTrajectory};
 use crate::motion::profile::Profile;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 
-/// A trajectory of polynomials.
+/// A trajectory that is a polynomial in time on each segment, for each coordinate.
 #[derive(Clone, Debug)]
 pub struct PolynomialTrajectory {
     stretches: Vec<TrajectorySegment>,
-    /// Coefficients of 1, t, t^2, ..: one list per segment and coordinate.
+    /// Polynomial coefficients of 1, t, t^2, .. with local time t, s: one list per segment and coordinate.
     coefficients: Vec<Vec<Vec<Interval>>>,
 }
 
-/// Initial intervals of a proof for each segment between two points.
+/// Number of intervals into which a proof first divides a segment between two points.
 const INTERVALS_BETWEEN_POINTS: usize = 1;
-/// Initial intervals of a proof for each segment of an experiment.
+/// Number of intervals into which a proof first divides a segment of an experiment.
 const INTERVALS_OF_AN_EXPERIMENT: usize = 32;
 
 impl PolynomialTrajectory {
-    /// Makes the trajectory through points; [`PointTrajectory`] has already checked their order and number.
+    /// Makes the trajectory through given points. [`PointTrajectory`] has already checked their order and number.
     pub fn through(points: &PointTrajectory, interpolation: Interpolation) -> PolynomialTrajectory {
         let method = match interpolation {
             Interpolation::Linear => "Taylor polynomials between points, linear",
@@ -65,7 +66,8 @@ impl PolynomialTrajectory {
         PolynomialTrajectory { stretches, coefficients }
     }
 
-    /// One period of a swing, or one sweep there and back; the rests in between add no new positions, so they are omitted.
+    /// Makes the trajectory of one period of a swing, or of one sweep there and back. The pauses of an experiment add no new
+    /// positions, so they are omitted.
     pub fn of_experiment(experiment: &ExcitingTrajectory) -> PolynomialTrajectory {
         let mut course = PolynomialTrajectory { stretches: vec![], coefficients: vec![] };
         let still: Vec<Vec<Interval>> = experiment.centre.iter().map(|c| vec![Interval::point(*c)]).collect();
@@ -88,7 +90,8 @@ impl PolynomialTrajectory {
                 let moving = experiment.moving();
                 for (from, to, shape) in profile_pieces(*profile) {
                     push(from * t, (to - from) * t, &|k| {
-                        // With u = from + s/T, the polynomial p(u) becomes coefficients of s.
+                        // T: period. With u = from + s/T, the polynomial in u of the profile becomes a polynomial in the local
+                        // time s.
                         let scale = |(n, c): (usize, &f64)| {
                             let power = Interval::point(t);
                             (0..n).fold(Interval::point(half_range[k]) * *c, |x, _| x.over(power))
@@ -121,7 +124,8 @@ impl PolynomialTrajectory {
     }
 }
 
-/// The segments of a profile: lower and upper bound of u in [0, 1], and the coefficients of powers of (u - lower bound).
+/// The segments of a profile over one period: start and end of u = t / period in [0, 1], and polynomial coefficients of u -
+/// start.
 fn profile_pieces(profile: Profile) -> Vec<(f64, f64, Vec<f64>)> {
     match profile {
         Profile::BangBang => vec![
@@ -130,7 +134,7 @@ fn profile_pieces(profile: Profile) -> Vec<(f64, f64, Vec<f64>)> {
             (0.75, 1.0, vec![0.0, -8.0, 16.0]),
         ],
         Profile::Smooth => {
-            // 2 (35 s^4 - 84 s^5 + 70 s^6 - 20 s^7) - 1, s = 2 u.
+            // Smooth profile: 2 (35 s^4 - 84 s^5 + 70 s^6 - 20 s^7) - 1 with s = 2 u.
             let powers = [-1.0, 0.0, 0.0, 0.0, 70.0, -168.0, 140.0, -40.0];
             let scaled = |sign: f64| powers.iter().zip(0..).map(|(c, n)| sign * c * 2.0_f64.powi(n)).collect();
             vec![(0.0, 0.5, scaled(1.0)), (0.5, 1.0, scaled(-1.0))]
@@ -145,7 +149,8 @@ fn hermite_cubic(q: [Interval; 2], v: [Interval; 2], h: Interval) -> Vec<Interva
     vec![q[0], v[0], bend, twist]
 }
 
-/// Hermite's quintic with these positions, velocities and accelerations at 0 and h, as coefficients of 1, t, t^2, ..
+/// Hermite's quintic polynomial with positions q, velocities v and accelerations a at times 0 and h, as coefficients of 1, t,
+/// t^2, ..
 fn hermite_quintic(q: [Interval; 2], v: [Interval; 2], a: [Interval; 2], h: Interval) -> Vec<Interval> {
     let (dq, square) = (q[1] - q[0], h * h);
     let third = dq * 20.0 - (v[1] * 8.0 + v[0] * 12.0) * h - (a[0] * 3.0 - a[1]) * square;
@@ -185,14 +190,14 @@ impl EnclosedTrajectory for EnclosedPolynomials<'_> {
 
 /// Encloses position and four derivatives of a polynomial on the interval `middle` + `away`.
 fn derivatives(coefficients: &[Interval], middle: f64, away: Interval) -> Derivatives {
-    // Taylor coefficients about the middle, by Horner's scheme.
+    // Taylor coefficients of the polynomial about the middle, by Horner's scheme.
     let (mut about, at) = (coefficients.to_vec(), Interval::point(middle));
     for i in 0..about.len() {
         for j in (i..about.len() - 1).rev() {
             about[j] = about[j] + about[j + 1] * at;
         }
     }
-    // Powers of h = t - c; `square` gives even powers that are not negative.
+    // Powers of h = t - c on the interval with middle c. `square` gives even powers that are never negative.
     let square = away.square();
     let mut powers = vec![Interval::point(1.0), away];
     for n in 2..about.len() {
@@ -202,7 +207,7 @@ fn derivatives(coefficients: &[Interval], middle: f64, away: Interval) -> Deriva
     std::array::from_fn(|d| {
         let terms = about.iter().skip(d).zip(factors.iter().skip(d)).zip(&powers);
         let sum = terms.fold(Interval::ZERO, |sum, ((c, factor), power)| sum + *c * *factor * *power);
-        // Factors for the next derivative: n (n - 1) .. of t^n.
+        // The next derivative multiplies the factor n (n - 1) .. of t^n by the next smaller number.
         factors.iter_mut().enumerate().for_each(|(n, factor)| *factor *= (n as f64 - d as f64).max(0.0));
         sum
     })
@@ -214,7 +219,7 @@ mod tests {
     use crate::plan::exciting_trajectory::{MovingJoints, SwingCourse};
 
     fn points() -> PointTrajectory {
-        // sin t and t^2 at uneven times.
+        // Coordinate q1 is sin t and q2 is t^2, at uneven times.
         let times: Vec<f64> = [0.0, 0.1, 0.25, 0.3, 0.55].to_vec();
         let of = |f: &dyn Fn(f64) -> f64, g: &dyn Fn(f64) -> f64| {
             vec![times.iter().map(|t| f(*t)).collect::<Vec<f64>>(), times.iter().map(|t| g(*t)).collect()]
@@ -225,8 +230,8 @@ mod tests {
         PointTrajectory::new(vec!["q1".into(), "q2".into()], times, q, Some(v), Some(a)).unwrap()
     }
 
-    /// The polynomials match the points at both ends, up to the derivative that they interpolate, and lie within their
-    /// enclosures; t^2 is reproduced exactly.
+    /// Checks that the polynomials match the points at both ends, up to the derivative that they interpolate, and lie within
+    /// their enclosures. t^2 must be reproduced exactly.
     #[test]
     fn polynomials_go_through_their_points() {
         let points = points();
@@ -242,7 +247,7 @@ mod tests {
                     let given = [Some(points.positions()), points.velocities(), points.accelerations()];
                     for (d, given) in given.into_iter().flatten().enumerate().take(known) {
                         for (found, given) in found.iter().zip(given) {
-                            // Tolerance: a few rounding errors of numbers of size 20/h^2.
+                            // Tolerance: a few rounding errors of numbers of magnitude 20/h^2.
                             assert!((found[d].middle() - given[place]).abs() < 1e-10 && found[d].width() < 1e-9);
                         }
                     }
@@ -262,7 +267,7 @@ mod tests {
         }
     }
 
-    /// The trajectory of an experiment equals the reference of the experiment at every sample.
+    /// Checks that the trajectory of an experiment equals the reference of the experiment at every sample.
     #[test]
     fn experiments_are_their_reference() {
         use crate::plan::motion_kind::MotionKind;
@@ -291,7 +296,7 @@ mod tests {
                     let found = enclosed.on(i, Interval::point(t));
                     for (k, x) in found.iter().enumerate() {
                         let expected = [&reference.q, &reference.dq, &reference.ddq].map(|s| s[k][first + sample]);
-                        // Tolerance: rounding of a few terms of an acceleration, of size 1e3.
+                        // Tolerance: rounding of a few terms of an acceleration of magnitude 1e3.
                         (0..3).for_each(|d| {
                             assert!(
                                 (x[d].middle() - expected[d]).abs() < 1e-10,

@@ -1,7 +1,7 @@
-//! The search problem of a motion: the rows of an identification as a function of the coefficients of the motion.
+//! The search problem of a motion: the rows of W (the identification) as a function of the coefficients of the motion.
 //!
-//! The state at an instant is linear in the coefficients x, which are scaled and ordered joint after joint. Each row is divided
-//! by the noise of its joint; locked joints have no rows.
+//! The state (q, dq, ddq) at an instant is linear in the coefficients x, which are scaled and ordered joint after joint. Each row
+//! of W is divided by the torque noise of its joint; locked joints have no rows.
 
 use std::sync::Arc;
 
@@ -16,14 +16,14 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::torque_barrier::TorqueBarrier;
 
-/// The search problem of a motion: model, limits and criterion.
+/// The search problem of a motion: regressor, limits, criterion and basis functions.
 #[derive(Clone)]
 pub struct Problem<'a> {
-    /// The regressor of the base parameters, with its derivatives.
+    /// The regressor Y of the base parameters, with its derivatives by the state.
     pub regressor: &'a dyn DifferentiableRegressor,
-    /// The friction terms of every joint.
+    /// The friction terms that every joint has.
     pub friction: &'a [FrictionTerm],
-    /// Limits, one per coordinate.
+    /// Limits of each coordinate.
     pub limits: &'a [CoordinateLimits],
     /// Standard deviation of the noise of one torque sample, N m (N), one per coordinate.
     pub noise: &'a [f64],
@@ -31,64 +31,65 @@ pub struct Problem<'a> {
     pub aim: SearchObjective,
     /// The barrier of the torque and power limits. `None`: they are not limited.
     pub torque: Option<&'a TorqueBarrier>,
-    /// Whether each column of the model is included in the criterion.
+    /// Whether each column of W is included in the criterion.
     pub columns: &'a [bool],
     /// The basis functions of the motion.
     pub shape: MotionShape,
     /// Number of instants in a period at which limits and criterion are evaluated.
     pub samples: usize,
-    /// The bodies whose distances are kept. `None`: the description has no bodies.
+    /// The bodies whose distances are limited. `None`: the description has no bodies.
     pub surroundings: Option<&'a dyn Surroundings>,
-    /// Rows of prior information over all columns of the model, in the scale of one sample of the motion.
+    /// Rows of prior information on the parameters (from an earlier identification), one entry per column of W, divided by the
+    /// square root of the motion's number of samples. Empty: no prior information.
     pub prior: &'a [f64],
 }
 
-/// Number of instants in a blend at which torques are evaluated.
+/// Number of instants in each blend at which torques are evaluated.
 pub(super) const TORQUE_INSTANTS_PER_BLEND: usize = 16;
 
-/// A search problem with the precomputed data for its evaluations.
+/// A search problem with precomputed data that make its evaluations fast.
 #[derive(Clone)]
 pub struct Prepared<'a> {
     pub(super) problem: &'a Problem<'a>,
     barrier: Barrier,
     /// Indices of the coordinates that move.
     moving: Vec<usize>,
-    /// Unit of each scaled coefficient, joint after joint.
+    /// Unit of each scaled coefficient (unscaled = scaled times unit), joint after joint.
     scale: Vec<f64>,
-    /// Basis rows of q, dq, ddq at each instant (factors of the coefficients): first the instants of the period, then of the
-    /// blends.
+    /// Basis rows of q, dq, ddq at each instant (factors of a joint's coefficients): first the instants of the period, then those
+    /// of the blends.
     pub(super) instants: Vec<[Vec<f64>; 3]>,
-    /// Factors that raise the bounds of torques and powers, one per instant.
+    /// Factors that temporarily raise the bounds of torques and powers, one per instant; 1: not raised.
     reliefs: Vec<f64>,
-    /// The included base columns that are not zero in the rows of a moving coordinate, as (index in Y, index in W); one list per
-    /// moving coordinate.
+    /// For each moving coordinate, the included base columns that are not zero in its rows of W, as (column of the regressor Y,
+    /// column of W).
     pub(super) base: Vec<Vec<(usize, usize)>>,
-    /// The included friction columns of a coordinate, as (index among its friction columns, index in W); one list per coordinate.
+    /// For each coordinate, the included friction columns, as (index among the friction columns of the coordinate, column of W).
     pub(super) own: Vec<Vec<(usize, usize)>>,
-    /// The torque function of the torque barrier. `None` if there is no torque barrier.
+    /// The torque function Y X that the torque barrier uses. `None` if there is no torque barrier.
     pub(super) torques: Option<Arc<dyn DifferentiableTorques + 'a>>,
     /// Number of threads of an evaluation; it does not change the result.
     pub(super) threads: usize,
-    /// Number of columns of W.
+    /// Number p of included columns of W.
     p: usize,
-    /// The barrier of the distances between bodies.
+    /// The barrier of the distances between bodies. `None` if the description has no bodies.
     pub(super) space: Option<DistanceBarrier<'a>>,
-    /// Rows of prior information in the included columns, p entries each; they follow the rows of the S instants.
+    /// Rows of prior information in the included columns, p entries each. They are appended to the rows of the motion.
     prior: Vec<f64>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Precomputes the data that all starts share.
+    /// Precomputes the data that all starts of a search share.
     pub fn new(problem: &'a Problem<'a>) -> Prepared<'a> {
         let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
-        // Basis rows of q, dq and ddq: N instants of the period, then the instants of the blends.
+        // Basis rows of q, dq and ddq: first at the instants of the period, then at the instants of the blends.
         let of_blends = (0..TORQUE_INSTANTS_PER_BLEND).map(|i| i as f64 / (TORQUE_INSTANTS_PER_BLEND - 1) as f64);
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants: Vec<[Vec<f64>; 3]> = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
-        // The included columns are renumbered: base parameters first, then friction joint by joint.
+        // The included columns of W are renumbered: base parameters first, then friction joint by joint.
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
         let mut p = base_columns.len();
         let mut own = vec![Vec::new(); n];
@@ -125,7 +126,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The problem with evaluations on `threads` threads.
+    /// The prepared problem, with evaluations on `threads` threads.
     pub(super) fn with_threads(self, threads: usize) -> Prepared<'a> {
         Prepared { threads, ..self }
     }
@@ -140,27 +141,28 @@ impl<'a> Prepared<'a> {
         &self.moving
     }
 
-    /// Number p of included columns.
+    /// Number p of columns of W that the criterion includes.
     pub fn p(&self) -> usize {
         self.p
     }
 
-    /// Unit of each scaled coefficient, joint after joint.
+    /// Unit of each scaled coefficient (unscaled = scaled times unit), joint after joint.
     pub(super) fn scale(&self) -> &[f64] {
         &self.scale
     }
 
-    /// Number of coefficients of all moving coordinates.
+    /// Number of coefficients of all moving coordinates together.
     pub(super) fn size(&self) -> usize {
         self.scale.len()
     }
 
-    /// Factors that raise the bounds of torques and powers, one per instant.
+    /// Factors that temporarily raise the bounds of torques and powers, one per instant; 1: not raised.
     pub(super) fn reliefs(&self) -> &[f64] {
         &self.reliefs
     }
 
-    /// Adds instants at which torques are evaluated, each with the factor that raises its bounds.
+    /// Adds instants at which torques are evaluated: basis rows of q, dq, ddq, and the factor that raises the torque bounds
+    /// there.
     pub(super) fn watch(&mut self, instants: impl IntoIterator<Item = ([Vec<f64>; 3], f64)>) {
         for (rows, relief) in instants {
             self.instants.push(rows);
@@ -168,8 +170,8 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Adds to `gradient` the derivatives by the coefficients; `of_state`: the derivatives by q, dq, ddq of each coordinate at an
-    /// instant with basis `rows`.
+    /// Adds derivatives by the coefficients to `gradient` (chain rule). `of_state`: derivatives by q, dq, ddq of each coordinate
+    /// at one instant; `rows`: the basis rows of this instant.
     pub(super) fn add_slopes(&self, rows: &[Vec<f64>; 3], of_state: &[f64], gradient: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, &k) in self.moving.iter().enumerate() {
@@ -183,7 +185,8 @@ impl<'a> Prepared<'a> {
         self.problem.shape.size()
     }
 
-    /// The unscaled coefficients of every coordinate; a locked coordinate has its constant position as the centre.
+    /// The unscaled coefficients of every coordinate from scaled ones x. A locked coordinate has its constant position as the
+    /// centre.
     pub fn joints(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let m = self.m();
         let rest = |l: &CoordinateLimits| [&[l.locked.unwrap_or(0.0)][..], &vec![0.0; m - 1]].concat();
@@ -200,7 +203,7 @@ impl<'a> Prepared<'a> {
         all.zip(&self.scale).map(|(x, s)| x / s).collect()
     }
 
-    /// The positions of all coordinates of the motion x at the instant of a basis row.
+    /// The positions of all coordinates at one instant of the motion x (scaled coefficients). `row`: basis row of the instant.
     pub(super) fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
         let m = self.m();
         let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
@@ -211,48 +214,49 @@ impl<'a> Prepared<'a> {
         q
     }
 
-    /// The gap nearest to its bound along the motion x: distance above the bound, m, and index of the gap. `None` if no bodies
-    /// are near.
+    /// The gap (pair of bodies) nearest to its bound along the motion x: distance above the bound, m, and index of the gap.
+    /// `None` if no bodies are near each other.
     pub fn nearest(&self, seen: &Seen, x: &[f64]) -> Option<(f64, usize)> {
         self.space.as_ref()?.nearest(seen, &|row| self.positions(x, row))
     }
 
-    /// Whether the distance of the nearest gap is sufficient for the start of a descent.
+    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: from [`Prepared::nearest`].
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         self.space.as_ref().is_none_or(|space| space.is_inside(nearest))
     }
 
-    /// The gap nearest to its bound with all joints at the centre of the motion x: distance above the bound, m, and index of the
-    /// gap.
+    /// The gap (pair of bodies) nearest to its bound if all joints are at the centre of the motion x: distance above the bound,
+    /// m, and index of the gap.
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut None, &mut nearest);
         nearest
     }
 
-    /// Adds to the gradient the contribution of one basis row to the j-th moving coordinate; `slope`: derivative by the quantity
-    /// of this row.
+    /// Adds to `gradient` the derivatives by the coefficients of the j-th moving coordinate. `slope`: derivative by the quantity
+    /// (q, dq or ddq) whose basis row is `row`.
     pub(super) fn add_slope(&self, j: usize, row: &[f64], slope: f64, gradient: &mut [f64]) {
         let m = self.m();
         let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&self.scale[j * m..]);
         place.for_each(|((g, b), s)| *g += slope * b * s);
     }
 
-    /// The greatest ratio of a torque or power of the motion x to its bound, with its coordinate and kind of limit. `None` if
-    /// torques and powers are not limited.
+    /// The greatest ratio of a torque or power of the motion x to its bound, over all instants, with its coordinate and kind of
+    /// limit. `None` if torques and powers are not limited.
     pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
         let (states, rigid) = self.states_and_torques(x);
         wall.greatest(self.problem.limits, &states, &rigid)
     }
 
-    /// J of the rows of a motion and of the prior information. `None` if the rows do not have full rank.
+    /// The criterion J of the rows of W of a motion and of the prior information. `None` if the rows do not have full rank.
     pub(super) fn criterion_of_rows(&self, rows: Vec<CriterionRows>) -> Option<Criterion> {
         criterion(self.problem.aim, rows, &self.prior, self.p, self.problem.samples, self.threads)
     }
 }
 
-/// The rows of prior information in the included columns, multiplied by the root of the number of samples.
+/// The rows of prior information in the included columns, multiplied by the square root of the number of samples, because J
+/// divides W'W by this number.
 fn known_rows(problem: &Problem) -> Vec<f64> {
     let factor = (problem.samples as f64).sqrt();
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));

@@ -1,10 +1,10 @@
-//! The proof that a motion keeps its limits, also between the samples. If it does not, the time of the violation is found.
+//! Proves that a motion keeps its limits, also between the samples. If it violates a limit, the time of the violation is found.
 //!
 //! For each segment of the motion, subdivision of an enclosure ([`numerics::range`]) finds the range of each limited quantity.
 //! Position to jerk use the enclosures of the motion ([`crate::excitation::enclosure`]). The torque uses the second-order
 //! enclosure of the torque function along the motion ([`numerics::jet`]), with the nominal friction: tau = Y X + FV dq + OFF, and
-//! FS in both directions. The power of a drive, tau dq + FS |dq|, uses the same enclosure. The proof follows from the motion, the
-//! limits and the description alone.
+//! FS in both directions (FV: viscous friction, OFF: offset, FS: dry friction). The power of a drive, tau dq + FS |dq|, uses the
+//! same enclosure. The proof follows from the motion, the limits and the description alone.
 //!
 //! Not here: distances of bodies ([`crate::excitation::gap_proof`]); torques that the description does not determine.
 
@@ -20,38 +20,39 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 pub use crate::excitation::nominal_torque::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
-/// The result of the proof of a limit.
+/// The result of the proof of one limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitProof {
-    /// Proved: the limit is not violated anywhere.
+    /// It is proved that the motion keeps the limit at all times.
     Proven,
-    /// Violated at the time in the row.
+    /// The motion violates the limit at the time in the certificate row.
     Violated,
-    /// No violation was found, and the proof did not succeed.
+    /// Open: no violation was found, but the proof did not succeed.
     Open,
 }
 
-/// A row of a certificate: a limit of a coordinate, of two links, or of one link.
+/// A row of a certificate: one limit of a coordinate or of bodies, with the result of its proof.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateRow {
     /// The kind of limit.
     pub limit: LimitKind,
-    /// Name of the coordinate, or bodies: `forearm and base`, `forearm at the floor`.
+    /// Name of the coordinate, or names of the bodies: `forearm and base`, `forearm at the floor`.
     pub subject: String,
-    /// Time after the start, s. For a repeated period it is the time in the first repetition.
+    /// Time after the start of the motion at which `value` is reached, s. For a repeated period it is the time in the first
+    /// repetition.
     pub time_s: f64,
-    /// The value at that time: the nearest to the bound, or the farthest beyond the bound.
+    /// The value of the limited quantity nearest to its bound, or farthest beyond it, in the unit of the kind of limit.
     pub value: f64,
-    /// The bound, in the unit of the value; for a distance it includes the margin.
+    /// The bound of the quantity, in the unit of `value`; for a distance it includes `margin`.
     pub bound: f64,
     /// The share of the bound of a distance that covers errors of joints and bodies, m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub margin: f64,
-    /// Proved bound, in the unit of the value: the quantity is nowhere beyond it.
+    /// Proved bound of the quantity over the whole motion, in the unit of `value`: the quantity is never beyond it.
     pub nowhere_beyond: f64,
-    /// Whether the limit is kept.
+    /// Whether the limit is proved, violated, or neither.
     pub kept: LimitProof,
     /// The method of the proof, in words.
     pub how: String,
@@ -62,7 +63,7 @@ fn is_zero(x: &f64) -> bool {
 }
 
 impl CertificateRow {
-    /// Distance between the value and the bound; negative if the limit is violated.
+    /// Distance between the value and its bound; negative if the limit is violated.
     pub fn room(&self) -> f64 {
         let distance = (self.bound - self.value).abs();
         if self.kept == LimitProof::Violated { -distance } else { distance }
@@ -75,20 +76,21 @@ impl fmt::Display for CertificateRow {
     }
 }
 
-/// Tolerance of a kinematic proof: distance between the proved bound and the value, relative to the width of the limits.
+/// Tolerance of the proof of a kinematic limit: distance between the proved bound and the reached value, relative to the width of
+/// the limits.
 pub const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
-/// Tolerance of a torque proof: distance between the proved bound and the value, relative to the limit. Torque enclosures are
-/// wider.
+/// Tolerance of the proof of a torque or power limit: distance between the proved bound and the reached value, relative to the
+/// limit. It is larger than the kinematic tolerance, because torque enclosures are wider.
 const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
-/// Greatest number of enclosures per segment for kinematic limits.
+/// Greatest number of interval evaluations per segment in the proof of the kinematic limits.
 const KINEMATIC_ENCLOSURES: usize = 50_000;
-/// Greatest number of enclosures per segment for the exact range of torques.
+/// Greatest number of interval evaluations per segment to find the exact range of torques and powers.
 const TORQUE_ENCLOSURES: usize = 20_000;
-/// Greatest number of enclosures per segment for the proof of the torque limits alone, which comes first: the enclosures of many
-/// joints are wide, and their exact ranges need too many.
+/// Greatest number of interval evaluations per segment to prove only that torques are within their limits. This proof comes
+/// first: with many joints the enclosures are wide, and exact ranges need too many evaluations.
 const TORQUE_ENCLOSURES_WITHIN_LIMITS: usize = 100_000;
 
-/// Proves the kinematic limits; one row per limit, coordinate by coordinate. An infinite limit has no row.
+/// Proves the kinematic limits and gives one certificate row per limit, coordinate by coordinate. An infinite limit has no row.
 pub fn prove_motion(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
@@ -112,14 +114,14 @@ pub fn prove_motion(course: &dyn Trajectory, limits: &[CoordinateLimits], names:
     rows
 }
 
-/// The range of a segment that was not evaluated.
+/// The range of a quantity on a segment that was not evaluated: nothing is reached and nothing is proved.
 const UNKNOWN: Range = Range {
     least: Extreme { reached: f64::INFINITY, time: 0.0, proved: f64::NEG_INFINITY },
     greatest: Extreme { reached: f64::NEG_INFINITY, time: 0.0, proved: f64::INFINITY },
 };
 
-/// For each segment of a trajectory, the ranges of the quantities that `enclose` encloses on an interval of the segment. Uses at
-/// most `enclosures_within` enclosures for the limits alone, then at most `enclosures` for the exact ranges.
+/// Finds the ranges of the quantities that `enclose` encloses, on each segment of a trajectory. Uses at most `enclosures_within`
+/// evaluations to prove the limits alone, then at most `enclosures` for the exact ranges.
 fn over_stretches(
     course: &dyn Trajectory,
     (enclosures, enclosures_within): (usize, usize),
@@ -136,7 +138,7 @@ fn over_stretches(
     course.stretches().into_iter().enumerate().map(one).collect()
 }
 
-/// Proves the limits of torque and power; one row per limit.
+/// Proves the limits of torques and powers and gives one certificate row per limit.
 ///
 /// If there is a payload, each row is the worse of two proofs, with and without it: torques are linear in the payload's mass, so
 /// a smaller mass gives values in between.
@@ -160,7 +162,7 @@ pub fn prove_torque(
     without.into_iter().zip(with).map(worse).collect()
 }
 
-/// Order of rows, the worst first: violated, unproven, proven.
+/// Rank of a certificate row, the worst first: violated, unproven, proven.
 fn rank(row: &CertificateRow) -> u8 {
     match row.kept {
         LimitProof::Violated => 0,
@@ -180,7 +182,7 @@ fn prove_torque_of(
     if limited.is_empty() {
         return vec![];
     }
-    // Subdivision ends at this tolerance, or earlier if the bound is proved.
+    // The subdivision of intervals ends at this tolerance, or earlier if the bound is proved.
     let sought = |&(.., bound): &(usize, LimitKind, f64)| RangeGoal {
         tolerance: TORQUE_PROOF_TOLERANCE * bound.abs(),
         enough: bound,
@@ -198,7 +200,7 @@ fn prove_torque_of(
         };
         Enclosed { over: of(over), middle: of(middle) }
     });
-    // The limit of a drive is symmetric about zero.
+    // The limits of a drive are symmetric about zero: -bound to bound.
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
         let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
@@ -212,8 +214,8 @@ fn prove_torque_of(
     limited.iter().enumerate().filter_map(one).collect()
 }
 
-/// The row of a limit from its ranges over the segments: the lower or the upper end, whichever is nearer to its bound. `None` if
-/// there are no segments.
+/// The certificate row of a limit from the quantity's ranges over the segments: the worse of the lower and the upper end. `None`
+/// if there are no segments.
 fn row(
     limit: LimitKind,
     subject: &str,
@@ -240,7 +242,7 @@ fn row(
             how: how.clone(),
         })
     });
-    // By rank, then by distance to the bound; the first one if rows are equal.
+    // The worst row: by the result of the proof, then by the distance to the bound; the first one if rows are equal.
     rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
 }
 
@@ -253,7 +255,7 @@ pub(crate) mod tests {
     use crate::excitation::motion::tests::motions;
     use crate::excitation::search;
 
-    /// The range of each quantity of each coordinate, from dense samples.
+    /// Least and greatest position, velocity, acceleration and jerk of each coordinate, from dense samples.
     fn sampled(motion: &Motion) -> Vec<[(f64, f64); 4]> {
         let mut found = vec![[(f64::INFINITY, f64::NEG_INFINITY); 4]; motion.joints.len()];
         for i in 0..=200_000 {
@@ -287,13 +289,13 @@ pub(crate) mod tests {
                 let joint = names.iter().position(|n| *n == row.subject).unwrap();
                 let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
                 let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
-                // At an instant at which the jerk jumps, the value belongs to one of the two segments.
+                // The jerk jumps between segments, so there the value belongs to one of the two neighbouring segments.
                 assert!(near(row.time_s) || near(row.time_s - 1e-9) || near(row.time_s + 1e-9), "{row:?}");
             }
         }
     }
 
-    /// A body of 2 kg m^2 against a spring of 3 N m/rad.
+    /// Torque of an inertia of 2 kg m^2 on a spring of 3 N m/rad, for each coordinate.
     pub(crate) struct Spring;
 
     impl EnclosedTorque for Spring {
@@ -319,11 +321,11 @@ pub(crate) mod tests {
                     (0..2).for_each(|d| greatest[d] = greatest[d].max(drive(x)[d]));
                 }
             }
-            // A proof stops within a thousandth of the value.
+            // A torque proof stops within a thousandth of the limit, so limits 0.2 % above and below the peak are tested.
             for (factor, kept) in [(1.002, LimitProof::Proven), (0.998, LimitProof::Violated)] {
                 let mut limits = limits(&sampled(&motion), 1.0);
                 for (limits, [effort, power]) in limits.iter_mut().zip(greatest) {
-                    // Only the effort minus the dry friction is usable.
+                    // Only the effort minus the dry friction of 0.4 N m is usable.
                     limits.effort = Some((0.4 + factor * (effort - 0.4)) / 0.8);
                     limits.power = Some(factor * power / 0.8);
                 }
@@ -335,19 +337,20 @@ pub(crate) mod tests {
                     let place = usize::from(row.limit == LimitKind::Power);
                     let there = drive(motion.at(row.time_s)[joint])[place];
                     let free = if place == 0 { 0.4 } else { 0.0 };
-                    // Tolerance for values of hundreds at a rounded time.
+                    // Tolerance: rounding of the time, with values of hundreds.
                     assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
                 }
             }
         }
     }
 
-    /// The spring with artificially wide enclosures, like the enclosures of many joints.
+    /// The torque of `Spring` with artificially wide enclosures, like the enclosures of a robot with many joints.
     struct WideEnclosure;
 
     impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // At an instant nothing is wide. Exact ranges need more than 20 000 enclosures, loose limits less than 100 000.
+            // At an instant (width zero) nothing is wide. Exact ranges need more than 20 000 enclosures, loose limits less than
+            // 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()

@@ -1,16 +1,17 @@
-//! A clamped quintic B-spline of one coordinate, from rest to rest at one pose.
+//! A clamped quintic B-spline as the motion of one coordinate, from rest to rest at one position.
 //!
 //! ```text
 //! q(t) = sum_i P_i N_i(u),   u = K t / T,   knots 0 (six times), 1, .., K - 1, K (six times)
 //! ```
-//! [Piegl, Tiller 1997, chapters 2 and 3]: K spans of T/K seconds, K + 5 control points P. The first three and the last three
-//! equal the pose c, so velocity and acceleration vanish at both ends. The others are c + d_i, i = 1 .. K - 1. The functions N
-//! add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its derivative are continuous.
+//! [Piegl, Tiller 1997, chapters 2 and 3]: T is the duration; there are K spans of T/K seconds and K + 5 control points P. The
+//! first three and the last three equal the position c, so velocity and acceleration vanish at both ends. The others are c + d_i,
+//! i = 1 .. K - 1. The basis functions N add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its
+//! derivative are continuous.
 
-/// Degree of the polynomials between knots.
+/// Degree of the spline's polynomials between knots.
 pub(crate) const SPLINE_DEGREE: usize = 5;
 
-/// Duration and number of spans of a spline motion.
+/// Duration and number of spans of a quintic spline motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuinticSpline {
     /// Time T from rest to rest, s.
@@ -20,12 +21,12 @@ pub struct QuinticSpline {
 }
 
 impl QuinticSpline {
-    /// The knot t_i in units of u.
+    /// Knot number i of the clamped spline, in units of u (spans).
     pub(crate) fn knot(&self, i: usize) -> f64 {
         i.saturating_sub(SPLINE_DEGREE).min(self.spans) as f64
     }
 
-    /// The k-th derivative (k <= 5) at `t`, s from the start: the factors of (c, d_1, d_2, ..).
+    /// Factors of the coefficients (c, d_1, d_2, ..) in the k-th derivative (k <= 5) at time `t` after the start, s.
     ///
     /// With p the degree, a function N_m of degree p - 1 adds to N_{m-1} and N_m of degree p
     /// (t_{m+p} - u) / (t_{m+p} - t_m) and (u - t_m) / (t_{m+p} - t_m) of itself, and to their derivatives
@@ -34,7 +35,7 @@ impl QuinticSpline {
         let rate = self.spans as f64 / self.period;
         let u = (t * rate).clamp(0.0, self.spans as f64);
         let span = (u as usize).min(self.spans.saturating_sub(1));
-        // The basis functions that are not zero on the span, degree by degree; the last k steps differentiate.
+        // The basis functions that are not zero on the span, raised degree by degree; the last k steps differentiate.
         let mut values = vec![1.0];
         for degree in 1..=SPLINE_DEGREE {
             let mut raised = vec![0.0; degree + 1];
@@ -61,8 +62,8 @@ impl QuinticSpline {
         row
     }
 
-    /// Unit of a control point, rad (m): half the position range, or the distance during one span at the greatest velocity if
-    /// that is less.
+    /// Unit in which a search scales a control point, rad (m): half the position range, or the distance during one span at the
+    /// greatest velocity if that is less.
     pub fn unit(&self, half_room: f64, velocity: f64) -> f64 {
         half_room.min(velocity * self.period / self.spans as f64)
     }
@@ -80,10 +81,10 @@ mod tests {
             for k in 0..=5 {
                 let (row, mirror) = (spline.row(t, k), spline.row(3.0 - t, k));
                 let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-                // The fifth derivative jumps at a knot.
+                // The fifth derivative jumps at a knot, so it is not compared there.
                 let is_at_a_knot = i % 5 == 0;
                 for j in (1..12).filter(|_| k < 5 || !is_at_a_knot) {
-                    // Rounding of functions of size (K/T)^k.
+                    // Tolerance: rounding of functions of magnitude (K/T)^k.
                     assert!((row[j] - sign * mirror[12 - j]).abs() < 1e-11 * 4.0_f64.powi(k as i32), "{t} {k} {j}");
                 }
                 let is_inside = (0.75..2.25).contains(&t);

@@ -1,4 +1,4 @@
-//! The regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
+//! Computes the regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
 //!
 //! Forward: the coefficients x give the states s = (q, dq, ddq) at each instant, rad (m), s. The states give the torques tau = Y
 //! X, N m (N), at all instants, and the rows W = [Y, friction] / noise at the instants of a period. Backward, from the
@@ -6,8 +6,8 @@
 //!
 //! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
 //!
-//! Each group of states passes through all steps while its data are in the cache, because the whole regressor of a chain of
-//! thirty joints at all instants exceeds every cache.
+//! A small group of states passes through all steps while its data are in the processor cache, because the whole regressor of a
+//! chain of thirty joints at all instants exceeds every cache.
 
 use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
 use crate::excitation::criterion::CriterionRows;
@@ -16,32 +16,32 @@ use crate::excitation::torque_barrier::EnforcedDrive;
 use linear_model::friction::terms::columns_of;
 use processor::in_parallel;
 
-/// Number of states whose functions and derivatives are computed in SIMD lanes.
+/// Number of states (instants) whose functions and derivatives are computed together in SIMD lanes.
 const STATES_PER_GROUP: usize = 8;
 
-/// The rows of W at the instants of a period.
+/// The rows of W at all instants of a period.
 pub(super) struct RegressorRows {
-    /// The rows of each moving coordinate.
+    /// The rows of W of each moving coordinate.
     pub(super) of_joints: Vec<CriterionRows>,
-    /// Friction columns of each moving coordinate as [value, derivative by dq, by ddq], instant after instant.
+    /// For each moving coordinate: its friction columns as [value, derivative by dq, derivative by ddq], instant after instant.
     pub(super) friction: Vec<Vec<[f64; 3]>>,
 }
 
 impl Prepared<'_> {
-    /// Number of entries of the regressor of one state.
+    /// Number of entries of the regressor Y of one state.
     fn entries(&self) -> usize {
         self.problem.limits.len() * self.problem.regressor.parameters().len()
     }
 
-    /// The states (q, dq, ddq) of the motion x at these instants, one after the other.
+    /// The states (q, dq, ddq) of the motion x at these instants, one after the other. x: scaled coefficients.
     pub(super) fn states_at(&self, instants: &[[Vec<f64>; 3]], x: &[f64]) -> Vec<f64> {
         let mut states = vec![0.0; instants.len() * self.state_width()];
         self.fill_states(instants, &self.by_coefficient(x), &mut states);
         states
     }
 
-    /// The unscaled coefficients ordered by coefficient, then by moving coordinate, so that SIMD lanes process several
-    /// coordinates at once.
+    /// The unscaled coefficients of the motion x, ordered by coefficient, then by moving coordinate, so that SIMD lanes process
+    /// several coordinates at once.
     fn by_coefficient(&self, x: &[f64]) -> Vec<f64> {
         let (m, moving) = (self.problem.shape.size(), self.moving().len());
         let scaled: Vec<f64> = x.iter().zip(self.scale()).map(|(x, scale)| x * scale).collect();
@@ -65,8 +65,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// The states of the motion x at its instants, and the torques of each coordinate, N m (N). Without a torque barrier the
-    /// torques are zero.
+    /// The states (q, dq, ddq) of the motion x at all its instants, and the torques Y X of each coordinate without friction, N m
+    /// (N). Without a torque barrier the torques are zero.
     pub(super) fn states_and_torques(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (width, n) = (self.state_width(), self.problem.limits.len());
         let coefficients = self.by_coefficient(x);
@@ -83,7 +83,8 @@ impl Prepared<'_> {
         (states, rigid)
     }
 
-    /// The torques at these states, one after the other, N m (N). Without a torque barrier they are zero.
+    /// The torques Y X without friction at these states, one state after the other, N m (N). Without a torque barrier they are
+    /// zero.
     pub(super) fn rigid_torques(&self, states: &[f64]) -> Vec<f64> {
         let mut rigid = vec![0.0; states.len() / self.state_width() * self.problem.limits.len()];
         if let Some(torques) = &self.torques {
@@ -92,7 +93,7 @@ impl Prepared<'_> {
         rigid
     }
 
-    /// Derivatives by the states from `weights`, the derivatives by the torques of each coordinate (reverse mode).
+    /// Derivatives of a function by the states, from `weights`, its derivatives by the torque of each coordinate (reverse mode).
     pub(super) fn torques_pulled_back(&self, states: &[f64], weights: &[f64]) -> Vec<f64> {
         let mut through = vec![0.0; states.len()];
         let Some(torques) = &self.torques else { return through };
@@ -105,7 +106,7 @@ impl Prepared<'_> {
         through
     }
 
-    /// The regressor at the instants of a period, one after the other. `None` if an entry is not finite.
+    /// The regressor Y at the instants of a period, one instant after the other. `None` if an entry is not finite.
     pub(super) fn filled(&self, states: &[f64]) -> Option<Vec<f64>> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
@@ -114,13 +115,13 @@ impl Prepared<'_> {
         let parts = states.chunks(count * width).zip(y.chunks_mut((count * entries).max(1)));
         let are_finite = in_parallel(parts.collect(), self.threads, |(states, y): (&[f64], &mut [f64])| {
             self.problem.regressor.fill_many(states, y);
-            // No early exit, so that the compiler vectorises the loop.
+            // The loop has no early exit, so that the compiler vectorises it.
             y.iter().fold(true, |are_finite, y| are_finite & y.is_finite())
         });
         are_finite.into_iter().all(|is_finite| is_finite).then_some(y)
     }
 
-    /// The rows of W of each moving coordinate at the instants of a period.
+    /// The rows of W of each moving coordinate at the instants of a period. `y`: regressor at these instants.
     pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> RegressorRows {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
@@ -143,14 +144,15 @@ impl Prepared<'_> {
         RegressorRows { of_joints, friction }
     }
 
-    /// J of the motion x. `None` if its rows do not have full rank.
+    /// The criterion J of the motion x. `None` if its rows of W do not have full rank.
     pub(crate) fn criterion(&self, x: &[f64]) -> Option<f64> {
         let (states, _) = self.states_and_torques(x);
         let RegressorRows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
         Some(self.criterion_of_rows(of_joints)?.value)
     }
 
-    /// Derivatives by the states of a period from the derivatives by the entries of `rows` (reverse mode).
+    /// Derivatives of J by the states of a period, from the derivatives of J by the entries of W, which `rows` contains (reverse
+    /// mode).
     pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &RegressorRows) -> Vec<f64> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
@@ -172,7 +174,8 @@ impl Prepared<'_> {
         through
     }
 
-    /// Adds the derivatives by the rows to `weights`, the derivatives by the entries of Y, from state number `first` on.
+    /// Adds the derivatives of J by the rows of W to `weights`, the derivatives of J by the entries of Y, for the states of a
+    /// group; `first`: number of its first state.
     fn add_row_slopes(&self, rows: &RegressorRows, first: usize, weights: &mut [f64]) {
         let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
         for ((joint, &i), base) in rows.of_joints.iter().zip(self.moving()).zip(&self.base) {
@@ -183,7 +186,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// Adds to `through` the derivatives of the friction columns by the states, from state number `first` on.
+    /// Adds to `through` the derivatives of J by the states that come from the friction columns, for the states of a group;
+    /// `first`: number of its first state.
     fn add_friction_slopes(&self, rows: &RegressorRows, first: usize, through: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, (joint, &i)) in rows.of_joints.iter().zip(self.moving()).enumerate() {
@@ -199,7 +203,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// The gradients of the torques and powers `held` by the coefficients, one after the other.
+    /// The gradient of each torque or power in `held` by the coefficients of the motion, one after the other.
     pub(super) fn drive_slopes(&self, states: &[f64], held: &[EnforcedDrive]) -> Vec<f64> {
         let (n, width) = (self.problem.limits.len(), self.state_width());
         let at: Vec<f64> = held.iter().flat_map(|held| &states[held.instant * width..][..width]).copied().collect();
@@ -215,17 +219,17 @@ impl Prepared<'_> {
         slopes
     }
 
-    /// The states at the instants of the period, without the instants of the blends.
+    /// The part of `states` at the instants of the period, without the instants of the blends.
     fn of_period<'s>(&self, states: &'s [f64]) -> &'s [f64] {
         &states[..states.len().min(self.problem.samples * self.state_width())]
     }
 
-    /// Number of entries of a state (q, dq, ddq).
+    /// Number of entries of one state (q, dq, ddq) of all coordinates.
     fn state_width(&self) -> usize {
         3 * self.problem.limits.len()
     }
 
-    /// Number of states per thread, a multiple of the group size.
+    /// Number of states that each thread processes, a multiple of the group size.
     fn states_of_a_thread(&self, states: &[f64]) -> usize {
         let count = states.len() / self.state_width().max(1);
         count.div_ceil(self.threads.max(1)).max(1).next_multiple_of(STATES_PER_GROUP)

@@ -1,4 +1,4 @@
-//! Torques and powers at sampled instants, evaluated before a proof.
+//! Evaluates torques and powers at sampled instants, before a proof.
 //!
 //! A motion that exceeds a limit at an instant is scaled down without a proof, because a proof of thirty joints takes twenty
 //! seconds and an evaluation at the instants one second.
@@ -8,11 +8,11 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::nominal_torque::NominalTorque;
 use crate::excitation::trajectory::Trajectory;
 
-/// Number of instants in each initial interval of a proof.
+/// Number of sampled instants in each initial interval of a proof.
 const SAMPLES_PER_INTERVAL: usize = 4;
 
-/// The greatest ratio of a torque or power to its usable limit, at sampled instants: a lower bound of the ratio that a proof
-/// finds.
+/// The greatest ratio of a torque or power to its usable limit at sampled instants, with and without payload. It is a lower bound
+/// of the ratio that a proof finds.
 pub fn sampled_excess(course: &dyn Trajectory, limits: &[CoordinateLimits], described: &NominalTorque) -> f64 {
     let loaded = described.with_payload().map_or(0.0, |loaded| excess_of(course, limits, &loaded));
     loaded.max(excess_of(course, limits, described))

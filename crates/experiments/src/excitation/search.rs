@@ -1,4 +1,4 @@
-//! Searches a motion with many starts; each start is a descent within the barriers of the limits.
+//! Searches an exciting motion with many starts; each start is a descent within the barriers of the limits.
 //!
 //! A start draws a random spectrum for each joint (for a spline, of its control points). It scales the spectrum down until the
 //! limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the barriers is
@@ -31,9 +31,9 @@ use processor::in_parallel;
 /// Number of starts, iterations and threads of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchOptions {
-    /// Number of starts.
+    /// Number of starts of the search; each start is an independent descent to a motion.
     pub starts: usize,
-    /// Greatest number of iterations at each weight of the barriers.
+    /// Greatest number of iterations of a descent at each weight of the barriers.
     pub iterations: usize,
     /// Seed of the random numbers of all starts.
     pub seed: u64,
@@ -41,96 +41,99 @@ pub struct SearchOptions {
     pub threads: usize,
 }
 
-/// The result of one start.
+/// The motion that one start of a search found.
 #[derive(Clone, Debug)]
 pub struct StartResult {
-    /// Number of the start.
+    /// Number of the start, from zero.
     pub start: usize,
-    /// Coefficients of each coordinate.
+    /// Coefficients of the motion for each coordinate, the centre first.
     pub joints: Vec<Vec<f64>>,
-    /// Criterion J of the motion.
+    /// Criterion J of the motion, without barriers; smaller is better.
     pub criterion: f64,
-    /// The least distance to a kinematic limit, divided by half the distance between its two bounds; with the coordinate and the
-    /// kind of limit.
+    /// The least distance to a kinematic limit, divided by half the width of this limit; with the coordinate and the kind of
+    /// limit.
     pub room: (f64, usize, LimitKind),
-    /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: no bounds.
+    /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: they are not
+    /// limited.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The gap nearest to its bound: distance above the bound, m, and index of the gap. `None`: no bodies are near.
+    /// The pair of bodies nearest to its bound: distance above the bound, m, and index of the gap. `None`: no bodies are near
+    /// each other.
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Weights of the barriers, from first to last. At the last weight, each limit reduces the determinant by less than a thousandth.
-/// A start from a good motion skips the first weight.
+/// Weights of the barriers in the descents of a start, from first to last. At the last weight, each limit reduces the determinant
+/// by less than a thousandth. A start from a good motion skips the first weight.
 const BARRIER_WEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_BARRIER_WEIGHT];
-/// The last weight of [`BARRIER_WEIGHTS`].
+/// The last barrier weight of a start, the smallest in [`BARRIER_WEIGHTS`].
 const LAST_BARRIER_WEIGHT: f64 = 5e-5;
-/// Least decrease of a step as a share of 1 + |J|: at the last weight, and at the weights before. A descent ends after three
-/// consecutive smaller decreases; the remaining decrease follows at the next weight. 1e-7 at all weights gives motions that are
-/// 0.3 % better, in a third more time (five seeds on UR5 and Panda).
+/// Least decrease of J in an iteration, as a share of 1 + |J|: at the last barrier weight, and at the weights before. A descent
+/// ends after three consecutive smaller decreases; the remaining decrease follows at the next weight. 1e-7 at all weights gives
+/// motions that are 0.3 % better, in a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
-/// If torques are near their bounds, torque peaks between the instants are searched again after this number of iterations.
+/// If torques are near their bounds, the torque peaks between the instants are searched again after this number of iterations.
 const ITERATIONS_PER_PEAK_SEARCH: usize = 25;
-/// If a torque exceeds its bound, torque peaks are searched again after this number of iterations.
+/// If a torque exceeds its bound, the torque peaks between the instants are searched again after this number of iterations.
 const ITERATIONS_PER_PEAK_SEARCH_BEYOND: usize = 10;
-/// If the temporary bound of a torque is raised by more than this factor, the torque counts as far above its bound.
+/// A torque counts as far above its bound if its temporary bound is raised by more than this factor.
 const LARGE_RELIEF: f64 = 1.01;
-/// Greatest number of descents at a higher weight that bring torques back below their bounds.
+/// Greatest number of descents, per barrier weight, that use a higher weight to bring torques back below their bounds.
 const MAX_RETURN_DESCENTS: usize = 12;
-/// Greatest number of moving joints with which a start uses all iterations at the weights above [`SELECTION_WEIGHT`]. With more
+/// Up to this number of moving joints, a start uses all iterations at the barrier weights above [`SELECTION_WEIGHT`]. With more
 /// joints it uses half, because an iteration is expensive and the remaining decrease follows at the next weight.
 const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
-/// Least decrease of a step at those weights for a robot with bodies, as a share of 1 + |J|. Such a descent takes a third of its
-/// iterations at the first weight and half at the others: two thirds of the evaluations. The best of twelve starts is equally
-/// good on the Panda (four seeds) and 2 % worse on the xarm7 (two). A robot of seven joints without bodies would lose 1 %, so it
-/// takes all iterations.
+/// For a robot with bodies: least decrease of J in an iteration at barrier weights above [`SELECTION_WEIGHT`], as a share of 1 +
+/// |J|. Such a descent takes a third of its iterations at the first weight and half at the others: two thirds of the evaluations.
+/// The best of twelve starts is equally good on the Panda (four seeds) and 2 % worse on the xarm7 (two). A robot of seven joints
+/// without bodies would lose 1 %, so it takes all iterations.
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
-/// The weight of the barriers at which starts are compared.
+/// The barrier weight at which the values J of starts are compared, to end the poor ones.
 const SELECTION_WEIGHT: f64 = 2e-3;
 /// A start ends at [`SELECTION_WEIGHT`] if its J exceeds the best J there by more than this (3 % of det^(1/p)), because the
 /// further decrease is about the same for every start.
 const SELECTION_MARGIN: f64 = 0.03;
-/// Index of the weight at which a start begins again with prior information, after a descent without prior information.
+/// Index of the barrier weight from which a start descends with prior information, after a complete descent without it.
 const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
-/// Number of starts in a round of starts from the best motion. It is the same for any number of threads.
+/// Number of starts in a round; all of them redraw joints of the best motion so far. It is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Number of joints of the best motion that a start redraws.
+/// Number of joints of the best motion that a start replaces by randomly drawn ones.
 const REDRAWN_JOINTS: usize = 2;
-/// Greatest number of random draws for one start.
+/// Greatest number of motions that are drawn at random for one start of a robot without bodies.
 const MAX_DRAWS_PER_START: usize = 60;
 /// Greatest number of times that a drawn motion is scaled down.
 const MAX_SHRINKS_PER_DRAW: usize = 12;
-/// A drawn motion is accepted if the ratio of each torque to its bound is at most this.
+/// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
 /// For a start of a robot with bodies: greatest number of random centres that are tested, and greatest number of motions that are
-/// tried about those without a collision. After that, descents search a centre: a robot that needs more has hardly any free pose.
+/// tried about the centres without collision. After that, descents search a centre, because such a robot has hardly any free
+/// pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
-/// Greatest number of times that a motion about a centre from a descent is scaled down. A smaller motion cannot separate the
+/// Greatest number of times that a motion about a centre found by descent is scaled down. A smaller motion cannot separate the
 /// columns of many joints, and no descent can start from it.
 const MAX_SHRINKS_AFTER_DESCENT: usize = 9;
-/// Greatest number of descents of a start that search a centre.
+/// Greatest number of descents with which a start searches a collision-free centre.
 const MAX_DESCENTS_PER_START: usize = 40;
-/// Share of the position range about a centre (found by a descent) that the swing of a motion may use.
+/// Share of the position range about a centre found by descent that the swing of a motion may use.
 const SWING_RANGE_SHARE: f64 = 0.9;
-/// Factor by which the swing of a drawn motion is scaled down.
+/// Factor of one step that scales down the swing of a drawn motion.
 const SHRINK_FACTOR: f64 = 0.7;
-/// Factor by which the swing of a given motion is scaled down.
+/// Factor of one step that scales down the swing of a given motion.
 const FINE_SHRINK_FACTOR: f64 = 0.9;
-/// Least and greatest share of the limits that a drawn motion uses; the share is random.
+/// Least and greatest share of the kinematic limits that a drawn motion uses; the share is random between them.
 const DRAWN_LIMIT_SHARES: (f64, f64) = (0.4, 0.85);
 /// Share of the position range that a drawn motion keeps free at each end.
 const DRAWN_RANGE_MARGIN: f64 = 0.05;
 
-/// Searches a motion and gives the results of all successful starts, the best first. `progress` is called at the end of each
-/// start, with the number of ended starts.
+/// Searches an exciting motion and gives the results of all successful starts, the best first. `progress` is called at the end of
+/// each start with the number of ended starts and the result of this start (`None`: it failed).
 ///
-/// Fails with the reason if no start keeps the limits. If it is interrupted, it gives the results so far.
+/// Fails with the reason if no start keeps the limits. If the search is interrupted, it gives the results so far.
 pub fn search(
     problem: &Problem,
     options: &SearchOptions,
     progress: &(dyn Fn(usize, Option<&StartResult>) + Sync),
 ) -> Result<Vec<StartResult>, NoMotion> {
-    // A start also uses the threads that other starts do not need.
+    // If there are more threads than starts, each start uses several threads.
     let threads_of_start = (options.threads / options.starts.max(1)).max(1);
     let prepared = Prepared::new(problem).with_threads(threads_of_start);
     if prepared.moving().is_empty() {
@@ -145,7 +148,7 @@ pub fn search(
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone).with_threads(threads_of_start));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
     let search = SharedSearch { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
-    // Only the starts that may still become the best continue to the last weight.
+    // Only starts whose J is close to the best J so far continue to the last barrier weight.
     let mut promising = f64::INFINITY;
     let mut round = |starts: Range<usize>, best: Option<&[f64]>| {
         let begin = |start: usize| {
@@ -186,8 +189,8 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
-/// Searches from a given motion, on `threads` threads. `None` if even a small motion about the same centre is outside the
-/// barriers.
+/// Searches a motion by one descent from a given motion, on `threads` threads. `None` if even a small motion about the same
+/// centre violates a limit of torques or distances.
 pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints: &[Vec<f64>]) -> Option<StartResult> {
     let prepared = Prepared::new(problem).with_threads(threads);
     let (m, seen) = (problem.shape.size(), Seen::default());
@@ -209,32 +212,32 @@ pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints:
     search.ended(begun).ok()
 }
 
-/// J of a motion. `None` if its rows do not have full rank.
+/// Criterion J of a motion with these coefficients of each coordinate. `None` if its rows of W do not have full rank.
 pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
     let prepared = Prepared::new(problem);
     prepared.criterion(&prepared.scaled(joints))
 }
 
-/// The data that all starts of a search share.
 struct SharedSearch<'a> {
-    /// The problem without prior information. `None` if the problem has no prior information.
+    /// The search problem without prior information. `None` if there is no prior information.
     alone: Option<&'a Prepared<'a>>,
     prepared: &'a Prepared<'a>,
     problem: &'a Problem<'a>,
     iterations: usize,
 }
 
-/// A start after the descents at weights down to [`SELECTION_WEIGHT`].
+/// A start after the descents at the barrier weights down to [`SELECTION_WEIGHT`].
 struct CandidateStart {
     start: usize,
     x: Vec<f64>,
     seen: Seen,
     watched: Watched,
-    /// J at this weight, without prior information.
+    /// Criterion J of the motion `x`, without prior information and without barriers.
     criterion: f64,
 }
 
-/// Runs one start down to [`SELECTION_WEIGHT`]: from a random motion, or from the best motion with some joints redrawn.
+/// Runs start number `start` down to [`SELECTION_WEIGHT`]: from a random motion, or from the best motion with some joints
+/// redrawn.
 fn candidate_start(
     search: &SharedSearch,
     seed: u64,
@@ -251,7 +254,7 @@ fn candidate_start(
 }
 
 impl SharedSearch<'_> {
-    /// Descends from a motion inside all barriers down to [`SELECTION_WEIGHT`].
+    /// Descends from the motion `x` inside all barriers, at the barrier weights `heights` down to [`SELECTION_WEIGHT`].
     fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<CandidateStart, NoMotion> {
         let prepared = self.alone.unwrap_or(self.prepared);
         let high = heights.iter().copied().filter(|height| *height >= SELECTION_WEIGHT);
@@ -261,7 +264,8 @@ impl SharedSearch<'_> {
         Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// The descents at the remaining weights. With prior information: first without it, then with it, at decreasing weights.
+    /// Completes a start with the descents at the remaining barrier weights. With prior information: first without it, then with
+    /// it.
     fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
         let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
@@ -274,7 +278,7 @@ impl SharedSearch<'_> {
         self.found(&CandidateStart { x, ..begun })
     }
 
-    /// Descends at one weight after the other; gives the last motion.
+    /// Descends from a motion at one barrier weight (`heights`) after the other and gives the last motion.
     fn descended<'p>(
         &self,
         heights: impl Iterator<Item = (&'p Prepared<'p>, f64)>,
@@ -300,7 +304,7 @@ impl SharedSearch<'_> {
             while left > 0 && Interruption::check().is_ok() {
                 let watching = watched.renewed(prepared, &x);
                 let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
-                // Low weights hardly move a motion, so a torque far above its bound is brought back at a higher weight.
+                // A low barrier weight hardly moves a motion, so a torque far above its bound is brought back at a higher weight.
                 let height = if relief > LARGE_RELIEF { height.max(RETURN_HEIGHT) } else { height };
                 let barriers = WithBarriers::new(watching.as_ref().unwrap_or(prepared), height, seen);
                 let portion = match (is_pressed, relief > 1.0) {
@@ -322,7 +326,7 @@ impl SharedSearch<'_> {
         x
     }
 
-    /// The result at x; its J is without the barriers.
+    /// The result of a start at its motion x. The criterion J of the result is without the barriers.
     fn found(&self, CandidateStart { start, x, seen, .. }: &CandidateStart) -> Result<StartResult, NoMotion> {
         let prepared = self.prepared;
         let criterion = prepared.criterion(x).ok_or_else(|| too_small(prepared, self.problem, x))?;
@@ -338,7 +342,7 @@ impl SharedSearch<'_> {
     }
 }
 
-/// Draws a random motion about a random centre, scaled to a random share of the limits.
+/// Draws a random motion about a random centre, scaled to a random share of the kinematic limits; gives its scaled coefficients.
 fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
     let m = problem.shape.size();
     let barrier = prepared.barrier();
@@ -368,14 +372,14 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// Cuts a range of centres to one turn about zero: other turns give the same rows, but wind up cables.
+/// Cuts the range of a centre, rad, to one turn about zero. Other turns give the same rows of W, but wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))
 }
 
-/// The best motion with some joints redrawn. The swing of these joints is reduced until torques and distances are kept. `None` if
-/// no tried swing is small enough.
+/// The best motion with some joints replaced by drawn ones. The swing of these joints is reduced until torques and distances are
+/// within their limits. `None` if no tried swing is small enough.
 fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random, seen: &Seen) -> Option<Vec<f64>> {
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
@@ -392,21 +396,21 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     None
 }
 
-/// Scales the swing of a joint about its centre down by [`SHRINK_FACTOR`].
+/// Scales the swing of one joint down by [`SHRINK_FACTOR`]; its centre stays.
 fn shrink(joint: &mut [f64]) {
     joint[1..].iter_mut().for_each(|x| *x *= SHRINK_FACTOR);
 }
 
-/// Draws the coefficients of a coordinate, without its centre, from a random spectrum of the velocity.
+/// Draws random coefficients of a coordinate's motion, without the centre, from a random spectrum of the velocity.
 fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
     for l in 0..x.len() / 2 {
-        // The square gives some harmonics a very small amplitude.
+        // The square of a uniform random number gives some harmonics a very small amplitude.
         let weight = random.uniform().powi(2);
         match shape {
             MotionShape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
             MotionShape::Spline(spline) => {
-                // Half-waves vanish at both ends. The amplitude of the position is the amplitude of the velocity divided by the
-                // number of half-waves.
+                // Half-waves vanish at both ends of the spline. The amplitude of the position is the amplitude of the velocity
+                // divided by the number of half-waves.
                 let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
                 let turn = PI * half_waves / spline.spans as f64;
                 let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
@@ -416,8 +420,8 @@ fn draw_spectrum(shape: &MotionShape, random: &mut Random, x: &mut [f64]) {
     }
 }
 
-/// A random motion within all limits, about a random centre. If no tried centre is free, a descent finds the centre: from the
-/// zero pose, from the middle of the limits, and from random poses.
+/// A random motion within all limits, about a random centre. If no tried centre is free of collisions, descents find the centre:
+/// from the zero pose, from the middle of the limits, and from random poses.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &Seen) -> Result<Vec<f64>, NoMotion> {
     let mut tried = NearestAttempt { weakest: (f64::INFINITY, 0, LimitKind::Effort), narrowest: None };
     let (centres, most) = match problem.surroundings {
@@ -425,7 +429,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
         None => (MAX_DRAWS_PER_START, MAX_DRAWS_PER_START),
     };
     let mut draws = 0;
-    // Testing a random centre is cheap.
+    // Random centres are tried first, because testing one is cheap.
     for _ in 0..centres {
         if draws == most || Interruption::check().is_err() {
             break;
@@ -438,7 +442,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
             }
         }
     }
-    // A descent is more expensive, but it finds narrow free regions.
+    // A descent to a centre is more expensive, but it finds narrow collision-free regions.
     for descent in 0..MAX_DESCENTS_PER_START {
         if Interruption::check().is_err() {
             break;
@@ -459,21 +463,22 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
     Err(tried.why())
 }
 
-/// Whether one of two starts finds an initial motion; much faster than a search.
+/// Whether one of two random starts finds an initial motion within the limits. It is much faster than a search.
 pub fn can_begin(problem: &Problem, seed: u64) -> bool {
     let prepared = Prepared::new(problem);
     let has_motion = |start| first(&prepared, problem, &mut Random::stream(seed, start), &Seen::default()).is_ok();
     prepared.moving().is_empty() || (0..2).any(has_motion)
 }
 
-/// The violated limits that came nearest to being kept, over all tried motions.
+/// For torques and for distances: the violated limit that came nearest to its bound, over all tried motions of a start.
 struct NearestAttempt {
     weakest: (f64, usize, LimitKind),
     narrowest: Option<(f64, usize)>,
 }
 
 impl NearestAttempt {
-    /// Whether the distances of bodies are sufficient. About a centre with a collision there is no motion, however small.
+    /// Whether the distances of bodies are large enough for a start. `nearest`: the nearest gap of a pose or motion. With a
+    /// collision at the centre there is no motion, however small.
     fn is_free(&mut self, prepared: &Prepared, nearest: Option<(f64, usize)>) -> bool {
         let is_free = prepared.is_inside(nearest);
         if let Some(near) = nearest.filter(|n| !is_free && self.narrowest.is_none_or(|best| n.0 > best.0)) {
@@ -482,8 +487,8 @@ impl NearestAttempt {
         is_free
     }
 
-    /// Scales the motion down until it keeps the limits of torques and distances; `None` if it never does. A torque that is still
-    /// too large at a tenth of the swing is a gravity torque.
+    /// Scales the motion down until it keeps the limits of torques and distances. `None` if `shrinks` steps do not suffice: a
+    /// torque that is still too large at a small swing is a gravity torque.
     fn small_enough(&mut self, prepared: &Prepared, mut x: Vec<f64>, seen: &Seen, shrinks: usize) -> Option<Vec<f64>> {
         let m = x.len() / prepared.moving().len();
         for _ in 0..shrinks {
@@ -511,7 +516,7 @@ impl NearestAttempt {
     }
 }
 
-/// Moves a motion to the centre `centre` and scales its swings to the position range there.
+/// Moves a motion (scaled coefficients x) to the pose `centre` and reduces its swings to the position range that remains there.
 fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f64]) {
     let m = problem.shape.size();
     for (j, &k) in prepared.moving().iter().enumerate() {
@@ -568,7 +573,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Limits of position, velocity, acceleration and jerk.
+    /// Kinematic limits of one coordinate, without limits of effort and power.
     pub(crate) fn limits(position: (f64, f64), [velocity, acceleration, jerk]: [f64; 3]) -> CoordinateLimits {
         let (effort, power, locked) = (None, None, None);
         CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked }
@@ -583,7 +588,7 @@ pub(crate) mod tests {
         TorqueBarrier { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
     }
 
-    /// The search problem of a pendulum with limits of motion and torque.
+    /// A search problem of a pendulum with kinematic limits and a torque limit.
     pub(crate) fn problem<'a>(
         arm: &'a Pendulum,
         limits: &'a [CoordinateLimits],
@@ -631,8 +636,8 @@ pub(crate) mod tests {
     fn what_cannot_move_says_why() {
         let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
-        // Coulomb friction alone takes 0.2 N m; a share of 0.01 of the limit of 12 N m is 0.12. (Friction of 0.04 N m would allow
-        // a motion near the end of the range, where the gravity torque is zero.)
+        // Coulomb friction alone takes 0.2 N m, but a share of 0.01 of the limit of 12 N m is 0.12. (With friction of 0.04 N m
+        // there is a motion near the end of the range, where the gravity torque is zero.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };

@@ -1,66 +1,66 @@
 //! Limits of the bodies of a robot in space: boxes, floors, walls, and distances between the robot's own links.
 //!
-//! Positions are in the base frame, m. A motion's own file can only make a check tighter; only the user can exclude something
-//! from a check. Not here: the bodies themselves, which come from the description.
+//! Positions are in the base frame, m. The limits in a motion's file can only make its check stricter; only the user can exclude
+//! something from a check. Not here: the bodies themselves, which come from the description.
 
 use serde::{Deserialize, Serialize};
 
-/// Limits of the bodies in space.
+/// Limits of the robot's bodies in space, as a limits file or a motion's file gives them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// Lowest allowed height of moving links, z of the base frame in m; or `none`. Not given: the plane of the base, if no moving
-    /// link is below it at the zero pose.
+    /// Lowest allowed height of moving links: z in the base frame, m, or `none` (no floor). Not given: the plane z = 0 of the
+    /// base, if no moving link is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
-    /// Planes; links must stay on the allowed side.
+    /// Planes that bound the space of the links on one side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
     /// Boxes that links must stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair has if this is
-    /// less.
+    /// Least allowed distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair already
+    /// has if this is less.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
-    /// Default if neither a distance nor a floor is given: the least distance between links and to the plane of the base, m, or
-    /// half of the distance that they already have. Not given: a search keeps 0.02 if a motion can; a check requires 0.01 between
-    /// links and 0 to the plane.
+    /// Default for `distance` and for the distance to the plane of the base, if these are not given, m; or half of the distance
+    /// that a pair already has. Not given: a search keeps 0.02 if a motion can; a check requires 0.01 between links and 0 to the
+    /// plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
     /// Whether distances between the robot's own links are checked.
     pub own_links: bool,
-    /// Pairs of links that may touch, each with the reason: `[LINK, LINK, REASON]`.
+    /// Pairs of links that may touch and are not checked, each with the reason: `[LINK, LINK, REASON]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Vec<String>>,
-    /// Pairs of links that motion files of an earlier version excluded; a limits file never has it.
+    /// Pairs of links that motion files of an earlier version excluded from the check. In a limits file it is an error.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
 }
 
-/// A floor, or its explicit absence.
+/// The floor of a space limit: a height, or the word `none`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Floor {
-    /// A floor at this height, m.
+    /// A floor at this height in the base frame, m.
     At(f64),
     /// `none`: there is no floor.
     Word(FloorWord),
 }
 
-/// The word that replaces the height of a floor.
+/// The word that a file gives instead of a floor's height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FloorWord {
-    /// No floor.
+    /// `none`: no floor.
     None,
 }
 
 impl Floor {
-    /// Explicitly no floor.
+    /// A floor limit that says explicitly that there is no floor.
     pub const NOWHERE: Floor = Floor::Word(FloorWord::None);
 
-    /// Height of the floor, m; `None` if there is no floor.
+    /// Height of the floor in the base frame, m; `None` if there is no floor.
     pub fn height(self) -> Option<f64> {
         match self {
             Floor::At(height) => Some(height),
@@ -84,26 +84,26 @@ impl Default for SpaceLimits {
     }
 }
 
-/// A plane; links must stay on its allowed side.
+/// A plane in the base frame; links must stay on its allowed side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// A point on the plane, m.
+    /// A point on the plane, base frame, m.
     pub point: [f64; 3],
-    /// Direction to the allowed side, of any length.
+    /// Normal vector of the plane towards the allowed side, of any length.
     pub normal: [f64; 3],
-    /// Names of the links that must stay on that side. `None`: all moving links.
+    /// Names of the links that must stay on the allowed side. `None`: all moving links.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub links: Option<Vec<String>>,
 }
 
-/// A box along the axes of the base frame.
+/// A box along the axes of the base frame, in which links must stay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpaceBox {
-    /// Least x, y, z, m.
+    /// Corner with the least x, y, z, m.
     pub low: [f64; 3],
-    /// Greatest x, y, z, m.
+    /// Corner with the greatest x, y, z, m.
     pub high: [f64; 3],
     /// Names of the links that must stay in the box. `None`: all moving links.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -111,8 +111,8 @@ pub struct SpaceBox {
 }
 
 impl SpaceLimits {
-    /// The limits for the check of a motion: the limits of the user, tightened by `self`, the limits in the motion's file. That
-    /// file cannot exclude anything.
+    /// The space limits for the check of a motion: the limits of the user, tightened by `self`, the limits in the motion's file.
+    /// The motion's file cannot exclude anything from the check.
     pub fn held_to(&self, user: &SpaceLimits) -> SpaceLimits {
         let walls = user.walls.iter().chain(self.walls.iter().filter(|wall| !user.walls.contains(wall)));
         let boxes = user.boxes.iter().chain(self.boxes.iter().filter(|cell| !user.boxes.contains(cell)));
@@ -131,7 +131,7 @@ impl SpaceLimits {
         }
     }
 
-    /// The pairs that may touch: (link, link, reason).
+    /// The pairs of links that may touch, as (link, link, reason).
     pub fn accepted(&self) -> Vec<(String, String, String)> {
         let triple = |pair: &Vec<String>| match &pair[..] {
             [a, b, reason] => Some((a.clone(), b.clone(), reason.clone())),
@@ -140,7 +140,7 @@ impl SpaceLimits {
         self.accept.iter().filter_map(triple).collect()
     }
 
-    /// The reason why these limits are not valid; `None` if they are valid.
+    /// The reason why these space limits are invalid; `None` if they are valid.
     pub fn fault(&self) -> Option<String> {
         let lengths = [("distance", self.distance), ("spacing", self.spacing)];
         let mut given = lengths.into_iter().filter_map(|(key, x)| Some((key, x?)));

@@ -1,7 +1,7 @@
 //! Proved bounds of a quintic spline and its derivatives on an interval of time.
 //!
-//! The k-th derivative is a spline of degree p = 5 - k on the same knots t. Its control points are differences of the control
-//! points of derivative k - 1:
+//! The k-th derivative is a spline of degree p = 5 - k on the same knots t_i (in spans; K spans in T seconds). Its control points
+//! Q' are differences of the control points Q of derivative k - 1:
 //!
 //! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
 //!
@@ -13,17 +13,18 @@ use numerics::interval::Interval;
 
 use crate::excitation::quintic_spline::{QuinticSpline, SPLINE_DEGREE};
 
-/// A spline prepared for enclosures.
+/// A spline motion with precomputed data for enclosures of its positions and derivatives.
 pub struct EnclosedSpline {
     shape: QuinticSpline,
-    /// Spans per second K/T, 1/s.
+    /// Number of spans per second K/T, 1/s: K spans in T seconds.
     rate: Interval,
-    /// Control points of the position and of its first four derivatives, for each coordinate.
+    /// For each coordinate, the control points of its position and of its first four time derivatives.
     joints: Vec<[Vec<Interval>; 5]>,
 }
 
 impl EnclosedSpline {
-    /// Prepares a spline for enclosures. `joints`: coefficients (c, d_1, d_2, ..) of each coordinate.
+    /// Precomputes the data for enclosures. `joints`: coefficients (c, d_1, d_2, ..) of each coordinate: centre, then control
+    /// points minus centre.
     pub fn new(shape: QuinticSpline, joints: &[Vec<f64>]) -> EnclosedSpline {
         let rate = Interval::point(shape.spans as f64).over(Interval::point(shape.period));
         let joints = joints.iter().map(|x| {
@@ -42,11 +43,11 @@ impl EnclosedSpline {
         EnclosedSpline { shape, rate, joints: joints.collect() }
     }
 
-    /// Encloses position and four derivatives of each coordinate on a time interval of the spline, s.
+    /// Encloses position and first four derivatives of each coordinate on the time interval `part` of the spline, s.
     pub fn on(&self, part: Interval) -> Vec<[Interval; 5]> {
         let spans = self.shape.spans;
         let [from, to] = [part.low, part.high].map(|t| Interval::point(t) * self.rate);
-        // The end of the interval may be rounded into the neighbouring span.
+        // Rounding may put an end of the interval into the neighbouring span, so that span is covered too.
         let [first, last] = [from.low, to.high].map(|u| (u.max(0.0) as usize).min(spans.saturating_sub(1)));
         let of = |points: &[Vec<Interval>; 5]| -> [Interval; 5] {
             std::array::from_fn(|k| {
@@ -63,8 +64,8 @@ impl EnclosedSpline {
         self.joints.iter().map(of).collect()
     }
 
-    /// Hull of the control points of a spline of this degree after restriction to the interval from a to b, which is inside
-    /// `span`.
+    /// Hull of the control points of a spline of degree `degree` after restriction to the interval from a to b (in spans), which
+    /// lies inside span number `span`.
     fn restricted(&self, points: &[Interval], degree: usize, span: usize, a: Interval, b: Interval) -> Interval {
         let polar = |j: usize| {
             let mut left = points[span..=span + degree].to_vec();
@@ -82,7 +83,7 @@ impl EnclosedSpline {
             }
             left[0]
         };
-        // If a equals b, all control points are equal.
+        // If a equals b, all control points are equal, so one suffices.
         let last = if a == b { 0 } else { degree };
         (0..=last).map(polar).reduce(Interval::hull).unwrap_or(Interval::ALL)
     }

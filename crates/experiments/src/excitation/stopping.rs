@@ -1,7 +1,7 @@
-//! Distance and time of stopping from any instant of a motion, and whether position limits and distances of bodies suffice for
-//! it.
+//! Computes the distance and time of stopping from any instant of a motion, and whether position limits and distances of bodies
+//! suffice for it.
 //!
-//! A joint at position q with velocity v that brakes with its limit of acceleration a stops after |v|/a s, at
+//! A joint at position q with velocity v that brakes with its acceleration limit a stops after |v|/a, s, at
 //!
 //! ```text
 //! q + v |v| / (2 a)
@@ -23,7 +23,7 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::CertificateRow;
 use crate::excitation::trajectory::{Trajectory, TrajectorySegment};
 
-/// The greatest stopping distance of one joint over all instants of a motion.
+/// The longest stop of one joint, with the proved greatest velocity of this joint in the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stopping {
@@ -31,59 +31,60 @@ pub struct Stopping {
     pub coordinate: String,
     /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Proved greatest velocity of the joint, rad/s (m/s).
+    /// Proved velocity of the joint when braking starts, the greatest of the motion, rad/s (m/s).
     pub velocity: f64,
-    /// Time of stopping, s.
+    /// Time from the start of braking to rest, s.
     pub time_s: f64,
-    /// Stopping distance, rad (m).
+    /// Distance from the start of braking to rest, rad (m).
     pub path: f64,
 }
 
-/// The least distance to a position limit, or between bodies, while stopping.
+/// The least distance to a position limit, or between bodies, when the robot stops from any instant of the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoppingMargin {
-    /// Name of the coordinate; or two bodies; or a body and a wall.
+    /// Name of the coordinate; or names of two bodies, or of a body and a wall.
     pub subject: String,
     /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Distance to the position limit, rad (m), or between bodies, m. Negative: stopping is not covered.
+    /// Least distance to the position limit, rad (m), or between bodies, m. Negative: stopping may violate the limit.
     pub room: f64,
 }
 
-/// The distances of bodies while stopping, summarised.
+/// Summary of the distances between bodies when the robot stops from any instant of the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StopBodies {
-    /// Number of checked distances.
+    /// Number of checked distances (pairs of bodies).
     pub distances: usize,
-    /// Number of distances that are proved to stay non-negative, with their margins.
+    /// Number of distances that are proved to stay at least as large as their error margins while stopping.
     pub covered: usize,
-    /// The least of all distances.
+    /// The pair of bodies with the least distance minus error margin while stopping.
     pub least: StoppingMargin,
 }
 
-/// Distances and times of stopping for a whole motion.
+/// Distances and times that the robot needs to stop, over all instants of a motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StoppingMotions {
-    /// The coordinate with the longest stopping distance and the coordinate with the longest stopping time. Empty if no
-    /// acceleration is limited.
+    /// The joint with the longest stopping distance, then the joint with the longest stopping time if it is another one. Empty if
+    /// no acceleration is limited.
     pub joints: Vec<Stopping>,
-    /// The least distance to a position limit while stopping. `None`: no moving joint has finite limits.
+    /// The least distance to a position limit while stopping. `None`: no moving joint has finite limits of position and
+    /// acceleration.
     pub positions: Option<StoppingMargin>,
-    /// The distances of bodies while stopping. `None`: there are no bodies to check, or the check was interrupted.
+    /// The distances between bodies while stopping. `None`: there are no bodies, or the check was interrupted.
     pub bodies: Option<StopBodies>,
 }
 
-/// Accuracy of the distance to a position limit, relative to the width of the limits.
+/// Tolerance of the computed distance to a position limit while stopping, relative to the width of the limits.
 const RANGE_TOLERANCE: f64 = 1e-3;
-/// Greatest number of enclosures per segment.
+/// Greatest number of interval evaluations per segment for the distance to position limits.
 const MAX_ENCLOSURES_PER_SEGMENT: usize = 4000;
 /// Relative rounding error of a stopping distance.
 const STOPPING_DISTANCE_ROUNDING: f64 = 1e-14;
 
-/// Computes distances and times of stopping along a trajectory. `rows`: the certificate, with the proved velocities.
+/// Computes distances and times of stopping along a trajectory. `rows`: the certificate, which has the proved velocities.
 pub fn stops(
     course: &dyn Trajectory,
     rows: &[CertificateRow],
@@ -102,7 +103,7 @@ pub fn stops(
 fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], names: &[String]) -> Vec<Stopping> {
     let one = |(name, limits): (&String, &CoordinateLimits)| {
         let row = rows.iter().find(|row| row.limit == LimitKind::Velocity && row.subject == *name)?;
-        // The row has the velocity bound (lower or upper) that is nearest to its limit.
+        // The certificate row has the proved velocity bound (lower or upper) that is nearest to its limit.
         let (v, a) = (row.nowhere_beyond.abs(), limits.acceleration);
         a.is_finite().then(|| Stopping {
             coordinate: name.clone(),
@@ -118,7 +119,8 @@ fn farthest_and_longest(rows: &[CertificateRow], limits: &[CoordinateLimits], na
     farthest.into_iter().chain(longest).cloned().collect()
 }
 
-/// Stop position of a joint that brakes on an interval; equals `position` if the joint has no limit of acceleration.
+/// Interval of the positions at which a joint stops, if it brakes with this acceleration from the given intervals of position and
+/// velocity. It equals `position` if the joint has no limit of acceleration.
 fn stand(position: Interval, velocity: Interval, acceleration: f64) -> Interval {
     if !acceleration.is_finite() {
         return position;
@@ -129,9 +131,10 @@ fn stand(position: Interval, velocity: Interval, acceleration: f64) -> Interval 
     position + Interval::new(low - off, high + off)
 }
 
-/// The least distance to a position limit while stopping. `None` if no joint can be checked.
+/// The least distance to a position limit while the robot stops from any instant of the trajectory. `None` if no joint can be
+/// checked.
 fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names: &[String]) -> Option<StoppingMargin> {
-    // Only a moving joint with finite limits can be covered.
+    // Only a moving joint with finite limits of position and acceleration can be checked.
     let is_given = |l: &CoordinateLimits| {
         l.acceleration.is_finite() && l.position.0.is_finite() && l.position.1.is_finite() && l.locked.is_none()
     };
@@ -151,7 +154,7 @@ fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names
         let found = ranges(Interval::new(0.0, stretch.length), subdivision, &sought, enclose);
         for (&k, range) in given.iter().zip(&found) {
             let (low, high) = limits[k].position;
-            // Uses the proved ends of the range, not the values that were reached.
+            // The proved ends of the range of stop positions are used, not the values that were evaluated.
             let mut take = |end: &Extreme, room: f64| {
                 if least.as_ref().is_none_or(|known| room < known.room) {
                     least = Some(StoppingMargin { subject: names[k].clone(), at_s: stretch.start + end.time, room });
@@ -164,7 +167,7 @@ fn room_of_positions(course: &dyn Trajectory, limits: &[CoordinateLimits], names
     least
 }
 
-/// The least distances of bodies while stopping. `None` if interrupted.
+/// The least distances of bodies while the robot stops from any instant of the trajectory. `None` if interrupted.
 fn room_of_bodies(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],
@@ -179,7 +182,7 @@ fn room_of_bodies(
             if interruption.is_raised() {
                 return None;
             }
-            // Range of each joint: from its positions to its stop positions.
+            // Interval of each joint that contains its positions in this time interval and its stop positions.
             let boxes = enclosed.on(i, part).into_iter().zip(limits).map(|(held, limits)| {
                 let reached = held[0].hull(stand(held[0], held[1], limits.acceleration));
                 (reached.middle(), 0.5 * reached.width() * (1.0 + STOPPING_DISTANCE_ROUNDING))
@@ -194,7 +197,7 @@ fn room_of_bodies(
             }
         }
     }
-    // The margin of a gap is reserved for errors, so stopping must not use it.
+    // The error margin of a distance is reserved for errors, so stopping must not use it (it is subtracted above).
     let covered = least.iter().filter(|(room, _)| *room >= 0.0).count();
     let (gap, (room, at_s)) = gaps.iter().zip(least).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some(StopBodies {
@@ -211,7 +214,7 @@ fn parts_of(stretch: &TrajectorySegment) -> impl Iterator<Item = Interval> {
 }
 
 impl StoppingMotions {
-    /// The distances and times of stopping as text, one line for each statement.
+    /// The distances and times of stopping as text for users, one line for each statement.
     pub fn text(&self) -> String {
         let mut text = String::new();
         // One line for each listed joint.
@@ -235,7 +238,7 @@ impl StoppingMotions {
                 ),
             };
         }
-        // The check of bodies is one line: covered, or the least distance.
+        // The check of distances between bodies is one line: covered, or the pair that is not covered.
         if let Some(StopBodies { distances, covered, least }) = &self.bodies {
             let at = significant(least.at_s, 4);
             text += &match covered == distances {

@@ -1,30 +1,31 @@
-//! The limits of torques and powers as a logarithmic barrier, which keeps a descent inside the limits.
+//! The limits of torques and powers as a logarithmic barrier T, which keeps a descent inside the limits.
 //!
 //! S: instants in a period. The sum is over all coordinates at the instants of the period and of the blends; v: value, u: bound.
 //!
-//! T = -1/S sum log((u - v) / u) + log((u + v) / u)
+//! T = -1/S sum [log((u - v) / u) + log((u + v) / u)]
 //!
 //! | v | u |
 //! |---|---|
 //! | tau = Y X + FV dq + OFF, N m (N) | share effort - FS |
 //! | P = tau dq + FS abs(dq), W | share power |
 //!
-//! At rest P is zero and the barrier is flat; therefore T has a continuous gradient although abs(dq) has none.
+//! FV, OFF, FS: viscous, constant and dry friction. At rest P is zero and the barrier is flat; therefore T has a continuous
+//! gradient although abs(dq) has none.
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::NominalFriction;
 
-/// Share of their bounds that torques and powers may use at samples; the rest covers peaks between samples.
+/// Share of their bounds that torques and powers may use at sampled instants; the rest of the bound covers peaks between them.
 const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
 
-/// The barrier of the nominal torques and powers.
+/// The barrier T of the nominal torques and powers of a robot.
 #[derive(Clone, Debug)]
 pub struct TorqueBarrier {
     /// Values of the base parameters, in the order of the regressor.
     pub parameters: Vec<f64>,
     /// Friction coefficients, one per coordinate.
     pub friction: Vec<NominalFriction>,
-    /// Share of the limits of effort and power that a motion may use.
+    /// Share of the effort and power limits that a motion may use.
     pub share: f64,
 }
 
@@ -33,12 +34,13 @@ struct BoundedQuantity {
     limit: LimitKind,
     value: f64,
     bound: f64,
-    /// Derivatives of the value by tau and by dq.
+    /// Derivatives of the value by the torque tau and by the velocity dq.
     along: [f64; 2],
 }
 
 impl TorqueBarrier {
-    /// The torque and the power of coordinate k at velocity `dq`, if they are limited; `rigid`: Y X of this coordinate, N m (N).
+    /// The limited quantities of coordinate k at velocity `dq`: torque and power, as far as they are limited. `rigid`: torque Y X
+    /// of this coordinate without friction, N m (N).
     fn bounded_quantities(
         &self,
         k: usize,
@@ -64,10 +66,10 @@ impl TorqueBarrier {
         effort.into_iter().chain(power)
     }
 
-    /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None` if nothing is
-    /// bounded.
+    /// The greatest ratio of a torque or power to its bound, over all instants, with the coordinate and the kind of limit. `None`
+    /// if no torque or power is limited.
     ///
-    /// `states`: (q, dq, ddq), instant after instant. `rigid`: Y X of each coordinate, instant after instant.
+    /// `states`: (q, dq, ddq), instant after instant. `rigid`: torque Y X of each coordinate, instant after instant.
     pub fn greatest(
         &self,
         limits: &[CoordinateLimits],
@@ -89,9 +91,9 @@ impl TorqueBarrier {
         greatest
     }
 
-    /// The weighted sum T, with its derivatives by torque and velocity of each coordinate, instant after instant. `None` if a
-    /// quantity exceeds its bound. `reliefs`: factors that raise the bounds, one per instant; `weight`: gives the weight of an
-    /// instant from this factor.
+    /// The barrier T, with its derivatives by torque and velocity of each coordinate, instant after instant. `None` if a torque
+    /// or power exceeds its bound. `reliefs`: factors that raise the bounds, one per instant; `weight` computes the weight of an
+    /// instant in the sum from this factor.
     pub fn value(
         &self,
         limits: &[CoordinateLimits],
@@ -108,14 +110,15 @@ impl TorqueBarrier {
                 for held in self.bounded_quantities(k, &limits[k], state[n + k], rigid[k]) {
                     let held = BoundedQuantity { bound: relief * held.bound, ..held };
                     let weight = weight(*relief);
-                    // Distances to both bounds. The barrier is infinite if one of them is not positive.
+                    // Distances to the upper and the lower bound. The barrier is infinite if one of them is not positive.
                     let (above, below) = (held.bound - held.value, held.bound + held.value);
                     if !(above > 0.0 && below > 0.0) {
                         return None;
                     }
                     value -= weight * (above / held.bound * (below / held.bound)).ln();
                     let slope = weight * (1.0 / above - 1.0 / below);
-                    // tau contains FV dq, so the derivative by tau also contributes to the derivative by dq.
+                    // The torque tau contains FV dq (viscous friction), so the derivative by tau also contributes to the
+                    // derivative by dq.
                     let [along_tau, along_dq] = held.along.map(|x| slope * x);
                     along[0] += along_tau;
                     along[1] += along_tau * self.friction[k].viscous + along_dq;
@@ -126,7 +129,7 @@ impl TorqueBarrier {
         Some((value, slopes))
     }
 
-    /// The torques and powers whose magnitude is at least `least_share` of their bound.
+    /// The torques and powers, at all instants, whose magnitude is at least `least_share` of their bound.
     pub(crate) fn near(
         &self,
         limits: &[CoordinateLimits],
@@ -144,7 +147,7 @@ impl TorqueBarrier {
                     self.bounded_quantities(coordinate, &limits[coordinate], state[n + coordinate], rigid[coordinate])
                 {
                     let BoundedQuantity { limit, value, bound, along: [along_tau, along_dq] } = held;
-                    // tau also depends on dq by viscous friction: d tau / d dq = FV.
+                    // The torque tau also depends on dq by viscous friction: d tau / d dq = FV.
                     let along = [along_tau, along_tau * self.friction[coordinate].viscous + along_dq];
                     let drive = EnforcedDrive {
                         instant,
@@ -155,7 +158,7 @@ impl TorqueBarrier {
                         relief: *relief,
                         along,
                     };
-                    // The share refers to the raised bound.
+                    // The ratio of the value to the bound that is raised by `relief`.
                     if drive.share() >= least_share {
                         near.push(drive);
                     }
@@ -169,15 +172,15 @@ impl TorqueBarrier {
 /// A torque or a power of a coordinate at an instant, with its bound.
 #[derive(Clone, Copy)]
 pub(crate) struct EnforcedDrive {
-    /// Index of the instant among all evaluated instants.
+    /// Index of the instant among all instants at which torques are evaluated.
     pub(crate) instant: usize,
     pub(crate) coordinate: usize,
     pub(crate) limit: LimitKind,
     pub(crate) value: f64,
     pub(crate) bound: f64,
-    /// Factor that raises the bound; it is included in `bound`.
+    /// Factor that temporarily raises the bound; 1: not raised. It is already included in `bound`.
     pub(crate) relief: f64,
-    /// Derivatives of the value by Y X and by dq.
+    /// Derivatives of the value by the rigid torque Y X and by the velocity dq.
     pub(crate) along: [f64; 2],
 }
 
@@ -186,7 +189,7 @@ impl EnforcedDrive {
         self.limit == LimitKind::Power
     }
 
-    /// The magnitude of the value over the bound; infinite if the bound is not positive.
+    /// The ratio of the value's magnitude to the bound; infinite if the bound is not positive.
     pub(crate) fn share(&self) -> f64 {
         if self.bound > 0.0 { self.value.abs() / self.bound } else { f64::INFINITY }
     }

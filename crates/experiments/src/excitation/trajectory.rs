@@ -1,4 +1,5 @@
-//! The object of a proof: positions of all coordinates over time, in segments that can be enclosed.
+//! Interface of trajectories whose limits can be proved: positions of all coordinates over time, in segments that can be
+//! enclosed.
 //!
 //! There are two kinds: motions of `rist excite` ([`crate::excitation::motion`]) and trajectories of polynomials
 //! ([`crate::excitation::polynomial_trajectory`]). Within a segment, position and four derivatives are bounded. Each of them may
@@ -9,38 +10,39 @@ use numerics::interval::Interval;
 use crate::excitation::enclosure::{Derivatives, EnclosedMotion, MotionSegment};
 use crate::excitation::motion::Motion;
 
-/// A segment of a trajectory; its local time starts at 0.
+/// A segment of a trajectory. Local time in a segment starts at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectorySegment {
-    /// Time of the trajectory at which the segment starts, s.
+    /// Time after the start of the trajectory at which the segment starts, s.
     pub start: f64,
     /// Duration of the segment, s.
     pub length: f64,
-    /// Number of intervals of the segment at the start of a proof.
+    /// Number of equal intervals into which a proof first divides the segment.
     pub parts: usize,
-    /// Name of the method that encloses the segment.
+    /// Name of the enclosure method for the segment, which a certificate states.
     pub method: &'static str,
 }
 
-/// A trajectory: positions of all coordinates over time.
+/// Positions of all coordinates over time, of which a proof can enclose the derivatives.
 pub trait Trajectory: Sync {
     /// The segments, in the order of time.
     fn stretches(&self) -> Vec<TrajectorySegment>;
 
-    /// Position of each coordinate at local time `t` of a segment, rad (m); t in s.
+    /// Position of each coordinate at local time `t`, s, of segment number `stretch`, rad (m).
     fn positions(&self, stretch: usize, t: f64) -> Vec<f64>;
 
-    /// The trajectory prepared for enclosures.
+    /// Precomputes the data for enclosures of the trajectory.
     fn enclosed(&self) -> Box<dyn EnclosedTrajectory + '_>;
 }
 
-/// A trajectory prepared for enclosures.
+/// A trajectory with precomputed data for enclosures of its positions and derivatives.
 pub trait EnclosedTrajectory: Sync {
-    /// Encloses position and derivatives of each coordinate on an interval of a segment, in local time, s.
+    /// Encloses position and four derivatives of each coordinate on the interval `part` of segment number `stretch`; local time,
+    /// s.
     fn on(&self, stretch: usize, part: Interval) -> Vec<Derivatives>;
 }
 
-/// Number of intervals of a segment of a motion at the start of a proof.
+/// Number of equal intervals into which a proof first divides each segment of a motion.
 const INITIAL_INTERVALS_PER_SEGMENT: usize = 128;
 
 impl Trajectory for Motion {

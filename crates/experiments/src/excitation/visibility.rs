@@ -1,11 +1,11 @@
-//! The predicted standard deviation of each parameter in an identification from a motion.
+//! Predicts the standard deviation of each parameter in an identification from a motion.
 //!
 //! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
 //!
-//! over the rows y of W at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i.
-//! r_i is the divisor of the rows of joint i in an identification: s_i combined with the noise from the encoders
-//! ([`JointNoise`]). The prediction assumes that the model is exact and that the joints follow their reference. The sign of dry
-//! friction is exact here.
+//! sigma_c is the standard deviation of parameter c. The sums are over the rows y of W at the rate of the motion and over its
+//! whole periods. s_i is the white noise of the torques of joint i. r_i is the divisor of the rows of joint i in an
+//! identification: s_i combined with the noise from the encoders ([`JointNoise`]). The prediction assumes that the model is exact
+//! and that the joints follow their reference. The sign of dry friction is exact here.
 
 use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
@@ -20,56 +20,58 @@ use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::motion::Motion;
 use crate::excitation::proof::CertificateRow;
 
-/// The expected noise of one sample in an identification: standard deviations in N m (N), one per coordinate.
+/// Expected noise of one torque sample in an identification: standard deviations, N m (N), one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointNoise {
-    /// White noise of the measured torques.
+    /// Standard deviation of the white noise of the measured torques, N m (N), one per coordinate.
     pub torque: Vec<f64>,
-    /// Noise that the encoders add to the residual.
+    /// Standard deviation of the noise that the encoders add to the torque residual, N m (N), one per coordinate.
     pub encoders: Vec<f64>,
 }
 
 impl JointNoise {
-    /// Noise of the torques only; the encoders have no noise.
+    /// Makes the noise of torque sensors only; the encoders have no noise.
     pub fn of_torques(torque: Vec<f64>) -> JointNoise {
         JointNoise { encoders: vec![0.0; torque.len()], torque }
     }
 
-    /// The divisor of the rows of each joint in an identification: the standard deviation of the joint's residual, N m (N).
+    /// The divisor of the rows of each joint in an identification: the standard deviation of the joint's torque residual, N m
+    /// (N).
     pub fn weights(&self) -> Vec<f64> {
         self.torque.iter().zip(&self.encoders).map(|(s, e)| s.hypot(*e)).collect()
     }
 }
 
-/// The predicted standard deviation of one parameter.
+/// The standard deviation of one parameter, predicted for an identification from a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VisibleParameter {
-    /// The parameter.
+    /// Name of the parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
-    /// SI unit of its standard deviation.
+    /// SI unit of the parameter and of its standard deviation.
     pub unit: Unit,
     /// Nominal value from the description. `None` if the description has no value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub described: Option<f64>,
-    /// Predicted standard deviation, in `unit`. `None` if the parameter is not identifiable.
+    /// Predicted standard deviation, in `unit`. `None` if the motion does not make the parameter identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
     /// The standard deviation divided by the magnitude of the nominal value. `None` if the nominal value is zero or not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_deviation: Option<f64>,
-    /// For a parameter that is weak or not identifiable: the joint that causes it, and its lock or limit, in words.
+    /// For a weak or not identifiable parameter: the joints that cause it with their lock or limit, in words. `None`: no such
+    /// joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_blame: Option<String>,
 }
 
 impl VisibleParameter {
-    /// Whether the standard deviation is a large share of the nominal value.
+    /// Whether the parameter is weak: its predicted standard deviation is more than 30 % of its nominal value.
     pub fn is_weak(&self) -> bool {
         self.relative_deviation.is_some_and(|r| r > WEAK_RELATIVE_DEVIATION)
     }
 
-    /// A remark for users if the parameter is weak or not identifiable, else `None`.
+    /// A remark for users if the parameter is weak or not identifiable. `None`: there is nothing to remark.
     pub fn remark(&self) -> Option<String> {
         match (self.deviation, self.relative_deviation, &self.to_blame) {
             (None, _, Some(why)) => Some(format!("not visible ({why})")),
@@ -80,44 +82,45 @@ impl VisibleParameter {
     }
 }
 
-/// Relative standard deviation above which a parameter is weak.
+/// A parameter is weak if its standard deviation exceeds this share of its nominal value.
 const WEAK_RELATIVE_DEVIATION: f64 = 0.3;
 
-/// A nominal value below this share of the greatest one counts as zero, and then has no relative standard deviation.
+/// A nominal value below this share of the greatest one counts as zero; then the parameter has no relative standard deviation.
 const ZERO_VALUE_SHARE: f64 = 1e-9;
 
-/// The predictions for all parameters, with two criteria of the motion.
+/// Predicted standard deviations of all parameters for one motion, with two criteria of the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
     /// The parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// det(W'W / instants)^(1/p), over the columns that motions within the limits can separate.
+    /// Determinant criterion det(W'W / instants)^(1/p) of the p columns of W that motions within the limits can separate.
     pub determinant: f64,
-    /// Condition number of these columns after scaling to unit norm.
+    /// Condition number of these p columns of W after scaling to unit norm.
     pub condition_number: f64,
 }
 
-/// The states at equally spaced instants, which an identification would use as samples.
+/// States of a motion at equally spaced instants, which an identification would use as samples.
 pub struct SeenStates<'a> {
-    /// Number of instants.
+    /// Number of instants at which the motion is sampled.
     pub count: usize,
     /// Position, velocity and acceleration of each coordinate at instant number i.
     pub at: &'a dyn Fn(usize) -> Vec<[f64; 3]>,
-    /// Number of times that these instants are repeated.
+    /// Number of times that the motion repeats these instants.
     pub repetitions: usize,
 }
 
-/// Predicts the standard deviation of torques that are computed from estimated parameters.
+/// Predicts the standard deviation of torques that are computed from identified parameters.
 pub struct TorqueForecast {
     columns: Vec<usize>,
-    /// The least-squares solution for these columns. `None` if there are no columns.
+    /// Least-squares solution for the columns of W in `columns`, and the QR triangle for its covariance. `None` if there are no
+    /// columns.
     solution: Option<(Solution, Triangle)>,
     repetitions: f64,
 }
 
 impl TorqueForecast {
-    /// Standard deviation of the torque `row` times X, N m (N); `row` covers all columns of the model. `None` if the torque needs
-    /// a parameter that is not identifiable.
+    /// Standard deviation of the torque `row` times X, N m (N); X: identified parameters; `row`: one entry per column of the
+    /// model. `None` if the torque needs a parameter that is not identifiable.
     pub fn torque_deviation(&self, row: &[f64]) -> Option<f64> {
         let (solution, seen) = self.solution.as_ref()?;
         let picked: Vec<f64> = self.columns.iter().map(|&c| row[c]).collect();
@@ -130,8 +133,9 @@ impl TorqueForecast {
     }
 }
 
-/// Predicts standard deviations for a motion with prior information. `described`: nominal values, one per parameter;
-/// `certificate`: of the motion; `prior`: rows of prior information over all columns.
+/// Predicts standard deviations of all parameters for a motion and prior information. `described`: nominal values, one per
+/// parameter; `certificate`: rows of the motion's certificate; `prior`: rows of prior information, one entry per column of W
+/// each.
 pub fn visibility(
     model: &Model,
     motion: &Motion,
@@ -141,7 +145,7 @@ pub fn visibility(
     certificate: &[CertificateRow],
     prior: &[f64],
 ) -> Visibility {
-    // The instants of one whole period, at the sample rate.
+    // The instants of one whole period of the motion, at its sample rate.
     let at = |r: usize| -> Vec<[f64; 3]> {
         let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
         state.iter().map(|x| [x[0], x[1], x[2]]).collect()
@@ -151,7 +155,8 @@ pub fn visibility(
     visibility_of(model, &seen, limits, noise, described, certificate, prior).0
 }
 
-/// Predicts standard deviations for any states; also gives the predictor for torques.
+/// Predicts the standard deviations of all parameters for any states. Also gives the predictor for standard deviations of
+/// torques.
 pub fn visibility_of(
     model: &Model,
     states: &SeenStates,
@@ -164,11 +169,11 @@ pub fn visibility_of(
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
     let repetitions = states.repetitions as f64;
-    // The triangle covers one period, so the prior information is divided by the number of repetitions.
+    // The QR triangle covers one period, so the prior information is divided by the number of repetitions.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
     let triangle_over = |divisor: &[f64]| information(model, states, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
-    // Without columns there is nothing to solve.
+    // Without columns there is no least-squares problem to solve.
     let solution = (!columns.is_empty()).then(|| solve(&triangle));
     let weights = noise.weights();
     let square: Vec<f64> = weights.iter().zip(&noise.torque).map(|(r, s)| r * r / s).collect();
@@ -209,7 +214,8 @@ pub fn visibility_of(
     (seen, TorqueForecast { columns, solution: weighted, repetitions })
 }
 
-/// Fills the row of joint i: its row of Y, then its friction columns with the exact sign. `y`: Y at the instant, row by row.
+/// Fills the row of W for joint i: its row of Y, then its friction columns with the exact sign of dq. `y`: Y at the instant, row
+/// by row.
 pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut [f64]) {
     let base = model.regressor.parameters().len();
     row.fill(0.0);
@@ -222,7 +228,7 @@ pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut
     }
 }
 
-/// QR triangle of these columns: rows of the states divided by their noise, and rows of prior information.
+/// QR triangle of the columns with indices `columns`: rows of W at the states divided by `noise`, and rows of prior information.
 fn information(
     model: &Model,
     states: &SeenStates,
@@ -253,7 +259,7 @@ fn information(
     block.finish()
 }
 
-/// The locked joints that make a column not identifiable, in words.
+/// Names the locked joints that make parameter number `column` not identifiable, in words.
 fn hiding_joint(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
     let names = model.regressor.coordinates();
     let locked: Vec<usize> = (0..limits.len()).filter(|&k| limits[k].locked.is_some()).collect();
@@ -271,7 +277,8 @@ fn hiding_joint(model: &Model, limits: &[CoordinateLimits], column: usize) -> St
     }
 }
 
-/// The limit of these coordinates with the least distance to its bound, in words; `None` if the certificate has no row for them.
+/// The limit of these coordinates with the least relative distance to its bound, in words. `None` if the certificate has no row
+/// for these coordinates.
 fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
     let names = model.regressor.coordinates();
     let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.subject);
@@ -296,7 +303,7 @@ mod tests {
         Motion { rate: 50.0, repetitions: 2, shape, joints: vec![vec![0.2, 0.6, 0.1, 0.5, -0.3]] }
     }
 
-    /// Least-squares estimates from noisy torques of the motion have the predicted standard deviations.
+    /// Checks that least-squares estimates from noisy torques of the motion have the predicted standard deviations.
     #[test]
     fn deviations_are_those_of_least_squares() {
         let (arm, motion, limits) = (Pendulum::new(), motion(), [pendulum_limits()]);
@@ -331,7 +338,7 @@ mod tests {
             let relative = predicted[c].relative_deviation.unwrap();
             assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
         }
-        // With only one joint, a larger weight does not change the result.
+        // With only one joint, a larger divisor of all rows does not change the standard deviations.
         let rough = JointNoise { encoders: vec![0.3], ..noise.clone() };
         let weighted = visibility(&model, &motion, &limits, &rough, &described, &[], &[]).parameters;
         for (a, b) in weighted.iter().zip(&predicted) {

@@ -1,4 +1,4 @@
-//! Torque peaks between the instants of a search, which a start finds and bounds too.
+//! Finds torque peaks between the instants of a search, and adds bounds for them to the search.
 //!
 //! A search bounds torques only at its own instants. Between them, a torque of a chain of thirty joints reaches 1.12 times its
 //! bound. If the motion were scaled down by this excess, nearly nothing would remain, because most of the torque is gravity. So
@@ -11,37 +11,39 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::excitation::problem::Prepared;
 
-/// Number of finer instants per instant of the search.
+/// Number of instants of the finer time grid per instant of the search.
 const FINER_FACTOR: usize = 8;
-/// If a torque at an instant of the search exceeds this share of its bound, the neighbouring finer instants are evaluated.
+/// If a torque at an instant of the search exceeds this share of its bound, the finer instants around it are evaluated.
 const EVALUATED_SHARE: f64 = 0.85;
-/// If a peak exceeds this share of its bound, it is bounded.
+/// A torque peak between the instants gets a bound if it exceeds this share of its limit.
 const PEAK_SHARE: f64 = 0.93;
-/// A torque below this share of its bound counts as within the bound, since the remaining distance allows a step.
+/// A torque below this share of its bound counts as within the bound, because the remaining distance allows a step of the
+/// descent.
 const WITHIN_SHARE: f64 = 0.9995;
-/// Ratio of the temporary bound of a peak to the peak.
+/// Ratio of the temporary bound of a torque peak to the value of the peak.
 const TEMPORARY_BOUND_RATIO: f64 = 1.005;
 
-/// The bounded peaks of one start: numbers of the finer instants, with the factors that raise their bounds.
+/// The bounded torque peaks of one start: numbers of their instants in the finer grid, with the factors that raise their bounds.
 #[derive(Default)]
 pub(crate) struct Watched {
     reliefs: BTreeMap<usize, f64>,
-    /// Whether a torque was near its bound at the last evaluation.
+    /// Whether a torque was near its bound when peaks were last searched.
     is_pressed: bool,
 }
 
 impl Watched {
-    /// Whether new peaks are likely, so that peaks must be searched again.
+    /// Whether a torque is near its bound, so that peaks must soon be searched again.
     pub(crate) fn is_pressed(&self) -> bool {
         self.is_pressed
     }
 
-    /// The greatest factor that raises a bound; 1 if no peak exceeds its bound.
+    /// The greatest factor that raises the bound of a torque peak; 1 if no peak exceeds its bound.
     pub(crate) fn relief(&self) -> f64 {
         self.reliefs.values().copied().fold(1.0, f64::max)
     }
 
-    /// The problem with bounds at the peaks of the motion x and at the earlier peaks. `None` if there are no peaks.
+    /// The search problem with additional bounds at the torque peaks of the motion x and at the earlier peaks. `None` if there
+    /// are no peaks.
     pub(crate) fn renewed<'p>(&mut self, prepared: &Prepared<'p>, x: &[f64]) -> Option<Prepared<'p>> {
         let wall = prepared.problem.torque?;
         let limits = prepared.problem.limits;
@@ -91,10 +93,10 @@ impl Watched {
         }
         self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER_FACTOR));
         if self.is_pressed {
-            // Peaks may appear anywhere in the next steps; bounds at the halfway instants reduce their excess to a quarter.
+            // Peaks may appear anywhere in the next steps. Bounds halfway between the instants reduce their excess to a quarter.
             prepared.halfway_instants(FINER_FACTOR).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
         }
-        // A bound that is kept already is not raised.
+        // If a torque is already within its bound, the bound is not raised.
         let above = |share: f64| if share < WITHIN_SHARE { 1.0 } else { TEMPORARY_BOUND_RATIO * share };
         self.reliefs.iter_mut().for_each(|(at, relief)| *relief = relief.min(above(greatest(*at))));
         if self.reliefs.is_empty() {
@@ -117,7 +119,8 @@ mod tests {
     use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
     use crate::pendulum::Pendulum;
 
-    /// A peak between six instants per period is found and gets a bound above it; a motion far from its bounds gets none.
+    /// Checks that a peak between six instants per period is found and gets a bound above it. A motion far from its bounds gets
+    /// none.
     #[test]
     fn a_peak_between_instants_is_watched() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
@@ -148,7 +151,7 @@ mod tests {
             (prepared.greatest_torque(&x).unwrap().0, truth, renewed, watched)
         };
         let (alone, ..) = seen(&of_effort(12.0));
-        // At the instants of the search the torque reaches 0.97 of this effort; between them it exceeds the effort.
+        // At the instants of the search the torque reaches 0.97 of this effort limit; between them it exceeds the limit.
         let effort = of_effort((12.0 - 0.2 / 0.9) * alone / 0.97 + 0.2 / 0.9);
         let (alone, truth, renewed, watched) = seen(&effort);
         assert!((alone - 0.97).abs() < 1e-9 && truth > 1.0, "{alone} {truth}");

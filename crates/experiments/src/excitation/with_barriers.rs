@@ -1,12 +1,12 @@
-//! The objective of the search (criterion plus barriers) as a function of the coefficients, with an exact gradient.
+//! The objective of the search (criterion plus barriers) as a function of the motion's coefficients, with an exact gradient.
 //!
-//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J is the criterion of the rows at the instants of a period
+//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J is the criterion of the rows W at the instants of a period
 //! ([`crate::excitation::criterion`]), B the barrier of the kinematic limits ([`crate::excitation::barrier`]), S the barrier of
 //! the distances between bodies ([`crate::excitation::distance_barrier`]), T the barrier of torques and powers at the instants of
-//! the period and the blends ([`crate::excitation::torque_barrier`]).
+//! the period and the blends ([`crate::excitation::torque_barrier`]). mu is the weight of the barriers.
 //!
-//! One reverse pass through the regressor gives the derivatives of J and T by the states; df/dY is known, and dY/d(q, dq, ddq) is
-//! exact.
+//! One reverse pass through the regressor Y gives the derivatives of J and T by the states; df/dY is known, and dY/d(q, dq, ddq)
+//! is exact.
 
 use std::cell::RefCell;
 
@@ -18,48 +18,49 @@ use crate::excitation::near_gaps::{Basis, NearGaps};
 use crate::excitation::problem::Prepared;
 use crate::excitation::rows::RegressorRows;
 
-/// Approximate second derivative of the criterion by a scaled coefficient; it is added to the Hessian of the barriers.
+/// Approximate second derivative of the criterion J by a scaled coefficient. It is added to the Hessian of the barriers.
 const CRITERION_CURVATURE: f64 = 0.1;
 
-/// Weight of the barrier of raised bounds: high enough that torques decrease to some hundredths below the raised bounds.
+/// Weight of the torque barrier at instants with raised bounds. It is high enough that torques decrease to some hundredths below
+/// their raised bounds.
 const RELIEVED_WEIGHT: f64 = 10.0;
-/// The weight of raised bounds if the other barriers have low weights: low weights hold a motion in place, and a higher weight
-/// would only make it oscillate.
+/// The weight of the torque barrier at instants with raised bounds, if the other barriers have low weights. Low weights hardly
+/// move a motion, and a higher weight would only make it oscillate.
 const RELIEVED_WEIGHT_AMONG_LOW_BARRIERS: f64 = 0.2;
 
-/// Least weight of the barriers at which torques far above their bounds can return.
+/// Least weight of the barriers at which a descent can bring torques far above their bounds back.
 pub(crate) const RETURN_HEIGHT: f64 = 1e-2;
 
-/// The objective at one weight of the barriers.
+/// The objective f = J + mu (barriers) for one weight mu of the barriers.
 pub struct WithBarriers<'a> {
-    /// The data that all starts share.
+    /// The search problem with the precomputed data that all starts share.
     pub prepared: &'a Prepared<'a>,
-    /// The weight mu.
+    /// The weight mu of the barriers.
     pub height: f64,
-    /// Data of earlier distance evaluations of this start.
+    /// Intermediate results of earlier distance evaluations of this start.
     pub seen: &'a Seen,
     last: RefCell<Option<Last>>,
 }
 
-/// Data of the last evaluated motion, if it was inside all barriers.
+/// Data of the last evaluated motion. `None` in `WithBarriers`: no motion inside all barriers was evaluated yet.
 struct Last {
     x: Vec<f64>,
     states: Vec<f64>,
-    /// Y X of each coordinate, N m (N).
+    /// Torque Y X of each coordinate without friction, N m (N), instant after instant.
     rigid: Vec<f64>,
-    /// Gaps between bodies that are in the range of the barrier.
+    /// Pairs of bodies whose distance is in the range of the distance barrier.
     gaps: NearGaps,
-    /// Torques and powers near their bounds. `None` until they are computed.
+    /// Torques and powers near their bounds. `None`: not yet computed.
     near: Option<NearDrives>,
 }
 
 impl<'a> WithBarriers<'a> {
-    /// Makes the objective with barriers of weight `height`.
+    /// Makes the objective with barriers of weight mu = `height`.
     pub fn new(prepared: &'a Prepared<'a>, height: f64, seen: &'a Seen) -> WithBarriers<'a> {
         WithBarriers { prepared, height, seen, last: RefCell::new(None) }
     }
 
-    /// Applies `of` to the torques and powers near their bounds at x. `None` if there are none.
+    /// Applies `of` to the torques and powers near their bounds for the motion x. `None` if there are none.
     fn with_near<T>(&self, x: &[f64], of: impl FnOnce(&NearDrives) -> T) -> Option<T> {
         self.prepared.problem.torque?;
         let mut last = self.last.borrow_mut();
@@ -72,7 +73,7 @@ impl<'a> WithBarriers<'a> {
         (!near.is_empty()).then(|| of(near))
     }
 
-    /// Applies `of` to the gaps near their bounds at x. `None` if no gap is near.
+    /// Applies `of` to the pairs of bodies near their distance bounds for the motion x. `None` if no pair is near.
     fn with_gaps<T>(&self, x: &[f64], of: impl FnOnce(&Basis, &NearGaps) -> T) -> Option<T> {
         let (prepared, last) = (self.prepared, self.last.borrow());
         let rows = prepared.space.as_ref()?.rows();
@@ -80,7 +81,7 @@ impl<'a> WithBarriers<'a> {
         last.as_ref().filter(|last| last.x == x && !last.gaps.is_empty()).map(|last| of(&basis, &last.gaps))
     }
 
-    /// Weight of the torques at an instant whose bounds are raised by the factor `relief`.
+    /// Weight of the torque barrier at an instant whose bounds are raised by the factor `relief`; 1: not raised.
     fn torque_weight(&self, relief: f64) -> f64 {
         let height = match (relief > 1.0, self.height >= RETURN_HEIGHT) {
             (false, _) => self.height,
@@ -106,11 +107,11 @@ impl<'a> WithBarriers<'a> {
             None => vec![],
         };
 
-        // The criterion J.
+        // Add the criterion J.
         let RegressorRows { of_joints, friction } = prepared.rows(&states, &prepared.filled(&states)?);
         let found = prepared.criterion_of_rows(of_joints)?;
         value += found.value;
-        // The distances come last: they take half of the time, and they can only increase the value.
+        // The distance barrier comes last, because it takes half of the time and can only increase the value.
         if !(value.is_finite() && value <= at_most) {
             return None;
         }
@@ -128,7 +129,7 @@ impl<'a> WithBarriers<'a> {
             )?;
         }
 
-        // Reverse mode: from the torques and the rows to the states, and from the states to the coefficients.
+        // Reverse mode: derivatives by torques and rows of W give derivatives by the states, and these give the gradient.
         let along_torques: Vec<f64> = of_torque.iter().map(|[along_tau, _]| *along_tau).collect();
         let mut through = prepared.torques_pulled_back(&states, &along_torques);
         for (at, [_, along_dq]) in of_torque.iter().enumerate() {
@@ -158,8 +159,8 @@ impl Objective for WithBarriers<'_> {
     }
 
     fn precondition(&self, x: &[f64], direction: &mut [f64]) {
-        // Inside the barriers the Hessian is positive definite. If it cannot be factored, the direction stays the negative
-        // gradient.
+        // Inside the barriers the Hessian is positive definite. If rounding prevents its factorisation, the direction stays the
+        // negative gradient.
         let Some(curvature) = self.curvature(x) else { return };
         let weight = |relief| self.torque_weight(relief);
         let raised = self.with_near(x, |near| near.curvature(&curvature, weight)).flatten();
@@ -195,7 +196,7 @@ mod tests {
     fn the_gradient_is_exact() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
         let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
-        // The distance is less than 0.05 m, so the barrier acts.
+        // The least distance to the wall at 0.55 is less than 0.05 m, so the distance barrier acts.
         let rod = Rod::new(0.55);
         let series = MotionShape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
         let spline = MotionShape::Spline(QuinticSpline { period: 5.0, spans: 7 });
@@ -219,7 +220,7 @@ mod tests {
             let seen = Seen::default();
             let barriers = WithBarriers::new(&prepared, 0.01, &seen);
             let (_, gradient) = barriers.value(&x, f64::INFINITY).unwrap();
-            // Three threads share 50 instants as 24, 24 and 2; the gradient is bit for bit the same.
+            // Three threads share 50 instants as 24, 24 and 2; the gradient must be the same, bit for bit.
             let (shared, fresh) = (Prepared::new(&problem).with_threads(3), Seen::default());
             assert_eq!(WithBarriers::new(&shared, 0.01, &fresh).value(&x, f64::INFINITY).unwrap().1, gradient);
             for k in 0..x.len() {
@@ -230,7 +231,8 @@ mod tests {
                     barriers.value(&x, f64::INFINITY).unwrap().0
                 };
                 let (found, slope) = (gradient[k], (moved(h) - moved(-h)) / (2.0 * h));
-                // Errors: rounding of central differences, 1e-16 over 1e-6; h^2 times the third derivative of the smooth sign.
+                // Errors of the central differences: rounding, 1e-16 / 1e-6, and h^2 times the third derivative of the smooth
+                // sign.
                 let allowed = 1e-6 * (1.0 + slope.abs());
                 assert!((found - slope).abs() < allowed, "{aim:?} {shape:?} {k}: {found} {slope}");
             }

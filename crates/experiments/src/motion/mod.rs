@@ -1,4 +1,4 @@
-//! One motion: as commanded to the controller, as stored in files, and as recorded.
+//! Motions of a robot: as commanded to the controller, as stored in files, and as recorded.
 
 pub mod point_to_point;
 pub mod point_trajectory;

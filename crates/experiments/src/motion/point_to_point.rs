@@ -1,26 +1,26 @@
-//! Point-to-point motions for validation; they are independent of any plan.
+//! Random point-to-point motions for validation of an identified model; they are independent of any plan.
 //!
-//! Each move follows p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, over the distance L, with peak velocity 1.875 L/T and peak
-//! acceleration 5.7735 L/T^2. All joints use the duration T of the slowest joint.
+//! Each move follows p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, over the distance L in the time T, with peak velocity 1.875 L/T and
+//! peak acceleration 5.7735 L/T^2. All joints use the duration T of the slowest joint.
 
 use random::Random;
 
 use crate::motion::reference_motion::Reference;
 
-/// Peak velocity of a move in units of L/T.
+/// Peak velocity of a point-to-point move in units of L/T; L: distance, T: duration.
 const PEAK_VELOCITY_FACTOR: f64 = 1.875;
-/// Peak acceleration of a move in units of L/T^2.
+/// Peak acceleration of a point-to-point move in units of L/T^2; L: distance, T: duration.
 const PEAK_ACCELERATION_FACTOR: f64 = 5.7735;
 /// Settings of a validation motion: shares of the limits, and number of moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidationMotion {
-    /// Share of the position range, about its middle, in which the points lie.
+    /// Share of each joint's position range, about its middle, in which the random points lie.
     pub range: f64,
     /// Share of the velocity limit that a move uses.
     pub velocity: f64,
     /// Share of the acceleration limit that a move uses.
     pub acceleration: f64,
-    /// Number of moves in one motion.
+    /// Number of point-to-point moves in one validation motion.
     pub moves: usize,
 }
 
@@ -31,14 +31,14 @@ impl Default for ValidationMotion {
 }
 
 impl ValidationMotion {
-    /// Duration of a move over `distance` within these shares of the limits `velocity` and `acceleration`, s.
+    /// Duration of a move over `distance`, s, that uses the shares of `self` of the given velocity and acceleration limits.
     pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
         let by_velocity = PEAK_VELOCITY_FACTOR * distance / (self.velocity * velocity);
         by_velocity.max((PEAK_ACCELERATION_FACTOR * distance / (self.acceleration * acceleration)).sqrt())
     }
 }
 
-/// Draws moves between random points. Limits: one per coordinate, rad, rad/s, rad/s^2; `sample_time` in s.
+/// Draws point-to-point moves between random points. Limits: one per coordinate, rad, rad/s, rad/s^2 (m ..); `sample_time`: s.
 pub fn validation_trajectory(
     motion: &ValidationMotion,
     position: &[(f64, f64)],
@@ -48,7 +48,7 @@ pub fn validation_trajectory(
     random: &mut Random,
 ) -> Reference {
     let n = position.len();
-    // A random point within the share `range` of each joint's limits.
+    // Draws a point within the share `range` of the position range of each joint.
     let mut point = || -> Vec<f64> {
         let within = |&(low, high): &(f64, f64)| (0.5 * (low + high), 0.5 * motion.range * (high - low));
         position.iter().map(within).map(|(middle, half)| random.between(middle - half, middle + half)).collect()
@@ -63,7 +63,7 @@ pub fn validation_trajectory(
             (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;
         let time = count as f64 * sample_time;
-        // p(s) and its derivatives by t; each move starts at the end of the previous move.
+        // Position p(s) and its time derivatives. Each move starts at the end of the previous move.
         for i in 0..count {
             let s = i as f64 / count as f64;
             let p = s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
@@ -78,7 +78,7 @@ pub fn validation_trajectory(
         }
         from = to;
     }
-    // The last sample: at rest at the last point.
+    // The last sample of the motion is at rest at the last point.
     for (k, q) in from.into_iter().enumerate() {
         r.q[k].push(q);
         r.dq[k].push(0.0);
@@ -106,7 +106,7 @@ mod tests {
             assert!(peak(&r.ddq[k]) <= 0.7 * [20.0, 30.0][k] + 1e-2);
             for i in 1..r.q[k].len() - 1 {
                 let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
-                // Error: third derivative of the move times h^2 / 6.
+                // The error of the central difference is h^2 / 6 times the third derivative of the move.
                 assert!((v - r.dq[k][i]).abs() < 1e-2);
             }
         }

@@ -1,15 +1,15 @@
-//! A motion from another program: points in time, and the interpolation between them.
+//! A motion that another program planned: points in time, and the interpolation between them.
 //!
 //! Not here: reading files of points.
 
-/// How a controller interpolates between points.
+/// The interpolation that a controller uses between given points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Linear in the position: the velocity jumps at points.
+    /// Straight lines between positions; the velocity jumps at points.
     Linear,
-    /// Matches positions and velocities: the acceleration jumps at points.
+    /// Cubic polynomials that match positions and velocities; the acceleration jumps at points.
     Cubic,
-    /// Matches positions, velocities and accelerations: the jerk jumps at points.
+    /// Quintic polynomials that match positions, velocities and accelerations; the jerk jumps at points.
     Quintic,
 }
 
@@ -18,13 +18,13 @@ impl Interpolation {
     pub const ALL: [(Interpolation, &str); 3] =
         [(Interpolation::Linear, "linear"), (Interpolation::Cubic, "cubic"), (Interpolation::Quintic, "quintic")];
 
-    /// The name of the interpolation.
+    /// The name of the interpolation, as in [`Interpolation::ALL`].
     pub fn word(self) -> &'static str {
         Interpolation::ALL.into_iter().find(|(i, _)| *i == self).map_or("", |(_, word)| word)
     }
 }
 
-/// The points of a trajectory: one series per coordinate, all of equal length.
+/// A trajectory given by points: times, and one series of values per coordinate, all of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTrajectory {
     coordinates: Vec<String>,
@@ -34,9 +34,9 @@ pub struct PointTrajectory {
     accelerations: Option<Vec<Vec<f64>>>,
 }
 
-/// Greatest number of points of a trajectory: 400 s at 1 kHz, and the longest that can be proved in acceptable time.
+/// Greatest number of points of a trajectory: 400 s at 1 kHz. The proof of a longer one would take too long.
 const MAX_TRAJECTORY_POINTS: usize = 400_000;
-/// Greatest accepted number, in SI units: larger than any robot needs, and small enough that a proof does not overflow.
+/// Greatest accepted magnitude of a number, in SI units. It is larger than any robot needs, and a proof does not overflow.
 const LARGEST_NUMBER: f64 = 1e6;
 
 impl PointTrajectory {
@@ -51,7 +51,7 @@ impl PointTrajectory {
         velocities: Option<Vec<Vec<f64>>>,
         accelerations: Option<Vec<Vec<f64>>>,
     ) -> Result<PointTrajectory, String> {
-        // The numbers may come from a file, so each message says which number is wrong.
+        // The numbers may come from a file, so each error message names the wrong number.
         let count = times.len();
         if !(2..=MAX_TRAJECTORY_POINTS).contains(&count) {
             return Err(format!("it has {count} points; expected are 2 to {MAX_TRAJECTORY_POINTS}"));
@@ -63,7 +63,7 @@ impl PointTrajectory {
                 times[i]
             ));
         }
-        // Each series has one finite number per joint and point.
+        // Each series must have one finite number per joint and point.
         let all = [Some(&positions), velocities.as_ref(), accelerations.as_ref()];
         for (what, series) in ["positions", "velocities", "accelerations"].iter().zip(all) {
             let Some(series) = series else { continue };
@@ -82,10 +82,10 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// The points in the order of the coordinates of a model. A coordinate that the file does not move stays at `stands(k)`, rad
-    /// (m).
+    /// Orders the points like the coordinates of a model. A coordinate k that the trajectory does not move stays at `stands(k)`,
+    /// rad (m).
     ///
-    /// Fails if the file moves an unknown joint, or if the position of a coordinate is not known.
+    /// Fails if the trajectory moves an unknown joint, or if the position of a coordinate is not known.
     pub fn of_coordinates(
         self,
         names: &[String],
@@ -116,7 +116,7 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates: names.to_vec(), times: self.times, positions, velocities, accelerations })
     }
 
-    /// The requested interpolation, or else the smoothest one that the points allow.
+    /// The interpolation `asked`, or for `None` the smoothest one that the points allow.
     ///
     /// Fails if the points lack the derivatives that the requested interpolation needs.
     pub fn interpolation(&self, asked: Option<Interpolation>) -> Result<Interpolation, String> {
@@ -141,22 +141,22 @@ impl PointTrajectory {
         &self.times
     }
 
-    /// Positions, rad (m), one series per coordinate.
+    /// Positions of the points, rad (m), one series per coordinate.
     pub fn positions(&self) -> &[Vec<f64>] {
         &self.positions
     }
 
-    /// Velocities, rad/s (m/s), one series per coordinate. `None` if the file has none.
+    /// Velocities at the points, rad/s (m/s), one series per coordinate. `None` if the file has none.
     pub fn velocities(&self) -> Option<&[Vec<f64>]> {
         self.velocities.as_deref()
     }
 
-    /// Accelerations, rad/s^2 (m/s^2), one series per coordinate. `None` if the file has none.
+    /// Accelerations at the points, rad/s^2 (m/s^2), one series per coordinate. `None` if the file has none.
     pub fn accelerations(&self) -> Option<&[Vec<f64>]> {
         self.accelerations.as_deref()
     }
 
-    /// Whether the velocity is zero at both ends; true if the file has no velocities.
+    /// Whether all velocities are zero at the first and the last point; true if the file has no velocities.
     pub fn rests_at_its_ends(&self) -> bool {
         let last = self.times.len() - 1;
         self.velocities.as_ref().is_none_or(|v| v.iter().all(|v| v[0] == 0.0 && v[last] == 0.0))

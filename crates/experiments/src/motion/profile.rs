@@ -1,31 +1,32 @@
-//! The profile of a swing: bang-bang as in the paper cited below, or smooth with the same symmetry.
+//! The profile (position over time) of a swing of one joint: bang-bang as in the paper cited below, or smooth with the same
+//! symmetry.
 //!
 //! Both profiles are antisymmetric about each quarter period and about each half period. Therefore the friction of the moving
 //! joint is orthogonal to its acceleration at odd harmonics (`exciting_trajectory`).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2, for the bang-bang profile]
 
-/// The position over time of a swing from A to B and back.
+/// The profile of a swing: position over time from a point A to a point B and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
-    /// Piecewise constant acceleration, +a or -a.
+    /// Piecewise constant acceleration: +a or -a.
     BangBang,
     /// A polynomial of degree seven in each direction; acceleration and jerk are zero at A and B.
     Smooth,
 }
 
 impl Profile {
-    /// Dimensionless peaks (v_peak T / L, a_peak T^2 / L) of a swing with stroke L and period T.
+    /// Peak velocity and acceleration of a swing with stroke L and period T, dimensionless: (v_peak T / L, a_peak T^2 / L).
     pub fn peaks(self) -> (f64, f64) {
         match self {
             Profile::BangBang => (4.0, 16.0),
-            // The blend 35u^4 - 84u^5 + 70u^6 - 20u^7 over T/2 peaks at 35/16 and 84 sqrt(5)/25.
+            // p(u) = 35u^4 - 84u^5 + 70u^6 - 20u^7 over T/2 has peak derivatives 35/16 and 84 sqrt(5)/25.
             Profile::Smooth => (4.375, 4.0 * 84.0 * 5.0_f64.sqrt() / 25.0),
         }
     }
 
-    /// Position in [-1, 1] with its first and second derivative by u = t/T, for u in [0, 1). Where the acceleration jumps, it is
-    /// the mean of both sides, like the value of a Fourier series.
+    /// Position in [-1, 1], and its first and second derivative by u = t/T, at u in [0, 1); T: period. Where the acceleration
+    /// jumps, it is the mean of both sides, like the value of a Fourier series.
     pub fn at(self, u: f64) -> (f64, f64, f64) {
         match self {
             Profile::BangBang => {
@@ -59,7 +60,7 @@ mod tests {
             let fine = (0..4000).map(|i| profile.at(f64::from(i) / 4000.0));
             let (v, a) = fine.fold((0.0_f64, 0.0_f64), |m, p| (m.0.max(p.1.abs()), m.1.max(p.2.abs())));
             let (v_peak, a_peak) = profile.peaks();
-            // L = 2 in the unit profile. The samples miss a maximum by at most half of 1/4000.
+            // The unit profile has the stroke L = 2. The samples miss a maximum by at most half of 1/4000 of a period.
             assert!((v / 2.0 - v_peak).abs() < 1e-4 * v_peak && (a / 2.0 - a_peak).abs() < 1e-4 * a_peak);
         }
     }

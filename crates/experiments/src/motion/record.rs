@@ -1,18 +1,18 @@
 //! The record of an experiment: sampled positions and currents (or torques).
 
-/// A record: `q[k][i]` in rad (m) and `current[k][i]` in A, of coordinate k at sample i.
+/// The record of an experiment: `q[k][i]` in rad (m) and `current[k][i]` in A, of coordinate k at sample i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Positions, rad (m), one series per coordinate.
+    /// Measured positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
     /// Motor currents, A, one series per coordinate. If torques were recorded: torques, N m (N).
     pub current: Vec<Vec<f64>>,
 }
 
 impl Record {
-    /// A record of the samples in these windows, one window after the other.
+    /// The samples of the record in these windows (ranges of sample indices), one window after the other.
     pub fn cut(&self, windows: &[std::ops::Range<usize>]) -> Record {
         let take = |x: &Vec<f64>| {
             windows.iter().flat_map(|w| x.get(w.clone()).unwrap_or_default().iter().copied()).collect::<Vec<f64>>()
@@ -24,13 +24,13 @@ impl Record {
         }
     }
 
-    /// Every `parts`-th sample: its position, and the mean of the current over the new sample time centred on the sample.
+    /// Keeps every `parts`-th sample: its position, and the mean of the current over the new sample time centred on the sample.
     ///
     /// A drive that logs at a lower rate than it controls gives such a record. At both ends the mean uses only the existing
     /// samples.
     pub fn thinned(&self, parts: usize) -> Record {
         let parts = parts.max(1);
-        // Trapezoidal rule: if `parts` is even, the two end samples have weight one half.
+        // Mean by the trapezoidal rule: if `parts` is even, the two end samples have weight one half.
         let (half, ends) = (parts / 2, if parts.is_multiple_of(2) { 0.5 } else { 1.0 });
         let mean = |x: &Vec<f64>, i: usize| {
             let about = i.saturating_sub(half)..(i + half + 1).min(x.len());
@@ -59,9 +59,9 @@ mod tests {
         };
         let thinned = record(13).thinned(3);
         assert_eq!(thinned.q, vec![vec![0.0, 3.0, 6.0, 9.0, 12.0]]);
-        // Every third sample is 3, so the mean over three samples is 1; at the ends there are only two samples.
+        // Every third sample is 3 and the others are 0, so a mean over three samples is 1. At the ends it has only two samples.
         assert_eq!(thinned.current, vec![vec![1.5, 1.0, 1.0, 1.0, 1.5]]);
-        // Half of the 3: it is one of the two end samples, with weight one half.
+        // Each mean over the sample time of two samples contains one 3 at an end, with weight one half: 0.5 * 3 / 2 = 0.75.
         assert_eq!(record(7).thinned(2).current[0][1..3], [0.75, 0.75]);
         assert_eq!(record(5).thinned(1), record(5));
     }

@@ -1,4 +1,4 @@
-//! The greatest number of samples of a motion.
+//! Limits the number of samples of a motion.
 //!
 //! A duration or a rate in a wrong unit would give more samples than memory or time allow.
 

@@ -1,13 +1,13 @@
-//! Writes a motion as URScript, with one `servoj` per sample [Universal Robots, The URScript Programming Language].
+//! Writes a motion as URScript, with one `servoj` command per sample [Universal Robots, The URScript Programming Language].
 //!
-//! The program moves to the first pose, follows the samples at their period with a look-ahead of 0.1 s and a gain of 300 (the
-//! controller's defaults), and stops.
+//! The program moves to the first pose, follows the samples at their sample time with a look-ahead of 0.1 s and a gain of 300
+//! (the controller's defaults), and stops.
 
 use std::fmt::Write;
 
 use crate::motion::reference_motion::Reference;
 
-/// The text of a program for a controller; the robot has six joints, in the order of the coordinates.
+/// Text of a URScript program that plays the motion. The robot has six joints, in the order of the coordinates.
 pub fn servo_script(reference: &Reference) -> String {
     let pose = |r: usize| {
         let cells: Vec<String> = reference.q.iter().map(|q| format!("{:.9}", q[r])).collect();

@@ -13,16 +13,16 @@ use crate::motion::reference_motion::Reference;
 /// The format of a trajectory file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrajectoryFormat {
-    /// Columns `t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>`.
+    /// CSV with the columns `t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>`; s, rad, rad/s, rad/s^2.
     Csv,
-    /// trajectory_msgs/JointTrajectory as YAML.
+    /// ROS message trajectory_msgs/JointTrajectory as YAML.
     RosYaml,
-    /// trajectory_msgs/JointTrajectory as JSON.
+    /// ROS message trajectory_msgs/JointTrajectory as JSON.
     RosJson,
 }
 
 impl TrajectoryFormat {
-    /// The extension of the file name.
+    /// The extension of the file's name, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
             TrajectoryFormat::Csv => "csv",
@@ -32,7 +32,7 @@ impl TrajectoryFormat {
     }
 }
 
-/// The text of a trajectory file with points at `rate` Hz. Without points if the motion is empty or the rate is not positive.
+/// Text of a trajectory file with points at `rate` Hz. It has no points if the motion is empty or the rate is not positive.
 ///
 /// The last point is the last sample of the motion, even if the rate does not divide the duration; then it follows the previous
 /// point by less than 1/rate. Between samples, positions follow the cubic with the positions and velocities of the two
@@ -46,7 +46,7 @@ pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64,
     }
 }
 
-/// Tolerance for the rounding of a number of points or samples.
+/// Tolerance for rounding errors in the computation of a number of points or samples.
 const COUNT_TOLERANCE: f64 = 1e-9;
 /// A point that is nearer to a sample than this share of the sample time equals the sample.
 const SAME_SAMPLE_SHARE: f64 = 1e-6;
@@ -62,11 +62,11 @@ fn resampled(r: &Reference, rate: f64) -> Vec<TrajectoryPoint> {
     if count == 0 || rate.is_nan() || rate <= 0.0 {
         return vec![];
     }
-    // The number of points that fit into the motion; the tolerance keeps the last point in spite of rounding.
+    // Number of points that fit into the motion. The tolerance keeps the last point in spite of rounding.
     let h = r.sample_time;
     let end = (count - 1) as f64 * h;
     let points = (end * rate + COUNT_TOLERANCE) as usize + 1;
-    // i: the sample before t; s in [0, 1]: the position of t between i and the next sample.
+    // Index i: the last sample before time t. s in [0, 1]: position of t between sample i and the next one.
     let at = |t: f64| {
         let i = ((t / h + COUNT_TOLERANCE) as usize).min(count - 1);
         let j = (i + 1).min(count - 1);
@@ -88,7 +88,7 @@ fn resampled(r: &Reference, rate: f64) -> Vec<TrajectoryPoint> {
             ddq: n.map(|k| linear(&r.ddq, k)).collect(),
         }
     };
-    // A motion that ends at rest must also end at rest in its file.
+    // The last sample is added as a point, so that a motion that ends at rest also ends at rest in its file.
     let last = Some(end).filter(|end| end - (points - 1) as f64 / rate > SAME_SAMPLE_SHARE * h);
     (0..points).map(|p| p as f64 / rate).chain(last).map(at).collect()
 }
@@ -97,7 +97,7 @@ fn list(x: &[f64]) -> String {
     x.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")
 }
 
-/// The header line: `t`, then `prefix_coordinate` for each prefix and coordinate.
+/// Header line of a CSV file: `t`, then `prefix_coordinate` for each prefix and coordinate.
 pub(crate) fn csv_header(prefixes: &[&str], coordinates: &[String]) -> String {
     let mut text = String::from("t");
     for prefix in prefixes {
@@ -151,7 +151,7 @@ fn json(points: &[TrajectoryPoint], coordinates: &[String]) -> String {
     format!("{{\n  \"joint_names\": [{}],\n  \"points\": [\n{}\n  ]\n}}\n", names.join(", "), points.join(",\n"))
 }
 
-/// A JSON string literal, which is also valid YAML.
+/// The text as a JSON string literal, which is also valid YAML.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -205,7 +205,7 @@ mod tests {
             assert_eq!(read.points.len(), (reference.q[0].len() - 1).div_ceil(10) + 1);
             let p = &read.points[57];
             assert_eq!((p.time_from_start.sec, p.time_from_start.nanosec), (0, 570_000_000));
-            // Each point equals its sample.
+            // The point at 0.57 s equals sample 570.
             assert!((p.positions[1] - reference.q[1][570]).abs() < 1e-12);
             assert_eq!(p.velocities[1], reference.dq[1][570]);
             assert_eq!(p.accelerations.len(), 2);
@@ -221,10 +221,10 @@ mod tests {
         for line in lines {
             let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
             let i = (cells[0] * 1000.0) as usize;
-            // Tolerance: the change within one sample, at 1 rad/s.
+            // Tolerance: the change of the position within one sample time, at 1 rad/s.
             assert!((cells[2] - reference.q[1][i]).abs() <= 1.001e-3);
         }
-        // 70 Hz does not divide the motion; its last sample is still the last point.
+        // A rate of 70 Hz does not divide the duration of the motion; its last sample must still be the last point.
         let text = trajectory_file(&reference, &names, 70.0, TrajectoryFormat::Csv);
         let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|c| c.parse().unwrap()).collect();
         let end = reference.q[0].len() - 1;

@@ -1,4 +1,4 @@
-//! The experiments that a plan may choose from: every kind of motion about a grid of configurations.
+//! The experiments from which a plan is chosen: every kind of motion about a grid of configurations.
 //!
 //! Stroke L, period T and frequency f_P = 1/T of a swing follow from the limits of the fast joint: a_max, v_max, the range about
 //! the centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small. The equations are for bang-bang; a
@@ -35,7 +35,7 @@ use crate::plan::motion_kind::MotionKind;
 use crate::plan::paper_rows::{gravity_rows, spectral_rows};
 use crate::plan::permission::{AllowAll, Permission};
 
-/// The limits of a coordinate for the choice of motions.
+/// The limits of one coordinate from which the motions of a plan follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {
     /// Smallest and largest position, rad (m).
@@ -48,76 +48,76 @@ pub struct MotionLimits {
     pub slow_velocity: f64,
     /// Bandwidth of the position controller, Hz.
     pub bandwidth: f64,
-    /// Encoder resolution: one count, rad (m).
+    /// Resolution of the position encoder: one count, rad (m).
     pub quantum: f64,
 }
 
-/// Settings of the grid of candidates.
+/// Settings for the grid of candidate experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
-    /// Profile of a swing.
+    /// Profile (position over time) of a swing.
     pub profile: Profile,
-    /// Number of grid positions per coordinate, between its limits with a margin of a tenth of the range on each side.
+    /// Number of grid positions of each coordinate, within its position limits narrowed by a tenth of the range on each side.
     pub steps: usize,
-    /// Greatest number of configurations per motion. If the grid has more, this number is drawn from it at random.
+    /// Greatest number of configurations for each kind of motion. If the grid has more, this number is drawn from it at random.
     pub configurations: usize,
     /// Recorded time of one experiment, s.
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Whether gravity sweeps are informative; false if the robot is balanced.
+    /// Whether gravity loads the joints, so that slow sweeps are informative.
     pub gravity: bool,
     /// Seed of the random choice of configurations.
     pub seed: u64,
 }
 
-/// A possible experiment with its predicted rows.
+/// A possible experiment of a plan with its predicted rows of the regressor.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// The motion of the experiment.
     pub trajectory: ExcitingTrajectory,
-    /// The unweighted rows of [Vandanjon, Gautier, Desbats 1995], N m per unit of the parameter, for its criterion (15): the
-    /// Frobenius condition number.
+    /// The unweighted rows of [Vandanjon, Gautier, Desbats 1995], N m per unit of the parameter. Their Frobenius condition number
+    /// is criterion (15) of this paper.
     pub raw: WeightedRows,
-    /// The rows divided by their standard deviations, for the determinant.
+    /// The rows divided by the standard deviations of their right-hand sides, for the determinant criterion.
     pub information: WeightedRows,
 }
 
-/// Longest sweep in one direction, s; or [`SWEEP_PER_RECORD`] times the recorded time if that is longer.
+/// Longest duration of a sweep in one direction, s; or [`SWEEP_PER_RECORD`] times the recorded time if that is longer.
 ///
 /// An axis that is too slow for its whole range sweeps only a section of it.
 const LONGEST_SWEEP_S: f64 = 10.0;
-/// Longest sweep in one direction, as a multiple of the recorded time.
+/// Longest duration of a sweep in one direction, as a multiple of the recorded time.
 const SWEEP_PER_RECORD: f64 = 2.5;
-/// Greatest length of a sweep, divided by the distance from its centre to the nearer limit (2 would reach the limit).
+/// Greatest length of a sweep, divided by the distance from its centre to the nearer position limit (2 would reach the limit).
 const SWEEP_RANGE_SHARE: f64 = 1.8;
-/// Time at constant velocity of the shortest sweep in one direction, s; the controller settles in the first part of it.
+/// Time at constant velocity of the shortest sweep in one direction, s. The controller settles in the first part of this time.
 const SHORTEST_CRUISE_S: f64 = 0.4;
-/// Least stroke of a swing, in encoder counts.
+/// Least stroke of a swing, in counts of the encoder.
 const SMALLEST_STROKE_COUNTS: f64 = 200.0;
-/// Number of instants in a period at which the rows of a swing are predicted.
+/// Number of instants in a period at which the regressor rows of a swing are predicted.
 const INSTANTS_PER_PERIOD: usize = 200;
-/// Least ratio of a controller's bandwidth to the frequency of a swing.
+/// Least ratio of the controller's bandwidth to the frequency of a swing.
 const BANDWIDTH_RATIO: f64 = 4.0;
 /// Share of a coordinate's range that the centres of motions keep free at each end.
 const RANGE_MARGIN: f64 = 0.1;
-/// Step of a coordinate in the test whether the regressor depends on it, rad (m).
+/// Change of a coordinate in the test of whether the regressor depends on it, rad (m).
 const DEPENDENCE_STEP: f64 = 0.7;
-/// Number of random states in the test whether the regressor depends on a coordinate.
+/// Number of random states in the test of whether the regressor depends on a coordinate.
 const DEPENDENCE_STATES: usize = 4;
 /// Relative change of a regressor entry above which the regressor depends on a coordinate.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
-/// Tolerance for the rounding of a period divided by four sample times.
+/// Tolerance for rounding when a period is divided by four sample times.
 const PERIOD_ROUNDING: f64 = 1e-9;
 
 impl Candidate {
-    /// Predicts the rows of a motion that follows its reference exactly. `noise`: standard deviation of a sample, N m, one per
-    /// coordinate.
+    /// Predicts the regressor rows of a motion that follows its reference exactly. `noise`: standard deviation of a torque
+    /// sample, N m, one per coordinate.
     pub fn new(trajectory: ExcitingTrajectory, regressor: &dyn Regressor, noise: &[f64]) -> Candidate {
         let n = trajectory.centre.len();
         match &trajectory.motion {
             JointMotion::Swing { profile, period, half_range, periods, .. } => {
-                // These instants suffice, because the rows use only the first two harmonics.
+                // These instants suffice, because the rows use only the first two harmonics of the motion.
                 let (count, t) = (INSTANTS_PER_PERIOD, *period as f64 * trajectory.sample_time);
                 let series = |value: &dyn Fn(usize, (f64, f64, f64)) -> f64| -> Vec<Vec<f64>> {
                     let at = |i: usize| profile.at(i as f64 / count as f64);
@@ -132,7 +132,7 @@ impl Candidate {
                 if let JointMotion::Swing { period, .. } = &mut one_period.motion {
                     *period = count;
                 }
-                // Noise of these instants, scaled because they represent all recorded samples.
+                // The noise of each instant is scaled, because the instants represent all recorded samples.
                 let share = (count as f64 / (periods * period) as f64).sqrt();
                 let noise: Vec<f64> = noise.iter().map(|s| s * share).collect();
                 let zero = vec![vec![0.0; count]; n];
@@ -153,14 +153,15 @@ impl Candidate {
     }
 }
 
-/// Greatest number of lower accelerations that are tried if a motion is refused.
+/// Greatest number of lower accelerations that are tried if a permission refuses a motion.
 const MAX_SLOWER_TRIALS: i32 = 6;
-/// Ratio of the acceleration of a trial to the acceleration of the previous trial.
+/// Ratio of the acceleration in a trial to the acceleration in the previous trial.
 const ACCELERATION_RATIO: f64 = 0.7;
-/// Greatest number of drawn configurations per accepted configuration.
+/// Greatest number of configurations that are drawn, per configuration that is wanted.
 const DRAWS_PER_CONFIGURATION: usize = 10;
 
-/// Every informative motion of the grid within the limits. Empty if the computation is interrupted.
+/// Every informative motion of the candidate grid within the limits. `noise`: standard deviation of a torque sample, N m, one per
+/// coordinate. Empty if the computation is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -183,7 +184,7 @@ pub fn permitted_candidates(
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let motions = kinds_of(fast, n, grid.gravity);
-        // Each motion has its own random stream, so it is independent of the draws of other motions.
+        // Each kind of motion has its own random stream, so it is independent of the draws for other kinds.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             if Interruption::check().is_err() {
                 return vec![];
@@ -194,7 +195,7 @@ pub fn permitted_candidates(
             }
         }
     }
-    // Regressor rows of all motions, on all processors; motions without information are left out.
+    // Predict the rows of all motions on all processors; leave motions without information out.
     let mut found = Vec::new();
     let rows = |_, trajectory: &ExcitingTrajectory| {
         let permitted = permitted(grid, limits, trajectory, permission)?;
@@ -208,7 +209,7 @@ pub fn permitted_candidates(
     done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
-/// The motion of some joints about a centre. `None` if it would be too short.
+/// Makes the motion of some joints about a configuration: sweep or swing. `None` if it would be too short.
 fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     match joints.kind {
         MotionKind::Gravity => sweep(grid, limits, joints),
@@ -216,7 +217,7 @@ fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     }
 }
 
-/// The motion, or the fastest slower version of it that is permitted. `None` if no version is permitted.
+/// The motion itself if it is permitted, else the fastest permitted motion with lower accelerations. `None` if none is permitted.
 fn permitted(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -236,12 +237,13 @@ fn permitted(
     slower.into_iter().find(|slower| permission.motion(slower))
 }
 
-/// The swing of some joints that the limits allow. `None` if it would be too short.
+/// Makes the swing of some joints that the limits allow. `None` if its stroke or the ranges of the slow joints are too small.
 pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { kind, fast, slow, centre } = joints;
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
-    // T at the greatest acceleration with low velocity, and T at the greatest velocity, from the equations at the top.
+    // Period T at the greatest acceleration with low velocity, and T at the greatest velocity, from the equations in the file
+    // head.
     let low_velocity =
         (BANDWIDTH_RATIO / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
     let high_velocity =
@@ -252,13 +254,13 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
         MotionKind::Mixed => (low_velocity * high_velocity).sqrt(),
         MotionKind::Gravity => return None,
     };
-    // L within the limits of acceleration, velocity and range; T in multiples of four samples.
+    // Stroke L within the limits of acceleration, velocity and range; period T in multiples of four samples.
     let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
     let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
     let period = 4 * ((t / (4.0 * grid.sample_time) - PERIOD_ROUNDING).ceil() as usize).max(2);
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
-    // Slow joints need the range v_small T / v_factor; the stroke of the fast joint needs enough encoder counts.
+    // Slow joints need the range v_small T / v_factor, and the stroke of the fast joint must have enough encoder counts.
     let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
     if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
@@ -274,8 +276,8 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
     Some(ExcitingTrajectory::swing(joints, &course))
 }
 
-/// The longest sweep of the fast joint that the limits allow, at 1 rad/s or the slow velocity, whichever is greater. `None` if
-/// too short.
+/// Makes the longest sweep of the fast joint that the limits allow, at 1 rad/s or its slow velocity, whichever is greater. `None`
+/// if it is too short.
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { fast, centre, .. } = joints;
     let limit = &limits[fast];
@@ -283,7 +285,7 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
     let longest = LONGEST_SWEEP_S.max(SWEEP_PER_RECORD * grid.duration) * velocity;
     let room = longest.min(SWEEP_RANGE_SHARE * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
-    // The least length: both ramps, and a section of constant velocity, whose first samples (settling) are not used.
+    // Least length: both ramps plus a section of constant velocity, whose first samples (settling) are not used.
     let least = velocity * velocity / ramps + SHORTEST_CRUISE_S * velocity;
     let mut found = ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time);
     if let JointMotion::Sweep { acceleration, .. } = &mut found.motion {
@@ -292,7 +294,8 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -
     (room > least).then_some(found)
 }
 
-/// For each coordinate: whether Y depends on it. Y does not depend on the coordinate of a first axis parallel to gravity.
+/// For each coordinate: whether the regressor Y depends on it. Y does not depend on the coordinate of a first axis that is
+/// parallel to gravity.
 fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -> Vec<bool> {
     let (n, p) = (limits.len(), regressor.parameters().len());
     let mut random = Random::new(1);
@@ -321,7 +324,7 @@ fn configurations(
     permission: &dyn Permission,
 ) -> Vec<Vec<f64>> {
     let n = limits.len();
-    // A coordinate on which Y does not depend stays in the middle; the others take steps within 80 % of the range.
+    // A coordinate on which the regressor does not depend stays in the middle. The others take steps within 80 % of the range.
     let steps: Vec<usize> = (0..n).map(|k| if matters[k] { grid.steps.max(1) } else { 1 }).collect();
     let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
     let at = |k: usize, i: usize| {
@@ -329,7 +332,7 @@ fn configurations(
         let (low, high) = (low + RANGE_MARGIN * (high - low), high - RANGE_MARGIN * (high - low));
         if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
     };
-    // All points of the grid if there are few enough, else random points of it.
+    // Points of the grid of configurations: all points if there are few enough, else random ones.
     let point = |mut index: usize| -> Vec<f64> {
         let one = |k: usize| {
             let i = index % steps[k];
@@ -360,7 +363,7 @@ mod tests {
             JointMotion::Swing { period, .. } => period,
             JointMotion::Sweep { .. } => 0,
         };
-        // Periods: 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, rounded up to a multiple of four samples.
+        // Expected periods: 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, rounded up to a multiple of four samples.
         assert_eq!(period(&about(MotionKind::Inertial, &[])), 400);
         assert_eq!(period(&about(MotionKind::Centrifugal, &[1])), 668);
         let r = about(MotionKind::Centrifugal, &[1]).reference();

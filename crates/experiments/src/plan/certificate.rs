@@ -1,4 +1,4 @@
-//! Bounds on the quality of any plan that can be chosen from the same candidates.
+//! Bounds on the quality of any plan that can be chosen from given candidate experiments.
 //!
 //! F_i: information matrix of candidate i; F: sum over the N experiments of the plan; p: number of parameters; w: weights of the
 //! candidates, whose sum is 1; M(w) = sum w_i F_i. For any other weights w*:
@@ -21,36 +21,37 @@ use numerics::interruption::Interruption;
 
 use crate::plan::exchange::scales;
 
-/// An approximate design with a bound on its quality.
+/// An approximate design (weights of the candidate experiments) with a bound on its quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateDesign {
-    /// Weights, one per candidate; their sum is 1.
+    /// Weights w of the candidates; their sum is 1.
     pub weights: Vec<f64>,
-    /// log det M(w); minus infinity if all candidates together do not have full rank.
+    /// log det M(w), with M(w) = sum w_i F_i of the candidates' information matrices. Minus infinity: all candidates together do
+    /// not have full rank.
     pub log_det: f64,
-    /// Bound: no design has a log det above `log_det` + `gap`.
+    /// Bound of the distance to the optimum: no weights have a log det M above `log_det` + `gap`.
     pub gap: f64,
-    /// Number of steps of the ascent.
+    /// Number of iterations in which the weights were improved.
     pub iterations: usize,
 }
 
-/// Lower bound on sqrt(tr F tr F^-1) of any plan.
+/// Lower bound of the condition number sqrt(tr F tr F^-1) of any plan; F: information matrix of the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConditionBound {
     /// The proved lower bound.
     pub bound: f64,
-    /// sqrt(tr F tr F^-1) of the best approximate design that was found.
+    /// sqrt(tr F tr F^-1) of the best approximate design (with fractional weights) that was found.
     pub reached: f64,
 }
-/// Number of iterations of the multiplicative rule; exchanges between the best and the worst candidate follow.
+/// Number of iterations of the multiplicative rule for the weights; exchanges between the best and the worst candidate follow.
 const MULTIPLICATIVE_ITERATIONS: usize = 300;
-/// A candidate is in the support if its weight is at least this.
+/// A candidate belongs to the support of a design if its weight is at least this.
 const SUPPORT_WEIGHT: f64 = 1e-12;
-/// Number of bisections of the line search.
+/// Number of bisections in the line search along an exchange of weight.
 const LINE_SEARCH_BISECTIONS: usize = 60;
 
-/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`. If it is interrupted, it gives the bound at the
-/// current w.
+/// Improves the weights w of an approximate design until its Kiefer-Wolfowitz gap is below `tolerance`, for at most `iterations`.
+/// If it is interrupted, it gives the bound at the current w. `blocks`: rows of each candidate.
 pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ApproximateDesign {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
@@ -59,7 +60,7 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
     let mut out = vec![0.0; p];
     for iteration in 0..iterations {
-        // d_i = tr(F_i M^-1); the log det of any design is at most max d_i - p greater.
+        // d_i = tr(F_i M^-1). The log det M of any design exceeds the current one by at most max d_i - p.
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let best = argmax(&d, |_| true);
@@ -82,13 +83,14 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     ApproximateDesign { weights: w, log_det: f64::NEG_INFINITY, gap: f64::INFINITY, iterations: 0 }
 }
 
-/// Lower bound of the D-efficiency of a plan of `count` experiments with the value `log_det` of log det F.
+/// Lower bound of the D-efficiency of a plan with `count` experiments, p parameters and log det F = `log_det`.
 pub fn certified_efficiency(log_det: f64, count: usize, p: usize, bound: &ApproximateDesign) -> f64 {
     let p = p as f64;
     ((log_det - p * (count as f64).ln() - bound.log_det - bound.gap) / p).exp()
 }
 
-/// Lowers tr M(w)^-1 until the square of the bound is within the relative `tolerance`, at most for `iterations`.
+/// Improves the weights w of an approximate design to lower tr M(w)^-1, and gives the condition bound. Ends when the square of
+/// the bound is within the relative `tolerance`, or after `iterations`.
 pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ConditionBound {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let unit = |b: &WeightedRows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
@@ -98,7 +100,7 @@ pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usiz
     for _ in 0..iterations {
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let inverse = factor.inverse();
-        // tr(F_i M^-2) = |M^-1 W_i'|^2.
+        // tr(F_i M^-2) = |M^-1 W_i'|^2, with the rows W_i of candidate i.
         let square = |row: &[f64]| {
             let along = |i: usize| inverse[i * p..(i + 1) * p].iter().zip(row).map(|(m, x)| m * x).sum::<f64>();
             (0..p).map(|i| along(i).powi(2)).sum::<f64>()
@@ -132,7 +134,8 @@ fn argmax(values: &[f64], allowed: impl Fn(usize) -> bool) -> usize {
     .unwrap_or(0)
 }
 
-/// The step t in [0, limit] that maximises log det(M + t (F_gain - F_lose)).
+/// The step t in [0, limit] that maximises log det(M + t (F_gain - F_lose)); M has the factorisation `factor`, and F_gain and
+/// F_lose are the information matrices of the two candidates.
 pub(crate) fn line_search(factor: &InformationFactor, gain: &WeightedRows, lose: &WeightedRows, limit: f64) -> f64 {
     let p = gain.width();
     let mut g = DMatrix::<f64>::zeros(p, p);
@@ -147,7 +150,7 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &WeightedRows, lose:
             }
         }
     }
-    // d/dt log det(M + t G) = sum_i e_i / (1 + t e_i), with the eigenvalues e of M^-1/2 G M^-1/2.
+    // With G = F_gain - F_lose: d/dt log det(M + t G) = sum_i e_i / (1 + t e_i), e: eigenvalues of M^-1/2 G M^-1/2.
     let e = SymmetricEigen::new(g).eigenvalues;
     let slope = |t: f64| {
         let positive = e.iter().all(|e| 1.0 + t * e > 0.0);
@@ -170,7 +173,7 @@ mod tests {
     use crate::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
     use crate::plan::test_plans::random_blocks;
 
-    /// Observations y = a + b t, t in [-1, 1]; the optimal design has half of its weight at each end.
+    /// Candidates that observe y = a + b t at t in [-1, 1]; the optimal design has half of its weight at each end.
     fn line() -> Vec<WeightedRows> {
         let point = |i: usize| {
             let mut rows = WeightedRows::new(2);
@@ -183,13 +186,13 @@ mod tests {
     #[test]
     fn straight_line_design_is_known() {
         let d = determinant_bound(&line(), 1e-9, 4000);
-        // The optimum is M = I, so log det is 0.
+        // The optimal information matrix is M = I, so its log det is 0.
         assert!(d.log_det.abs() < 1e-8 && d.gap < 1e-9, "{d:?}");
         assert!((d.weights[0] - 0.5).abs() < 1e-4 && (d.weights[10] - 0.5).abs() < 1e-4);
         let plan = value_of(&line(), &[0, 10], Criterion::Determinant);
         assert!((certified_efficiency(plan, 2, 2, &d) - 1.0).abs() < 1e-8);
         let c = condition_bound(&line(), 1e-9, 4000);
-        // tr M tr M^-1 >= p^2, with equality for M = I/2.
+        // tr M tr M^-1 >= p^2 with p = 2 parameters; equality holds for M = I/2.
         assert!(c.bound <= 2.0 + 1e-9 && c.bound > 2.0 - 1e-4 && c.reached > 2.0 - 1e-9, "{c:?}");
     }
 

@@ -1,4 +1,4 @@
-//! The choice of experiments: exchange algorithm on blocks of rows, from many random starts.
+//! Chooses the experiments of a plan: exchange algorithm on blocks of rows, from many random starts.
 //!
 //! Each experiment i gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. For each position of the plan, a
 //! start replaces the experiment by the best candidate, until no exchange improves the criterion. The updates are
@@ -20,29 +20,29 @@ use numerics::interruption::Interruption;
 use processor::in_parallel;
 use random::Random;
 
-/// The criterion that a plan maximises.
+/// The criterion that a plan maximises; F is its information matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Criterion {
-    /// log det F.
+    /// log det F: the information on all parameters together.
     Determinant,
-    /// Minus log cond_fro F, with cond_fro F = sqrt(tr F tr F^-1).
+    /// Minus the logarithm of the Frobenius condition number sqrt(tr F tr F^-1).
     FrobeniusCondition,
 }
 
-/// Effort of the search: number of starts, passes, threads and nodes.
+/// Effort of the search for a plan: number of starts, passes, threads and nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchEffort {
-    /// Number of random initial plans.
+    /// Number of random initial plans from which the exchange starts.
     pub starts: usize,
-    /// Greatest number of passes over the positions in a start.
+    /// Greatest number of passes of one start over the positions of the plan.
     pub sweeps: usize,
     /// Number of threads that share the starts; it does not change the result.
     pub threads: usize,
     /// Seed of the random initial plans.
     pub seed: u64,
-    /// Greatest number of nodes of the branch and bound that follows the exchange; 0: no branch and bound.
+    /// Greatest number of nodes of the branch and bound that follows the exchange; 0: none is run.
     pub nodes: usize,
-    /// The branch and bound ends at this relative gap of the D-efficiency.
+    /// The branch and bound ends when the D-efficiency is proved up to this relative gap.
     pub tolerance: f64,
 }
 
@@ -52,10 +52,10 @@ impl Default for SearchEffort {
     }
 }
 
-/// The number of experiments, the criterion, and the limits of the search.
+/// Settings for the choice of a plan: number of experiments, criterion, and effort of the search.
 #[derive(Clone, Debug)]
 pub struct ExchangeSettings {
-    /// Number of experiments.
+    /// Number of experiments in the plan.
     pub count: usize,
     /// The criterion that is maximised.
     pub criterion: Criterion,
@@ -63,26 +63,28 @@ pub struct ExchangeSettings {
     pub search: SearchEffort,
 }
 
-/// The best plan that was found.
+/// The best plan that the exchange algorithm found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Indices of the chosen candidates, ascending; a candidate may be chosen more than once.
     pub chosen: Vec<usize>,
-    /// Value of the criterion without the ridge; minus infinity if the plan does not have full rank.
+    /// Value of the criterion for the plan. Minus infinity if the information matrix of the plan does not have full rank.
     pub value: f64,
-    /// Value that each start reached, in the order of the starts.
+    /// Value of the criterion that each start reached, in the order of the starts; with a small ridge and scaled columns.
     pub starts: Vec<f64>,
 }
 
-/// Ridge relative to the mean information of a plan. It keeps the update formulas finite while a plan does not have full rank.
+/// Ridge added to a plan's information matrix, relative to the mean information. It keeps the update formulas finite while a plan
+/// does not have full rank.
 const RELATIVE_RIDGE: f64 = 1e-9;
 
-/// Number of blocks between two checks for an interruption, some milliseconds.
+/// Number of candidates that are evaluated between two checks for an interruption; it takes some milliseconds.
 const BLOCKS_PER_CHECK: usize = 64;
-/// A relative gain below this is a rounding error.
+/// If the relative gain of an exchange is below this, it is only a rounding error.
 const LEAST_RELATIVE_GAIN: f64 = 1e-10;
 
-/// Chooses the best plan of `count` experiments from the blocks of the candidates, from `search.starts` random starts.
+/// Chooses the best plan of `count` experiments by exchange, from `search.starts` random starts. `blocks`: rows of each
+/// candidate.
 ///
 /// `progress` receives (ended starts, number of starts, best value) from one thread at a time. If it is interrupted, it gives the
 /// best plan found so far.
@@ -121,13 +123,14 @@ pub fn exchange(
     Selection { chosen, value, starts }
 }
 
-/// The criterion of a plan: log det F, or - log cond_fro F. Minus infinity if F does not have full rank.
+/// The criterion of a plan with information matrix F: log det F, or - log cond_fro F. Minus infinity if F does not have full
+/// rank. `chosen`: indices of its candidates.
 pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion) -> f64 {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
     match criterion {
         Criterion::Determinant => {
-            // Columns are scaled, so that bad units are not mistaken for a lack of rank.
+            // The columns are scaled, so that different units are not mistaken for a lack of rank.
             let scale = scales(p, of_plan());
             let scaled: Vec<WeightedRows> = of_plan().map(|b| b.scaled(&scale)).collect();
             let factor = InformationMatrix::sum(p, 0.0, scaled.iter().map(|b| (b, 1.0))).factor();
@@ -140,8 +143,9 @@ pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion)
     }
 }
 
-/// Scales the columns. For the determinant each column is divided by its root mean square, so that the ridge is small for each.
-/// For the Frobenius condition number the columns keep their relative scale; only their mean trace is scaled to one.
+/// The rows of all candidates with scaled columns. For the determinant each column is divided by its root mean square, so that
+/// the ridge is small for each. For the condition number the columns keep their relative scale; only their mean trace is scaled
+/// to one.
 fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRows> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = match criterion {
@@ -154,7 +158,7 @@ fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRo
     blocks.iter().map(|b| b.scaled(&scale)).collect()
 }
 
-/// Scale of each column: 1 / root mean square over the blocks; 1 for a column of zeros.
+/// Scale factor of each of p columns: 1 / root mean square over the candidates' blocks; 1 for a column of zeros.
 pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a WeightedRows>) -> Vec<f64> {
     let (mut squares, mut count) = (vec![0.0; p], 0);
     for b in blocks {
@@ -201,7 +205,7 @@ fn one_start(
                     break;
                 }
                 let v = gain.with(block, &mut work);
-                // Exchanges whose gain is only rounding would repeat forever.
+                // An exchange whose gain is only a rounding error could repeat forever.
                 if v > best + LEAST_RELATIVE_GAIN * best.abs().max(1.0) {
                     best = v;
                     chosen[at] = i;
@@ -216,13 +220,13 @@ fn one_start(
     (chosen, best)
 }
 
-/// Computes the criterion of F + W'W for any W, from quantities of F.
+/// Computes the criterion of F + W'W for the rows W of any candidate; F: information matrix of the other experiments.
 struct Gain<'a> {
     factor: &'a InformationFactor,
     criterion: Criterion,
     trace: f64,
     trace_of_inverse: f64,
-    /// B = L^-1 L^-T, p x p, with F = L L': F^-2 = L^-T B L^-1.
+    /// B = L^-1 L^-T, p x p, with F = L L'; then F^-2 = L^-T B L^-1. Empty for the determinant.
     between: Vec<f64>,
 }
 
@@ -244,7 +248,7 @@ impl<'a> Gain<'a> {
 
     fn with(&self, block: &WeightedRows, work: &mut ExchangeWork) -> f64 {
         let (p, m) = (block.width(), block.len());
-        // Z = L^-1 W', m rows of p; S = I + Z'Z, m x m.
+        // Z = L^-1 W', stored as m rows of p entries; S = I + Z'Z, m x m. W: m rows of the candidate.
         work.whitened.resize(m * p, 0.0);
         for (r, row) in block.iter().enumerate() {
             self.factor.whiten(row, &mut work.whitened[r * p..(r + 1) * p]);
@@ -264,7 +268,7 @@ impl<'a> Gain<'a> {
                 log_det
             }
             Criterion::FrobeniusCondition => {
-                // tr(S^-1 Z' B Z) with B = L^-1 L^-T.
+                // The decrease of tr F^-1 is tr(S^-1 Z' B Z), with B = L^-1 L^-T.
                 work.right.clear();
                 for a in 0..m {
                     for b in 0..m {
@@ -281,7 +285,8 @@ impl<'a> Gain<'a> {
     }
 }
 
-/// Gauss-Jordan elimination of a positive definite m x m matrix, with a right-hand side of m columns or without one.
+/// Gauss-Jordan elimination of a positive definite m x m matrix `a`, with right-hand sides `b` (m columns, or none). `pivot`
+/// receives each pivot.
 fn eliminate(a: &mut [f64], b: &mut [f64], m: usize, mut pivot: impl FnMut(f64)) {
     let columns = b.len() / m.max(1);
     for k in 0..m {

@@ -1,4 +1,4 @@
-//! The motion of one experiment: a fast joint, possibly with slow joints; the other joints are locked.
+//! The motion of one experiment of a plan: a fast joint moves, possibly with slow joints; the other joints are locked.
 //!
 //! A swing moves the fast joint between two positions A and B with the period T. Its acceleration is +a on [0, T/4), -a on
 //! [T/4, 3T/4), +a on [3T/4, T) (bang-bang profile). With the stroke L = |B - A|, the peak velocity is v_peak and the frequency
@@ -11,7 +11,7 @@
 //! | Inertial (1) | greatest acceleration | none | (8) |
 //! | Centrifugal (2) | greatest velocity | one | (10) |
 //! | Coupling (3) | as Inertial | one | (11) |
-//! | Mixed (1+2+3) | between the two | all joints behind it | (8), (10), (11) |
+//! | Mixed (1+2+3) | between the two | all joints after it in the chain | (8), (10), (11) |
 //! | Gravity (4) | constant slow velocity, there and back | none | (13) |
 //!
 //! Slow joints move with the period and the phase of the fast joint. Every profile has the odd half-wave symmetries
@@ -26,23 +26,23 @@ use crate::motion::profile::Profile;
 use crate::motion::reference_motion::Reference;
 use crate::plan::motion_kind::MotionKind;
 
-/// How the moving joints move.
+/// The motion of the moving joints in an experiment: a periodic swing or a slow sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointMotion {
-    /// Whole periods of a motion between centre - half_range and centre + half_range.
+    /// Whole periods of a motion between the positions A = centre - half_range and B = centre + half_range.
     Swing {
-        /// Profile of the swing over one period.
+        /// Profile (position over time) of the swing in one period.
         profile: Profile,
         /// Number of samples of one period.
         period: usize,
-        /// (B - A)/2 of each coordinate, rad (m); 0 for a locked one.
+        /// (B - A)/2 of each coordinate, rad (m); A, B: ends of its swing. 0 for a locked coordinate.
         half_range: Vec<f64>,
-        /// Number of periods before the record begins.
+        /// Number of periods that run before the record starts, so that transients decay.
         transient_periods: usize,
         /// Number of recorded periods.
         periods: usize,
     },
-    /// One movement over `range` at a constant velocity, and the same back.
+    /// A movement of one joint over `range` at constant velocity, and then the same path back.
     Sweep {
         /// Length of the sweep, rad (m).
         range: f64,
@@ -50,21 +50,21 @@ pub enum JointMotion {
         velocity: f64,
         /// Acceleration of the ramps at the ends, rad/s^2 (m/s^2).
         acceleration: f64,
-        /// Time after each ramp whose samples are dropped while the controller settles, s.
+        /// Time after each ramp whose samples are not used, because the controller settles, s.
         settling: f64,
     },
 }
 
-/// The motion of one experiment.
+/// The motion of one experiment of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitingTrajectory {
-    /// The kind of torques that the motion excites.
+    /// The kind of torques that the motion excites, such as inertial torques.
     pub kind: MotionKind,
     /// Index of the fast coordinate, or of the only coordinate that moves.
     pub fast: usize,
     /// Indices of the slow coordinates.
     pub slow: Vec<usize>,
-    /// Middle of the motion of each moving coordinate and position of each locked one, rad (m).
+    /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: Vec<f64>,
     /// Time between samples, s.
     pub sample_time: f64,
@@ -75,26 +75,26 @@ pub struct ExcitingTrajectory {
 /// The joints that move in an experiment, with the centre of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingJoints<'a> {
-    /// The kind of torques that the motion excites.
+    /// The kind of torques that the motion excites, such as inertial torques.
     pub kind: MotionKind,
     /// Index of the fast coordinate, or of the only coordinate that moves.
     pub fast: usize,
     /// Indices of the slow coordinates.
     pub slow: &'a [usize],
-    /// Middle of the motion of each moving coordinate and position of each locked one, rad (m).
+    /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: &'a [f64],
 }
 
 /// Profile, period and amplitudes of a swing.
 #[derive(Clone, Copy, Debug)]
 pub struct SwingCourse<'a> {
-    /// Profile of the swing over one period.
+    /// Profile (position over time) of the swing in one period.
     pub profile: Profile,
     /// Number of samples of one period.
     pub period: usize,
     /// Peak acceleration of the fast joint, rad/s^2 (m/s^2).
     pub acceleration: f64,
-    /// Peak velocity of each coordinate if it is slow, rad/s (m/s).
+    /// Peak velocity that each coordinate has if it is a slow joint, rad/s (m/s).
     pub slow_velocity: &'a [f64],
     /// Recorded time, s. It is rounded down to whole periods, but is at least one period.
     pub duration: f64,
@@ -105,14 +105,14 @@ pub struct SwingCourse<'a> {
 /// The signal on which a spectral equation projects the torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projector {
-    /// ddq of the fast joint at f_P: equations (8) and (11) of [Vandanjon, Gautier, Desbats 1995].
+    /// ddq of the fast joint, at the frequency f_P of its swing: equations (8) and (11) of [Vandanjon, Gautier, Desbats 1995].
     Acceleration,
-    /// dq^2 of the fast joint at 2 f_P: equation (10) of [Vandanjon, Gautier, Desbats 1995].
+    /// dq^2 of the fast joint, at twice the frequency f_P of its swing: equation (10) of [Vandanjon, Gautier, Desbats 1995].
     SquaredVelocity,
 }
 
 impl Projector {
-    /// The harmonic of f_P at which the signal is projected.
+    /// The harmonic of the swing's frequency at which the torque is projected on this signal.
     pub fn harmonic(self) -> usize {
         match self {
             Projector::Acceleration => 1,
@@ -121,29 +121,29 @@ impl Projector {
     }
 }
 
-/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v). v: projector signal of the fast joint;
-/// Sp(m, v) = Re(m conj v) / |v|^2 of the spectra of m and v at the projector's frequency.
+/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v). D_joint: regressor row of the joint; v: projector signal of the fast
+/// joint; Sp(m, v) = Re(m conj v) / |v|^2 of the spectra of m and v at the projector's frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
     /// Index of the joint whose torque is projected.
     pub joint: usize,
-    /// Signal on which the torque is projected.
+    /// Signal of the fast joint on which the torque is projected.
     pub projector: Projector,
 }
 
 /// Acceleration of the ramps of a sweep, rad/s^2 (m/s^2).
 pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
-/// Time of rest at each end of a sweep, s.
+/// Time for which a sweep rests at each of its ends, s.
 const SWEEP_REST_S: f64 = 0.1;
-/// Time after each ramp of a sweep in which the controller settles, s.
+/// Time after each ramp of a sweep in which the controller settles and samples are not used, s.
 const SWEEP_SETTLING_S: f64 = 0.15;
-/// Number of periods of a swing before the record begins.
+/// Number of periods of a swing before the record starts.
 const TRANSIENT_PERIODS: usize = 2;
-/// Relative tolerance for the rounding of the number of periods.
+/// Relative tolerance for rounding in the division of the recorded time by the period.
 const PERIODS_TOLERANCE: f64 = 1e-9;
 
 impl ExcitingTrajectory {
-    /// Makes a swing of some joints with the given profile, period and amplitudes.
+    /// Makes a swing of the moving joints with the given profile, period and amplitudes.
     pub fn swing(joints: &MovingJoints, course: &SwingCourse) -> ExcitingTrajectory {
         let &MovingJoints { kind, fast, slow, centre } = joints;
         let &SwingCourse { profile, period, acceleration, slow_velocity, duration, sample_time } = course;
@@ -166,7 +166,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Makes a slow sweep of one joint over `range`, rad (m), at `velocity`, rad/s (m/s).
+    /// Makes a slow sweep of joint `fast` over `range`, rad (m), at `velocity`, rad/s (m/s), about the configuration `centre`.
     pub fn sweep(fast: usize, centre: &[f64], range: f64, velocity: f64, sample_time: f64) -> ExcitingTrajectory {
         ExcitingTrajectory {
             kind: MotionKind::Gravity,
@@ -183,12 +183,13 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Indices of the coordinates that move; locked joints give no equation.
+    /// Indices of the coordinates that move. Only these give equations.
     pub fn moving(&self) -> Vec<usize> {
         std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
     }
 
-    /// The spectral equations of this experiment. Empty for a gravity sweep, whose rows are centred torques (`paper_rows`, (13)).
+    /// The spectral equations of this experiment. Empty for a gravity sweep, which has centred equations instead (`paper_rows`,
+    /// (13)).
     pub fn equations(&self) -> Vec<SpectralEquation> {
         let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
         let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };
@@ -205,7 +206,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Duration of the whole experiment with its transients, s.
+    /// Duration of the whole experiment, including transient periods or rests, s.
     pub fn duration(&self) -> f64 {
         self.samples() as f64 * self.sample_time
     }
@@ -220,8 +221,8 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Ranges of the samples that are used: whole periods after the transients, or in each direction the section of constant
-    /// velocity.
+    /// Ranges of sample indices that are used: whole periods after the transients, or in each direction of a sweep the section of
+    /// constant velocity.
     pub fn windows(&self) -> Vec<Range<usize>> {
         match &self.motion {
             JointMotion::Swing { period, transient_periods, periods, .. } => {
@@ -240,7 +241,7 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// The reference motion at every sample.
+    /// The reference motion of all coordinates at every sample.
     pub fn reference(&self) -> Reference {
         let (n, count, h) = (self.centre.len(), self.samples(), self.sample_time);
         let mut r = Reference {
@@ -251,7 +252,7 @@ impl ExcitingTrajectory {
             windows: self.windows(),
         };
         match &self.motion {
-            // A swing: each moving joint follows its half range times the profile; all are in phase.
+            // Swing: each moving joint follows its half range times the profile; all joints are in phase.
             JointMotion::Swing { profile, period, half_range, .. } => {
                 let t = *period as f64 * h;
                 for i in 0..count {
@@ -263,7 +264,7 @@ impl ExcitingTrajectory {
                     }
                 }
             }
-            // A sweep: ramp up to the velocity, constant velocity, ramp down; after a rest, the same path back.
+            // Sweep: ramp up to the velocity, constant velocity, ramp down; after a rest, the same path back.
             JointMotion::Sweep { range, velocity, acceleration, .. } => {
                 let k = self.fast;
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
@@ -317,7 +318,7 @@ mod tests {
             for k in 0..3 {
                 let q: Vec<f64> = r.q[k].iter().map(|q| q - [0.0, 0.4, -0.2][k]).collect();
                 for i in 125..375 {
-                    // Tolerance: rounding of the polynomial, whose amplitude is below 0.3.
+                    // Tolerance: rounding of the profile's polynomial, whose amplitude is below 0.3 rad.
                     assert!((q[i + 250] + q[i]).abs() < 1e-15 * 4.0);
                     let s = i - 125;
                     assert!(s > 125 || (q[125 + s] + q[125 - s]).abs() < 1e-15 * 4.0);
@@ -328,8 +329,8 @@ mod tests {
 
     #[test]
     fn friction_of_the_moving_joint_is_orthogonal_to_its_acceleration() {
-        // Theorem: for any friction law f(dq), f is orthogonal to ddq at any odd harmonic. Even without symmetry the integral of
-        // f(dq) ddq over a period is zero.
+        // Theorem: for any friction law f(dq), f is orthogonal to ddq at any odd harmonic of the swing. In addition, the integral
+        // of f(dq) ddq over a period is zero, even without symmetry.
         let mut random = Random::new(5);
         for profile in [Profile::BangBang, Profile::Smooth] {
             let r = swing(profile).reference();
@@ -349,7 +350,7 @@ mod tests {
                 for h in [1, 3, 5, 7] {
                     let (f_h, a_h) = (numerics::fourier::bin(&f, h), numerics::fourier::bin(a, h));
                     let cosine = (f_h * a_h.conj()).re / (f_h.norm() * a_h.norm());
-                    // Tolerance: rounding of 500 terms, as an angle.
+                    // Tolerance: rounding of sums of 500 terms, as the cosine of an angle.
                     assert!(cosine.abs() < 1e-11, "{profile:?} {h} {cosine}");
                 }
                 let integral: f64 = f.iter().zip(a).map(|(f, a)| f * a).sum();
@@ -367,7 +368,8 @@ mod tests {
             for k in 0..3 {
                 for i in 1..r.q[k].len() - 1 {
                     let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
-                    // Errors: second order in the sample time, and half a jump of 32 rad/s^2.
+                    // Errors of the difference: second order in the sample time, and half a jump of the acceleration of 32
+                    // rad/s^2.
                     assert!((v - r.dq[k][i]).abs() < 0.02, "{k} {i} {v} {}", r.dq[k][i]);
                 }
             }

@@ -1,6 +1,6 @@
-//! The artefact plan.yaml: the experiments to run, the contribution of each, and the quality of the whole plan.
+//! The file plan.yaml: the experiments to run, the contribution of each, and the quality of the whole plan.
 //!
-//! The experiments are in greedy order: each adds the most to the experiments before it. The figures are predictions for motions
+//! The experiments are in greedy order: each adds the most to the experiments before it. All figures are predictions for motions
 //! that follow their reference exactly, with the torque noise in the file.
 
 use std::fmt;
@@ -29,53 +29,54 @@ use crate::plan::planned_experiment::{
 use crate::plan::proof_search::{SearchBudget, registered};
 use crate::plan::ranges::check_motion;
 
-/// A plan with its predicted quality.
+/// A plan of experiments with its predicted quality, as plan.yaml contains it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentPlan {
-    /// The robot of the plan.
+    /// Name and fingerprint of the robot model for which the plan was made.
     pub model: ModelReference,
     /// Names of the coordinates, in the order of q.
     pub coordinates: Vec<String>,
     /// Whether the checksum in the file matches its contents.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Sample time of the controller, s.
+    /// Sample time of the robot's controller, s.
     pub sample_time_s: f64,
     /// Assumed standard deviation of the noise of one torque sample, N m, one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// Number of candidates from which the plan was chosen.
+    /// Number of candidate experiments from which the plan was chosen.
     pub candidates: usize,
-    /// The criterion: `determinant` or `frobenius_condition`.
+    /// The criterion by which the plan was chosen: `determinant` or `frobenius_condition`.
     pub criterion: String,
     /// Lower bound of the D-efficiency: (det F)^(1/p), divided by its value for the best plan of the same number of experiments.
     /// F: information matrix of the plan; p: number of parameters.
     pub d_efficiency_at_least: f64,
-    /// The proof of an upper bound of log det F. `None`: no branch and bound was run.
+    /// The proof of an upper bound of log det F for all plans; F: information matrix. `None`: no branch and bound was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
-    /// sqrt(tr F tr F^-1) of this plan (unweighted rows): equation (15) of [Vandanjon, Gautier, Desbats 1995].
+    /// Frobenius condition number sqrt(tr F tr F^-1) of this plan, with F of the unweighted rows: equation (15) of [Vandanjon,
+    /// Gautier, Desbats 1995].
     pub cond_fro: f64,
-    /// Lower bound of the Frobenius condition number of any plan of these candidates.
+    /// Proved lower bound of the Frobenius condition number of any plan from the same candidates.
     pub cond_fro_at_least: f64,
     /// Number of parameters that the plan makes identifiable.
     pub rank: usize,
     /// The experiments in greedy order: each adds the most to the experiments before it.
     pub experiments: Vec<PlannedExperiment>,
-    /// Predictions for the parameters, in the order of the regressor.
+    /// Predicted standard deviations of the base parameters, in the order of the regressor's columns.
     pub parameters: Vec<PredictedParameter>,
 }
 
-/// Relative tolerance at which the computation of the bounds of determinant and condition number ends.
+/// Relative tolerance at which the iteration for the bounds of determinant and condition number ends.
 const DESIGN_TOLERANCE: f64 = 1e-2;
-/// Greatest number of iterations for each of these bounds.
+/// Greatest number of iterations for each of the bounds of determinant and condition number.
 const DESIGN_ITERATIONS: usize = 2000;
-/// Ridge for the order of the experiments, as long as their information matrix does not have full rank.
+/// Ridge added to the information matrix when experiments are ordered; the first few do not have full rank.
 const ORDER_RIDGE: f64 = 1e-6;
 /// Least number of samples in a period of a swing.
 const MIN_PERIOD_SAMPLES: usize = 8;
 impl ExperimentPlan {
-    /// Chooses a plan from the candidates and bounds its quality. `progress` receives (ended starts, number of starts, best
-    /// value).
+    /// Chooses a plan of experiments from the candidates and bounds its quality. `torque_noise`: standard deviation of a torque
+    /// sample, N m, one per coordinate; `progress` receives (ended starts, number of starts, best value).
     pub fn choose(
         model: ModelReference,
         regressor: &dyn Regressor,
@@ -85,7 +86,7 @@ impl ExperimentPlan {
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
         let ExchangeSettings { count, criterion, search } = choice;
-        // The determinant uses rows divided by their noise; the condition number uses unweighted rows.
+        // For each candidate: rows divided by their noise for the determinant, unweighted rows for the condition number.
         let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();
@@ -93,7 +94,7 @@ impl ExperimentPlan {
             Criterion::Determinant => &information,
             Criterion::FrobeniusCondition => &raw,
         };
-        // First a good plan by exchange, then, if requested, a proven one by branch and bound.
+        // First a good plan is found by exchange. If requested, branch and bound then finds a plan with a proof.
         let mut chosen = exchange(blocks, *count, *criterion, search, progress).chosen;
         let bound = determinant_bound(&information, DESIGN_TOLERANCE, DESIGN_ITERATIONS);
         let work = SearchBudget { nodes: search.nodes, tolerance: search.tolerance };
@@ -119,7 +120,7 @@ impl ExperimentPlan {
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
             d_efficiency_at_least: {
-                // The better of two bounds: from the relaxed design, or from the search tree.
+                // The better of two bounds: from the relaxed design, or from the branch and bound.
                 let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))
@@ -133,7 +134,7 @@ impl ExperimentPlan {
         }
     }
 
-    /// The motions of the experiments, in order.
+    /// The motions of all experiments, in the order of the plan.
     ///
     /// Fails if the file names an unknown coordinate or kind, if a number of a motion is out of range, or if the name of an
     /// experiment cannot be the name of its own log file. `file`: name of the plan's file for messages.
@@ -142,7 +143,7 @@ impl ExperimentPlan {
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
-    /// The motion of one experiment; fails like [`ExperimentPlan::trajectories`].
+    /// The motion of one experiment. Fails like [`ExperimentPlan::trajectories`], with a message for the user.
     pub fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
         let n = self.coordinates.len();
         let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
@@ -156,7 +157,7 @@ impl ExperimentPlan {
             let words: Vec<&str> = MotionKind::ALL.iter().map(|k| k.word()).collect();
             return fail(format!("there is no kind `{}`; there are {}", e.kind, words.join(", ")));
         };
-        // A swing or a sweep; the numbers are checked below.
+        // The motion is a swing or a sweep. The ranges of its numbers are checked below.
         let motion = match (&e.swing, &e.sweep) {
             (Some(s), None) => {
                 let profile = match s.profile.as_str() {
@@ -201,7 +202,7 @@ impl ExperimentPlan {
         }
     }
 
-    /// The parameters that are not identifiable with this plan.
+    /// The base parameters that are not identifiable with this plan.
     pub fn unidentifiable(&self) -> Vec<ParameterId> {
         self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.id.clone()).collect()
     }
@@ -218,7 +219,7 @@ impl ExperimentPlan {
     }
 }
 
-/// The parameters with their predicted standard deviations from a fit of all experiments.
+/// Predicts the standard deviation of each base parameter from a least-squares fit of all experiments of the plan.
 fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<PredictedParameter> {
     let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
         id: ParameterId::Base(base.name.clone()),
@@ -228,10 +229,10 @@ fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<Predicted
     parameters.iter().enumerate().map(parameter).collect()
 }
 
-/// A motion in the form of a plan file.
+/// Converts the motion of a candidate to the form of a plan file.
 fn written(t: &ExcitingTrajectory, coordinates: &[String]) -> CandidateMotion {
     let name = |&k: &usize| coordinates[k].clone();
-    // Exactly one of the two entries is written.
+    // Exactly one of `swing` and `sweep` has a value.
     let (swing, sweep) = match &t.motion {
         JointMotion::Swing { profile, period, half_range, transient_periods, periods } => {
             let profile = match profile {
@@ -273,8 +274,8 @@ fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> Plan
     PlannedExperiment { name, kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// Orders the experiments greedily: the one that adds the most comes next. `names_candidates`: whether each experiment gets the
-/// index of its candidate.
+/// Orders the experiments greedily: the one that increases log det F the most comes next. `left`: indices of the chosen
+/// candidates; `names_candidates`: whether each experiment of the file states the index of its candidate.
 fn in_order(
     regressor: &dyn Regressor,
     candidates: &[Candidate],
@@ -286,7 +287,7 @@ fn in_order(
     let scale = scales(p, left.iter().map(|&i| &information[i]));
     let value = |chosen: &[usize]| {
         let rows: Vec<WeightedRows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
-        // The ridge replaces the experiments that are not yet chosen. It affects only the order.
+        // The ridge replaces the information of the experiments that are not yet ordered. It affects only the order.
         let f = InformationMatrix::sum(p, ORDER_RIDGE, rows.iter().map(|r| (r, 1.0)));
         f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
     };

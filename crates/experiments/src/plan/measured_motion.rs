@@ -1,10 +1,10 @@
-//! A measured motion for spectral equations: positions and their derivatives over whole periods.
+//! A measured motion, from which spectral equations are computed: positions, velocities and accelerations over whole periods.
 
 use linear_model::regressor::Regressor;
 
 use crate::motion::reference_motion::Reference;
 
-/// A measured motion: positions, velocities and accelerations, one series per coordinate.
+/// A measured motion: positions, velocities and accelerations, one series of samples per coordinate.
 #[derive(Clone, Debug, Default)]
 pub struct MeasuredMotion {
     /// Positions, rad (m), one series per coordinate.
@@ -15,11 +15,11 @@ pub struct MeasuredMotion {
     pub ddq: Vec<Vec<f64>>,
 }
 
-/// Number of instants whose regressors are evaluated in one call.
+/// Number of instants at which the regressor is evaluated in one call.
 pub const INSTANTS_PER_PASS: usize = 64;
 
 impl MeasuredMotion {
-    /// Takes the samples of a reference inside its windows.
+    /// Takes the samples of a reference motion that are inside its windows.
     pub fn of_reference(reference: &Reference) -> MeasuredMotion {
         let cut = |x: &Vec<Vec<f64>>| {
             let one = |x: &Vec<f64>| reference.windows.iter().flat_map(|w| x[w.clone()].iter().copied()).collect();
@@ -28,14 +28,15 @@ impl MeasuredMotion {
         MeasuredMotion { q: cut(&reference.q), dq: cut(&reference.dq), ddq: cut(&reference.ddq) }
     }
 
-    /// Takes positions `q` over whole periods with time step `h`, s, and differentiates them by periodic central differences.
+    /// Computes velocities and accelerations from positions `q` over whole periods with sample time `h`, s, by periodic central
+    /// differences.
     pub fn by_differences(q: &[Vec<f64>], h: f64) -> MeasuredMotion {
         let (dq, ddq) = q.iter().map(|q| numerics::fourier::circular_differences(q, h)).unzip();
         MeasuredMotion { q: q.to_vec(), dq, ddq }
     }
 
-    /// Takes one period of positions per coordinate with time step `h`, s, keeps the harmonics up to `highest`, and
-    /// differentiates them.
+    /// Computes velocities and accelerations from one period of positions per coordinate with sample time `h`, s. Only harmonics
+    /// up to `highest` are kept.
     pub fn by_harmonics(period: &[Vec<f64>], h: f64, highest: usize) -> MeasuredMotion {
         let mut motion = MeasuredMotion::default();
         for q in period {
@@ -47,7 +48,7 @@ impl MeasuredMotion {
         motion
     }
 
-    /// Number of instants.
+    /// Number of instants (samples) of the motion.
     pub fn len(&self) -> usize {
         self.q.first().map_or(0, Vec::len)
     }
@@ -57,7 +58,7 @@ impl MeasuredMotion {
         self.len() == 0
     }
 
-    /// The columns of Y over time for each joint: `columns[joint][parameter][instant]`.
+    /// The columns of the regressor Y over time, for each joint: `columns[joint][parameter][instant]`.
     pub fn regressor_columns(&self, regressor: &dyn Regressor) -> Vec<Vec<Vec<f64>>> {
         let (n, p, count) = (self.q.len(), regressor.parameters().len(), self.len());
         let mut columns = vec![vec![vec![0.0; count]; p]; n];

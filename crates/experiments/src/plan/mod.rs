@@ -1,4 +1,5 @@
-//! Experiments of one or two joints for spectrum analysis: candidates, the choice among them, and its proof.
+//! Plans of experiments of one or two joints for identification by spectrum analysis: candidates, choice, and proof of
+//! optimality.
 
 pub mod candidates;
 pub mod certificate;

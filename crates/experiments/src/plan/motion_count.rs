@@ -1,4 +1,4 @@
-//! The kinds of motion that a plan chooses from, the number of motions and rows, and the memory that they need.
+//! Lists the kinds of motion from which a plan is chosen, and computes the number of motions and rows, and their memory.
 //!
 //! At the peak of the choice, memory holds all rows five times: unweighted and divided by their standard deviations, both again
 //! for the choice, and one of them with scaled columns. It holds each motion twice: the one that was tried, and the one with its
@@ -9,8 +9,8 @@ use numerics::information_matrix::WeightedRows;
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 use crate::plan::motion_kind::MotionKind;
 
-/// The kinds of motion whose fast joint is `fast`, in a chain of `n` joints; each with its slow joints, which follow `fast` in
-/// the chain.
+/// The kinds of motion whose fast joint is `fast`, in a chain of `n` joints. Each has its list of slow joints, which follow
+/// `fast` in the chain. `has_gravity`: whether gravity loads the joints.
 pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionKind, Vec<usize>)> {
     let mut motions = vec![(MotionKind::Inertial, vec![])];
     for l in fast + 1..n {
@@ -26,8 +26,8 @@ pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionK
     motions
 }
 
-/// Greatest number of rows that a kind of motion gives. The gravity torque of a revolute joint, with all other joints at rest, is
-/// a cos q + b sin q + c. The equations of a sweep are centred, so it gives two rows.
+/// Greatest number of regressor rows that a kind of motion gives. A sweep gives two rows: the gravity torque of a revolute joint
+/// is a cos q + b sin q + c if the other joints are at rest, and c vanishes because the equations are centred.
 fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     match kind {
         MotionKind::Inertial => 1,
@@ -37,27 +37,27 @@ fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     }
 }
 
-/// Greatest number of rows of all kinds of motion of `n` joints about one configuration.
+/// Greatest number of regressor rows of all kinds of motion of a chain of `n` joints about one configuration.
 pub fn count_of_rows(n: usize, has_gravity: bool) -> usize {
     (0..n).flat_map(|fast| kinds_of(fast, n, has_gravity)).map(|kind| rows_of(&kind)).sum()
 }
 
-/// Number of copies of the rows at the peak of the choice.
+/// Number of copies of each row in memory at the peak of the choice of a plan.
 const COPIES_OF_ROWS: f64 = 5.0;
-/// Number of copies of a motion at the peak of the choice.
+/// Number of copies of each motion in memory at the peak of the choice of a plan.
 const COPIES_OF_MOTIONS: f64 = 2.0;
 
-/// Memory for the choice among all kinds of motion of `n` joints about `configurations` configurations, bytes; `p`: number of
-/// parameters.
+/// Memory in bytes for the choice of a plan among all kinds of motion of `n` joints about `configurations` configurations; `p`:
+/// number of parameters.
 pub fn bytes_of_choice(n: usize, p: usize, has_gravity: bool, configurations: usize) -> f64 {
     let (rows, kinds) = (count_of_rows(n, has_gravity), count_of_kinds(n, has_gravity));
     let of_rows = COPIES_OF_ROWS * (rows * p * size_of::<f64>() + kinds * size_of::<WeightedRows>()) as f64;
-    // A motion with its lists: centre, half ranges, and slow joints.
+    // A motion has three lists of numbers: centre, half ranges, and slow joints.
     let of_motions = COPIES_OF_MOTIONS * (kinds * (size_of::<ExcitingTrajectory>() + 3 * n * size_of::<f64>())) as f64;
     configurations as f64 * (of_rows + of_motions)
 }
 
-/// Number of kinds of motion of `n` joints.
+/// Number of different kinds of motion in a chain of `n` joints about one configuration.
 pub fn count_of_kinds(n: usize, has_gravity: bool) -> usize {
     (0..n).map(|fast| kinds_of(fast, n, has_gravity).len()).sum()
 }
@@ -86,7 +86,7 @@ mod tests {
                 let joints = MovingJoints { kind: word, fast, slow, centre: &centre };
                 let swing = ExcitingTrajectory::swing(&joints, &course);
                 let equations = swing.equations().len();
-                // Swings only: paper_rows.rs tests the rows of a sweep.
+                // For a gravity sweep two rows are expected; the tests of paper_rows.rs check this number.
                 assert_eq!(rows_of(&kind), if word == MotionKind::Gravity { 2 } else { equations }, "{kind:?}");
             }
         }

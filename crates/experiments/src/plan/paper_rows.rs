@@ -1,4 +1,4 @@
-//! The rows of the paper cited below: one spectral equation per harmonic, and the centred equations of gravity.
+//! Computes the equations of the paper cited below: spectral equations of swings, and centred equations of gravity sweeps.
 //!
 //! Sp(m, v, f) = Re(m(f) conj v(f)) / |v(f)|^2: the spectrum m(f) of a signal, projected on the spectrum v(f) of another. k: fast
 //! joint; f_P: frequency of its swing; D_j, tau_j: rows of the regressor and torques of joint j.
@@ -21,14 +21,14 @@ use numerics::information_matrix::WeightedRows;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion, Projector};
 use crate::plan::measured_motion::{INSTANTS_PER_PASS, MeasuredMotion};
 
-/// A row of the triangle is dropped if its pivot is below this share of the first pivot (of 1, if that is greater).
+/// A row of a QR triangle is dropped if its pivot is below this share of the first pivot (of 1, if that is greater).
 const RANK_TOLERANCE: f64 = 1e-9;
-/// Equations: rows of W with their right-hand sides.
+/// A block of equations (regressor rows) X = right-hand sides, with the standard deviations of the right-hand sides.
 #[derive(Clone, Debug)]
 pub struct EquationBlock {
     /// Rows of the regressor, N m per unit of the parameter.
     pub rows: WeightedRows,
-    /// Torques of a known load, N m, one per row: rows X + known = right.
+    /// Torques of a known load, N m, one per row: rows X + known = right. Zero without a load.
     pub known: Vec<f64>,
     /// Right-hand sides, N m, one per row.
     pub right: Vec<f64>,
@@ -38,10 +38,10 @@ pub struct EquationBlock {
     pub joint: Vec<usize>,
 }
 
-/// The spectral rows of a swing, (8), (10) and (11) at the top of this file, from the whole periods of `motion`.
+/// The spectral equations of a swing, (8), (10) and (11) in the head of this file, from the whole periods of `motion`.
 ///
-/// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. A row whose projector is zero is
-/// left out.
+/// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. An equation whose projector
+/// signal is zero is left out. Empty for a sweep.
 pub fn spectral_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -51,7 +51,7 @@ pub fn spectral_rows(
 ) -> EquationBlock {
     let mut block = EquationBlock::new(regressor.parameters().len());
     let JointMotion::Swing { period, .. } = &trajectory.motion else { return block };
-    // Whole periods only, so that f_P is a bin of the Fourier transform.
+    // Only whole periods are used, so that the frequency f_P of the swing is a bin of the Fourier transform.
     let count = motion.len();
     let periods = count / period;
     if periods == 0 {
@@ -59,7 +59,7 @@ pub fn spectral_rows(
     }
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(count);
-    // One equation per projector and moving joint: Sp(D_j, v, f) X = Sp(tau_j, v, f).
+    // One equation per projector signal v and moving joint j: Sp(D_j, v, f) X = Sp(tau_j, v, f).
     for equation in trajectory.equations() {
         let (k, j) = (trajectory.fast, equation.joint);
         let bin = equation.projector.harmonic() * periods;
@@ -71,15 +71,16 @@ pub fn spectral_rows(
             continue;
         }
         let row: Vec<f64> = columns[j].iter().map(|d| sp(bins.of(d, bin), v)).collect();
-        // The variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2).
+        // The variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2); sigma: noise per sample, N: number of samples.
         let deviation = noise[j] * (count as f64 / 2.0).sqrt() / v.norm();
         block.push(&row, sp(bins.of(&torque[j], bin), v), deviation, j);
     }
     block
 }
 
-/// The centred rows of a sweep, (13) at the top of this file, reduced to a triangle. `directions`: number of samples of each
-/// direction.
+/// The centred equations of a gravity sweep, (13) in the head of this file, reduced to a QR triangle. `directions`: number of
+/// samples in each direction of the sweep; `q`, `torque`: series of each coordinate; `noise`: standard deviation of a torque
+/// sample, N m.
 pub fn gravity_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -94,7 +95,7 @@ pub fn gravity_rows(
     if count == 0 {
         return block;
     }
-    // One row per instant: D at rest, and the torque.
+    // One row per instant: regressor row of the moving joint at rest, then its torque.
     let mut w = DMatrix::<f64>::zeros(count, p + 1);
     let mut y = vec![0.0; INSTANTS_PER_PASS * n * p];
     let mut states = vec![0.0; INSTANTS_PER_PASS * 3 * n];
@@ -110,7 +111,7 @@ pub fn gravity_rows(
             w[(i, p)] = torque[k][i];
         }
     }
-    // Each direction is centred separately. This cancels friction that depends only on the direction.
+    // The rows of each direction are centred separately. This cancels friction that depends only on the direction.
     let mut first = 0;
     for &length in directions {
         let length = length.min(count - first);
@@ -127,9 +128,10 @@ pub fn gravity_rows(
     block
 }
 
-/// Reduces [A y] to the triangle of the column-pivoted QR of A, cut at the rank of A.
+/// Reduces the equations A X = y, stored as w = [A y], to the triangle of the column-pivoted QR of A, cut at the rank of A. Gives
+/// the rows and their right-hand sides.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    // Rows of zeros do not change the triangle. They make it square if there are few instants.
+    // Added rows of zeros do not change the triangle. They make it square if there are few instants.
     let few = (p + 1).saturating_sub(w.nrows());
     let instants = w.nrows();
     let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
@@ -147,13 +149,13 @@ fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
 }
 
 impl EquationBlock {
-    /// An empty block of equations with `p` parameters.
+    /// An empty block of equations for `p` parameters.
     pub fn new(p: usize) -> EquationBlock {
         EquationBlock { rows: WeightedRows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
-    /// Adds a row with its right-hand side, N m, the standard deviation of the right-hand side, N m, and the index of its
-    /// coordinate.
+    /// Adds an equation: regressor row, right-hand side, N m, its standard deviation, N m, and the index of its coordinate. The
+    /// known torque is zero.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);
@@ -162,14 +164,15 @@ impl EquationBlock {
         self.joint.push(joint);
     }
 
-    /// Sets the known torque of a load; `parameters` are the values that the load adds to X.
+    /// Sets the torques of a known load. `parameters`: the values that the load adds to the parameters X.
     pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
         let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(torque).collect();
         self
     }
 
-    /// The rows divided by their standard deviations; W'W of these rows is the information of the block.
+    /// The regressor rows divided by the standard deviations of their right-hand sides; W'W of the result is the information
+    /// matrix.
     pub fn weighted(&self) -> WeightedRows {
         let mut rows = WeightedRows::new(self.rows.width());
         for (row, s) in self.rows.iter().zip(&self.deviation) {
@@ -213,11 +216,11 @@ mod tests {
             *tau += if i < directions[0] { 0.6 } else { -0.75 };
         }
         let block = gravity_rows(&sweep, &arm, &motion.q, &[tau], &[0.1], &directions);
-        // At rest the joint has two identifiable first moments: along and across the link.
+        // The gravity torque of the joint depends on two first moments, along and across the link, so there are two rows.
         assert_eq!(block.right.len(), 2);
         for (row, y) in block.rows.iter().zip(&block.right) {
             let x: f64 = row.iter().zip(arm.truth).map(|(a, b)| a * b).sum();
-            // Tolerance: sums of thousands of torques of 10 N m.
+            // Tolerance: rounding of sums of thousands of torques of about 10 N m.
             assert!((x - y).abs() < 1e-10, "{x} {y}");
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 
-/// Conditions on poses and motions in addition to the limits of the coordinates.
+/// Decides which poses and motions a plan may use, in addition to the limits of the coordinates.
 pub trait Permission: Sync {
     /// Whether the robot may be at the configuration q, rad (m).
     fn pose(&self, q: &[f64]) -> bool;

@@ -1,24 +1,24 @@
-//! One experiment of a plan, and the prediction for one parameter, in the form of plan.yaml.
+//! One experiment of a plan, and the prediction for one parameter, as plan.yaml contains them.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
-/// One experiment of a plan.
+/// One experiment of a plan, as plan.yaml contains it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedExperiment {
     /// Name of the experiment and of its log file: `e01`.
     pub name: String,
-    /// Index of the candidate that the experiment runs. `None` if the proof of the plan does not list candidates.
+    /// Index of the candidate that the experiment runs. `None`: the plan has no proof, so the file lists no candidates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub candidate: Option<usize>,
-    /// Name of the kind of motion, that is, of the torques that it excites.
+    /// Name of the kind of motion, after the torques that it excites, such as `inertial`.
     pub kind: String,
     /// Name of the fast coordinate, or of the coordinate that sweeps.
     pub fast: String,
     /// Names of the slow coordinates.
     pub slow: Vec<String>,
-    /// Centre of the motion, rad (m), in the order of the coordinates.
+    /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: Vec<f64>,
     /// The swing; `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,26 +26,27 @@ pub struct PlannedExperiment {
     /// The sweep; `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
-    /// Rank of the information matrix F, summed over this experiment and all before it.
+    /// Rank of the information matrix F of this experiment and all before it together.
     pub rank: usize,
-    /// Increase of log det F by this experiment. `None` if F does not have full rank without it.
+    /// Increase of log det F by this experiment; F: information matrix of all experiments so far. `None`: F does not have full
+    /// rank without this experiment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adds_log_det: Option<f64>,
-    /// Parameters that this experiment makes identifiable.
+    /// Parameters that become identifiable by this experiment, given the experiments before it.
     pub adds: Vec<ParameterId>,
 }
 
-/// A candidate motion of a plan. Its keys equal the keys of an experiment.
+/// A candidate motion of a plan, as plan.yaml contains it. Its keys equal the keys of an experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateMotion {
-    /// Name of the kind of motion, that is, of the torques that it excites.
+    /// Name of the kind of motion, after the torques that it excites, such as `inertial`.
     pub kind: String,
     /// Name of the fast coordinate, or of the coordinate that sweeps.
     pub fast: String,
     /// Names of the slow coordinates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slow: Vec<String>,
-    /// Centre of the motion, rad (m), in the order of the coordinates.
+    /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: Vec<f64>,
     /// The swing; `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -55,22 +56,22 @@ pub struct CandidateMotion {
     pub sweep: Option<PlannedSweep>,
 }
 
-/// A periodic swing.
+/// A periodic swing between two positions, as plan.yaml contains it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedSwing {
     /// Profile: `bang_bang` or `smooth`.
     pub profile: String,
     /// Number of samples of one period.
     pub period_samples: usize,
-    /// Number of periods before the motion counts as periodic.
+    /// Number of periods that run before the record starts, so that transients decay.
     pub transient_periods: usize,
-    /// Number of periods that are used.
+    /// Number of recorded periods, which an identification uses.
     pub periods: usize,
-    /// (B - A)/2 of each coordinate, rad (m), in the order of the coordinates.
+    /// Half of the distance between the two ends of the swing, rad (m), in the order of the coordinates; 0: locked.
     pub half_range: Vec<f64>,
 }
 
-/// A slow sweep there and back.
+/// A slow sweep of one joint there and back, as plan.yaml contains it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedSweep {
     /// Distance between the ends, rad (m).
@@ -79,23 +80,24 @@ pub struct PlannedSweep {
     pub velocity_rad_per_s: f64,
     /// Acceleration of the ramps at the ends, rad/s^2 (m/s^2).
     pub acceleration_rad_per_s2: f64,
-    /// Time after each ramp whose samples are dropped while the controller settles, s.
+    /// Time after each ramp whose samples are not used, because the controller settles, s.
     pub settling_s: f64,
 }
 
-/// The prediction of a plan for one parameter.
+/// The prediction of a plan for one base parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PredictedParameter {
-    /// The base parameter.
+    /// Name of the base parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
-    /// SI unit of its standard deviation.
+    /// SI unit of the parameter and of its standard deviation.
     pub unit: Unit,
     /// Predicted standard deviation in `unit`. `None`: the parameter is not identifiable with the plan.
     pub sigma: Option<f64>,
 }
 
-/// Fails if the names do not give each experiment its own file in the directory of the logs, because files are written there.
+/// Fails if the name of an experiment cannot be the name of its own log file in the directory of the logs. A name may not lead
+/// out of that directory or collide with other files there.
 pub fn check_names(experiments: &[PlannedExperiment]) -> Result<(), String> {
     let files = |e: &PlannedExperiment| [e.name.to_lowercase(), format!("{}_loaded", e.name.to_lowercase())];
     for (i, e) in experiments.iter().enumerate() {

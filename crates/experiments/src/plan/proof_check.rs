@@ -1,4 +1,4 @@
-//! A slot for the function that recomputes the proof in a plan's file; the package that proves plans registers the function.
+//! Registry for the function that checks the proof in a plan's file. The package that proves plans registers it.
 
 use std::sync::OnceLock;
 
@@ -7,8 +7,8 @@ use logs::Error;
 
 use crate::plan::experiment_plan::ExperimentPlan;
 
-/// Recomputes the lower bound of the D-efficiency from the proof in a plan; the text is the name of the plan's file, for
-/// messages. `None` if the plan has no proof that can be checked.
+/// Recomputes the lower bound of the D-efficiency from the proof in a plan; the text is the name of the plan's file for messages.
+/// `None` if the plan has no proof that can be checked.
 pub type FindProof = fn(&ExperimentPlan, &dyn Regressor, &str) -> Result<Option<f64>, Error>;
 
 static FIND: OnceLock<Result<FindProof, &'static str>> = OnceLock::new();
@@ -18,7 +18,7 @@ pub fn register(find: Result<FindProof, &'static str>) {
     FIND.get_or_init(|| find);
 }
 
-/// The registered function, or the message why there is none.
+/// The registered function that checks proofs, or the message why there is none.
 pub fn registered() -> Result<FindProof, &'static str> {
     FIND.get().copied().unwrap_or(Err("no check of proofs is registered"))
 }

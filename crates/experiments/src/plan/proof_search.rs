@@ -1,4 +1,4 @@
-//! A slot for the search of the best plan with a proof; another package registers the search.
+//! Registry for the function that finds the best plan with a proof (branch and bound). Another package registers it.
 
 use std::sync::OnceLock;
 
@@ -6,21 +6,21 @@ use numerics::information_matrix::WeightedRows;
 
 use crate::plan::plan_proof::PlanProof;
 
-/// The best plan found, with its proof.
+/// The best plan that the search found, with a proof of how good it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProvenPlan {
     /// Indices of the chosen candidates, ascending.
     pub chosen: Vec<usize>,
-    /// log det F of the plan.
+    /// log det F of the plan; F: its information matrix.
     pub value: f64,
     /// The proof of an upper bound of log det F for all plans.
     pub proof: PlanProof,
 }
 
-/// When a search ends.
+/// Conditions that end the search for the best plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchBudget {
-    /// Greatest number of nodes.
+    /// Greatest number of nodes of the branch-and-bound tree.
     pub nodes: usize,
     /// The search ends when the relative gap of the D-efficiency is at most this.
     pub tolerance: f64,
@@ -32,12 +32,12 @@ pub type ProvePlan = fn(&[WeightedRows], &[usize], &SearchBudget) -> Option<Prov
 
 static PROVE: OnceLock<Result<ProvePlan, &'static str>> = OnceLock::new();
 
-/// Registers the search, or a message why there is none. Only the first call has an effect.
+/// Registers the search for the best plan, or a message why there is none. Only the first call has an effect.
 pub fn register(prove: Result<ProvePlan, &'static str>) {
     PROVE.get_or_init(|| prove);
 }
 
-/// The registered search, or the message why there is none.
+/// The registered search for the best plan, or the message why there is none.
 pub fn registered() -> Result<ProvePlan, &'static str> {
     PROVE.get().copied().unwrap_or(Err("no search of proofs is registered"))
 }

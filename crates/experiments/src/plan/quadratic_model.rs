@@ -1,6 +1,7 @@
 //! A second-order model of log det F about a design, and the best step of this model between bounds.
 //!
-//! With T = F(x)^-1, g_i = tr(F_i T) and H_ij = tr(F_i T F_j T),
+//! x: number of runs of each candidate; F(x) = sum x_i F_i: information matrix. With T = F(x)^-1, g_i = tr(F_i T) and
+//! H_ij = tr(F_i T F_j T),
 //!
 //! log det F(x + d) = log det F(x) + g'd - d'Hd/2 + third order, sum d = 0.
 //!
@@ -13,32 +14,33 @@
 
 use numerics::information_matrix::{InformationFactor, WeightedRows};
 
-/// A relative increase below this is rounding of the slopes.
+/// A relative increase of the model below this is rounding of the slopes, so the ascent ends.
 const RELATIVE_SLOPE_ROUNDING: f64 = 1e-12;
-/// A remainder of runs below this is rounding of a sum of whole numbers.
+/// A remainder of runs below this is only rounding of a sum of whole numbers.
 const RUN_ROUNDING: f64 = 1e-9;
-/// The model at a design. Candidates that are not members keep their number of runs.
+/// A second-order model of log det F at a design. Candidates that are not members keep their number of runs.
 #[derive(Clone, Debug)]
 pub struct QuadraticModel {
     /// Indices of the member candidates, ascending.
     members: Vec<usize>,
-    /// Slopes g, one per member.
+    /// Slopes g_i = d log det F / dx_i, one per member.
     gain: Vec<f64>,
-    /// Matrix H, row by row.
+    /// Matrix H (negative second derivatives of log det F), row by row, one row per member.
     curvature: Vec<f64>,
 }
 
-/// The allowed range of steps of each candidate, from the current design.
+/// The allowed range of the step (change of the number of runs) of each candidate, from the current design.
 #[derive(Clone, Debug)]
 pub struct StepBounds {
-    /// Least step of each candidate; at most 0 if the design is within its bounds.
+    /// Least step of each candidate; zero or negative if the design is within its bounds.
     pub least: Vec<f64>,
-    /// Greatest step of each candidate.
+    /// Greatest step of each candidate; zero or positive if the design is within its bounds.
     pub most: Vec<f64>,
 }
 
 impl QuadraticModel {
-    /// Makes the model with these members at the design whose F has the factorisation `factor`.
+    /// Makes the model with these members at a design whose information matrix F has the factorisation `factor`. `blocks`: rows
+    /// of each candidate.
     pub fn new(blocks: &[WeightedRows], members: Vec<usize>, factor: &InformationFactor) -> QuadraticModel {
         let p = blocks.first().map_or(0, WeightedRows::width);
         let (mut rows, mut ends) = (Vec::new(), vec![0]);
@@ -69,7 +71,8 @@ impl QuadraticModel {
         &self.curvature[i * self.gain.len()..(i + 1) * self.gain.len()]
     }
 
-    /// The best step that at most `moves` moves find, one entry per candidate, and the increase of the model by this step.
+    /// The best step within the bounds `room` that `moves` moves of runs find, one entry per candidate, and the increase of the
+    /// model by this step.
     pub fn step(&self, room: &StepBounds, moves: usize) -> (Vec<f64>, f64) {
         let mut own = vec![0.0; self.members.len()];
         let gained = self.ascend(&mut own, &self.own(room), moves);
@@ -83,7 +86,8 @@ impl QuadraticModel {
         StepBounds { least: of(&room.least), most: of(&room.most) }
     }
 
-    /// Improves `step` by at most `moves` moves; gives the increase of the model by the resulting step.
+    /// Improves `step` (one entry per member) by at most `moves` moves of runs; gives the increase of the model by the resulting
+    /// step.
     fn ascend(&self, step: &mut [f64], room: &StepBounds, moves: usize) -> f64 {
         let count = step.len();
         let mut slope = self.gain.clone();
@@ -102,7 +106,7 @@ impl QuadraticModel {
             }
             let (Some(grows), Some(shrinks)) = (grows, shrinks) else { break };
             let rise = slope[grows] - slope[shrinks];
-            // The difference of both slopes is the increase of the model per moved run.
+            // `rise`, the difference of both slopes, is the increase of the model per run that is moved.
             if rise <= RELATIVE_SLOPE_ROUNDING * slope[grows].abs() {
                 break;
             }
@@ -115,18 +119,18 @@ impl QuadraticModel {
                 if by == step[shrinks] - room.least[shrinks] { room.least[shrinks] } else { step[shrinks] - by };
             slope.iter_mut().zip(g.iter().zip(s)).for_each(|(x, (g, s))| *x -= by * (g - s));
         }
-        // The increase g'd - d'Hd/2, computed with slope = g - H d.
+        // The increase of the model is g'd - d'Hd/2; it is computed with slope = g - H d.
         step.iter().zip(self.gain.iter().zip(&slope)).map(|(d, (g, s))| 0.5 * d * (g + s)).sum()
     }
 
-    /// The decrease of the model if a candidate steps by `by`, stays there, and the other candidates are optimised. Infinite if
-    /// the bounds of the others do not allow the step; zero if the candidate is not a member.
+    /// The decrease of the model if `candidate` changes its runs by `by` and stays there, and the others are optimised. Infinite
+    /// if the bounds of the others do not allow this; zero if the candidate is not a member.
     pub fn loss(&self, room: &StepBounds, candidate: usize, by: f64, moves: usize) -> f64 {
         let Ok(candidate) = self.members.binary_search(&candidate) else { return 0.0 };
         let (count, room) = (self.gain.len(), self.own(room));
         let mut step = vec![0.0; count];
         let mut order: Vec<usize> = (0..count).filter(|&i| i != candidate).collect();
-        // The others compensate for the step, starting with those that gain the most or lose the least.
+        // The other candidates compensate for the step: first those whose change increases the model most or decreases it least.
         let key = |i: usize| if by < 0.0 { -self.gain[i] } else { self.gain[i] };
         order.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
         let mut left = by.abs();
@@ -135,7 +139,7 @@ impl QuadraticModel {
             step[i] = if by < 0.0 { taken } else { -taken };
             left -= taken;
         }
-        // The bounds of the others do not allow the step.
+        // A remainder is left: the bounds of the other candidates do not allow the step.
         if left > RUN_ROUNDING {
             return f64::INFINITY;
         }
@@ -152,7 +156,8 @@ mod tests {
     use numerics::information_matrix::InformationMatrix;
     use random::Random;
 
-    /// The model agrees with log det F up to third-order terms. Fixing a candidate at its best step causes no loss.
+    /// Checks that the model agrees with log det F up to third-order terms, and that fixing a candidate at its best step causes
+    /// no loss.
     #[test]
     fn the_model_is_of_second_order() {
         let mut random = Random::new(2);
@@ -172,7 +177,7 @@ mod tests {
             let moved: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
             (gained - (factor(&moved).log_det - factor(&x).log_det)).abs()
         };
-        // If steps are a tenth as long, the error is a thousandth.
+        // The error is of third order: a step of a tenth of the length has a thousandth of the error.
         assert!(near(1e-2) < 1e-4 && near(1e-3) < 2e-3 * near(1e-2), "{} {}", near(1e-2), near(1e-3));
         let room = StepBounds { least: vec![-0.5; 5], most: vec![0.5; 5] };
         let (best, gained) = model.step(&room, 1000);

@@ -1,4 +1,4 @@
-//! Accepted ranges for the numbers of a motion: realistic for a robot, and within the memory of a computer.
+//! Accepted ranges for the numbers that define a motion: realistic for a robot, and within the memory of a computer.
 //!
 //! Users also write files of plans and robots by hand. A number outside these ranges usually has a wrong unit or a wrong digit.
 
@@ -10,15 +10,15 @@ use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion};
 
 /// Accepted sample times of a plan, s.
 const SAMPLE_TIME_RANGE_S: RangeInclusive<f64> = 1e-5..=10.0;
-/// Accepted positions, rad (m).
+/// Accepted positions in a plan or in limits, rad (m).
 const POSITION_RANGE: RangeInclusive<f64> = -1e4..=1e4;
-/// Accepted half ranges of swings and ranges of sweeps, rad (m). A half range may also be 0.
+/// Accepted half ranges of swings and ranges of sweeps, rad (m). A half range may also be 0 (locked joint).
 const SWING_RANGE: RangeInclusive<f64> = 1e-6..=1e4;
-/// Accepted velocities, rad/s (m/s).
+/// Accepted velocities of sweeps and limits, rad/s (m/s).
 const VELOCITY_RANGE: RangeInclusive<f64> = 1e-5..=1e4;
-/// Accepted accelerations, rad/s^2 (m/s^2).
+/// Accepted accelerations of sweeps and limits, rad/s^2 (m/s^2).
 const ACCELERATION_RANGE: RangeInclusive<f64> = 1e-4..=1e6;
-/// Accepted settling times, s.
+/// Accepted settling times of sweeps, s.
 const SETTLING_RANGE_S: RangeInclusive<f64> = 0.0..=60.0;
 
 fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
@@ -28,8 +28,8 @@ fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result
     Err(format!("{what} is {x:?} {unit}; expected is a number from {:?} to {:?}", range.start(), range.end()))
 }
 
-/// Fails if a number of a motion is out of range, or if it has more samples than [`check_samples`] accepts. The message names the
-/// number.
+/// Fails if a number of a motion is out of range, or if the motion has more samples than [`check_samples`] accepts. The message
+/// names the number.
 pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME_RANGE_S)?;
     for &centre in &trajectory.centre {
@@ -53,7 +53,7 @@ pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     check_samples(samples)
 }
 
-/// Fails if no motion can be planned between the limits. The message names the coordinate.
+/// Fails if a position, velocity or acceleration limit is out of range. The message names the coordinate.
 pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(), String> {
     for (name, limit) in coordinates.iter().zip(limits) {
         let of = |what: &str| format!("{name}: the {what} of its limits");

@@ -1,4 +1,4 @@
-//! The best relaxed design (with fractional numbers of runs) between bounds, and the upper bound that it proves.
+//! Finds the best relaxed design (fractional numbers of runs of candidates) between bounds, and the upper bound that it proves.
 //!
 //! Over x with low <= x <= high and sum x = N, maximise log det F(x), F(x) = sum x_i F_i, F_i = W_i'W_i. For any x of full
 //! rank, with T = F(x)^-1 and g_i = tr(F_i T),
@@ -17,20 +17,20 @@ use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
 use crate::plan::quadratic_model::{QuadraticModel, StepBounds};
 
-/// Greatest number of moves in one step of the model: several for each candidate that is run.
+/// Greatest number of moves of runs in one step of the ascent: several for each candidate that is run.
 const MAX_ASCENT_MOVES: usize = 400;
-/// Greatest number of candidates without runs that a step may add.
+/// Greatest number of candidates that have no runs yet and that one step of the ascent may add.
 const MAX_ENTERING_CANDIDATES: usize = 40;
-/// Number of runs that is added to every candidate if a design does not have full rank.
+/// Number of runs that is added to every candidate if no design between the bounds has full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// A design is rounded to this number of units per experiment. The rounding changes the bound only to second order.
+/// A design is rounded to multiples of 1/this of a run. The rounding changes the bound only to second order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
-/// Greatest number of halvings of a step that does not increase log det F.
+/// Greatest number of halvings of a step of the ascent that does not increase log det F.
 const MAX_STEP_HALVINGS: i32 = 12;
-/// A design that does not have full rank is mixed with this share of a design that runs all allowed candidates.
+/// A start design that does not have full rank is mixed with this share of a design that runs all allowed candidates.
 const MIXED_SHARE: f64 = 0.1;
 
-/// Least and greatest number of runs of each candidate.
+/// Least and greatest number of runs of each candidate in a set of plans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
     /// Least number of runs, one per candidate.
@@ -39,25 +39,25 @@ pub struct Bounds {
     pub high: Vec<usize>,
 }
 
-/// The tangent at a design x: log det F(y) of any other design y is at most `constant` + sum y_i g_i.
+/// The tangent of log det F at a design x: log det F(y) of any other design y is at most `constant` + sum y_i g_i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tangent {
-    /// log det F(x) - p.
+    /// log det F(x) - p, with p parameters.
     pub constant: f64,
-    /// Slopes g, one per candidate.
+    /// Slopes g_i = tr(F_i F(x)^-1), one per candidate i.
     pub gain: Vec<f64>,
 }
 
-/// A relaxed design with the bound that it proves.
+/// A relaxed design (fractional numbers of runs) with the upper bound that it proves.
 #[derive(Clone, Debug)]
 pub struct Relaxed {
     /// Fractional number of runs, one per candidate.
     pub x: Vec<f64>,
-    /// The tangent at this design; it gives an upper bound for every plan.
+    /// The tangent of log det F at this design; it gives an upper bound for every plan.
     pub tangent: Tangent,
     /// Second-order model of log det F about this design.
     pub model: QuadraticModel,
-    /// Upper bound of log det F for all designs between the bounds.
+    /// Upper bound of log det F for all designs between the bounds of the search.
     pub bound: f64,
 }
 
@@ -66,7 +66,8 @@ impl Bounds {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
     }
 
-    /// Keeps only the plans with at most `at_most` runs of a candidate, or else only the plans with more runs.
+    /// Keeps only the plans with at most `at_most` runs of a candidate (`keeps_below`), or else only the plans with more runs of
+    /// it.
     pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
         if keeps_below {
             self.high[candidate] = self.high[candidate].min(at_most);
@@ -75,14 +76,14 @@ impl Bounds {
         }
     }
 
-    /// The allowed range of steps of each candidate from the design `x`.
+    /// The allowed range of the step of each candidate, from the design `x` to the bounds.
     pub fn room(&self, x: &[f64]) -> StepBounds {
         let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
         StepBounds { least: to(&self.low), most: to(&self.high) }
     }
 
-    /// The candidates that a step moves: those above their least number of runs, and, among the others, those with the greatest
-    /// gain.
+    /// The candidates that a step may change: those above their least number of runs, and the others with the greatest slopes
+    /// `gain`.
     fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
         let is_above = |i: usize| x[i] > self.low[i] as f64;
         let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
@@ -93,12 +94,12 @@ impl Bounds {
         found
     }
 
-    /// Rounds fractions to few digits with the right sum, so that a file contains exactly the numbers of the computation.
+    /// Rounds numbers of runs to few digits with the sum `count`, so that a file contains exactly the numbers of the computation.
     fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64 * PARTS_PER_EXPERIMENT, self.high[i] as f64 * PARTS_PER_EXPERIMENT);
         let mut parts: Vec<f64> = x.map(|x| (x * PARTS_PER_EXPERIMENT).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
-        // Whole numbers have exact sums. The candidate with the most runs takes the remainder of the rounding.
+        // The sum of whole numbers is exact. The candidates with the most runs take the remainder of the rounding.
         let mut left = count as f64 * PARTS_PER_EXPERIMENT - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
@@ -109,7 +110,7 @@ impl Bounds {
         parts.into_iter().map(|x| x / PARTS_PER_EXPERIMENT).collect()
     }
 
-    /// A design between the bounds, near `wanted`.
+    /// A design between the bounds, with `count` runs in total, near `wanted`.
     fn nearest(&self, wanted: &[f64], count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64, self.high[i] as f64);
         let mut x: Vec<f64> = wanted.iter().enumerate().map(|(i, x)| x.clamp(ends(i).0, ends(i).1)).collect();
@@ -126,8 +127,8 @@ impl Bounds {
 }
 
 impl Tangent {
-    /// The greatest value of the tangent between the bounds, and the price of an experiment. Minus infinity if the bounds do not
-    /// allow `count` experiments.
+    /// The greatest value of the tangent over all designs between the bounds, and the price of an experiment (slope of the last
+    /// filled candidate). Minus infinity if the bounds do not allow `count` experiments.
     pub fn bound(&self, bounds: &Bounds, count: usize) -> (f64, f64) {
         if !bounds.has_room_for(count) {
             return (f64::NEG_INFINITY, 0.0);
@@ -147,7 +148,7 @@ impl Tangent {
     }
 }
 
-/// The tangent at the design `x`. `None` if the design does not have full rank.
+/// The tangent of log det F at the design `x`. `None` if the design does not have full rank. `blocks`: rows of each candidate.
 pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
@@ -157,8 +158,8 @@ pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
     Some(Tangent { constant: factor.log_det - p as f64, gain })
 }
 
-/// Maximises log det F from `start`, for at most `steps` steps. Ends if the bound is below `target`, or within `tolerance` of the
-/// reached value.
+/// Maximises log det F between the bounds from the design `start`, for at most `steps` steps. Ends if the upper bound is below
+/// `target`, or within `tolerance` of the reached value.
 ///
 /// If no design between the bounds has full rank, the resulting design is outside the bounds. `None` if all candidates together
 /// do not have full rank, or if the bounds do not allow `count` experiments.
@@ -180,7 +181,7 @@ pub fn relaxed(
     };
     let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
     if factor_of(&x).is_none() {
-        // Adds a small share of all allowed candidates. If rank is still missing, no design between the bounds has full rank.
+        // Add a small share of all allowed candidates. If rank is still missing, no design between the bounds has full rank.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
         x = x.iter().zip(&all).map(|(x, y)| (1.0 - MIXED_SHARE) * x + MIXED_SHARE * y).collect();
     }
@@ -209,7 +210,7 @@ pub fn relaxed(
     best
 }
 
-/// The tangent at a design to which a small share of every candidate is added.
+/// The tangent at a design to which a small number of runs of every candidate is added, so that it has full rank.
 ///
 /// A direction about which the allowed designs have no information has only this share, so its logarithm makes the bound low.
 fn without_rank(blocks: &[WeightedRows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {

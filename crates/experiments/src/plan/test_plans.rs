@@ -1,8 +1,9 @@
-//! Candidates for unit tests of this crate and of wings. A file that includes this file must import the types that it uses.
+//! Candidate experiments for unit tests of this crate and of wings. A file that includes this file must import the types that it
+//! uses.
 
 use super::{CandidateGrid, MotionLimits, Profile, Random, WeightedRows};
 
-/// Candidates with one to three random rows each.
+/// Blocks of `count` candidates with one to three random rows of `p` entries each.
 pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<WeightedRows> {
     let mut random = Random::new(seed);
     let mut block = || {

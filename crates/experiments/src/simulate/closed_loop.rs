@@ -1,4 +1,4 @@
-//! Simulation of a robot in closed loop: the record that an experiment would give.
+//! Simulates a robot in closed loop and gives the record that an experiment would give.
 //!
 //! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in several [`Steps`] per sample. A: inertia matrix; h: Coriolis,
 //! centrifugal and gravity torques; kt: torque per current; I: current; G: friction. At each sample the controller uses q rounded
@@ -21,14 +21,14 @@ use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::simulate::dynamics::Dynamics;
 
-/// PD controller of each joint, with a filtered velocity.
+/// PD controllers of all joints, with a filtered velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPd {
     /// Proportional gains Kp, N m/rad, one per coordinate.
     pub proportional: Vec<f64>,
     /// Derivative gains Kd, N m s/rad, one per coordinate.
     pub derivative: Vec<f64>,
-    /// Pole of the velocity filter, rad/s.
+    /// Pole of the first-order velocity filter, rad/s.
     pub velocity_pole: f64,
 }
 
@@ -45,7 +45,7 @@ impl JointPd {
     }
 }
 
-/// The drives: torque per unit of current, and greatest torque.
+/// The drives of all joints: torque per unit of current, and greatest torque.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drives {
     /// Torque per current kt, N m/A, one per coordinate.
@@ -54,7 +54,7 @@ pub struct Drives {
     pub greatest_torque: Vec<f64>,
 }
 
-/// Encoders and current sensors; each list has one entry per coordinate.
+/// Encoders and current sensors of all joints; each list has one entry per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensors {
     /// Encoder quantum, rad (m); 0: positions are not rounded.
@@ -65,30 +65,30 @@ pub struct Sensors {
     pub torque_noise: Vec<f64>,
 }
 
-/// Longest Runge-Kutta step, as a multiple of the time in which friction makes a velocity near zero decay. The method is stable
-/// up to 2.78.
+/// Longest Runge-Kutta step, as a multiple of the time constant with which friction makes a velocity near zero decay. The method
+/// is stable up to 2.78.
 const LONGEST_STEP_PER_DECAY_TIME: f64 = 2.0;
-/// Friction counts as stiff if it needs more Runge-Kutta steps per sample.
+/// Friction counts as stiff if it needs more Runge-Kutta steps per sample than this.
 const MAX_RUNGE_KUTTA_STEPS: usize = 16;
-/// Number of implicit steps per sample if friction is stiff.
+/// Number of integration steps per sample with the method that is implicit in friction, for stiff friction.
 const IMPLICIT_STEPS_PER_SAMPLE: usize = 4;
-/// Number of poses of a reference at which the decay time is computed.
+/// Number of poses of a reference at which the decay rate of velocities by friction is estimated.
 const STIFFNESS_POSES: usize = 20;
-/// Damping ratio of the joint controllers.
+/// Damping ratio of the simulated joint controllers.
 const DAMPING_RATIO: f64 = 0.8;
 
-/// Integration method and number of steps per sample.
+/// Integration method of a simulation and its number of steps per sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Steps {
     /// Runge-Kutta 4 with this number of steps.
     RungeKutta(usize),
-    /// A method that is implicit in friction, with this number of steps; for stiff friction.
+    /// A method that is implicit in friction, with this number of steps; it is used for stiff friction.
     ImplicitFriction(usize),
 }
 
-/// A simulated robot with drives, controller and friction.
+/// A simulated robot with its drives, controllers, encoders and friction.
 pub struct Simulation<'a> {
-    /// The dynamics of the robot.
+    /// Inertia matrix and bias torques of the robot.
     pub dynamics: &'a dyn Dynamics,
     /// The PD controllers of all joints.
     pub controller: &'a JointPd,
@@ -102,16 +102,16 @@ pub struct Simulation<'a> {
     pub steps: Steps,
 }
 
-/// A control law. Arguments: sample index; positions that the controller reads, rad; their filtered differences, rad/s; torques
-/// to write, N m.
+/// A control law that replaces the PD controllers. Arguments: sample index; positions that the controller reads, rad; their
+/// filtered differences, rad/s; torques to write, N m.
 pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
 
-/// How a simulated motion ended.
+/// The reason why a simulated motion ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
-    /// It reached the end of its reference.
+    /// The motion reached the end of its reference.
     End,
-    /// It ended early: the inertia matrix was not positive definite, or the state diverged.
+    /// The motion ended early: the inertia matrix was not positive definite, no velocity was found, or the state diverged.
     NotPhysical {
         /// Time of the early end, s.
         time: f64,
@@ -119,7 +119,8 @@ pub enum Stop {
 }
 
 impl Simulation<'_> {
-    /// The control law of the PD controller with a feedforward torque `[coordinate][sample]`, N m.
+    /// The control law of the PD controllers that follow `reference`; the torques `feedforward[coordinate][sample]`, N m, are
+    /// added. `None`: no feedforward.
     pub(crate) fn law<'a>(&'a self, reference: &'a Reference, feedforward: Option<&'a [Vec<f64>]>) -> Box<Law<'a>> {
         let controller = self.controller;
         Box::new(move |i, seen, velocity, tau| {
@@ -131,7 +132,8 @@ impl Simulation<'_> {
         })
     }
 
-    /// Increases the number of steps until they resolve friction near zero velocity, or selects implicit steps.
+    /// Increases the number of Runge-Kutta steps until they resolve friction near zero velocity, or selects implicit steps if
+    /// friction is stiff.
     pub(crate) fn with_short_steps(self, reference: &Reference) -> Self {
         let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP_PER_DECAY_TIME).ceil() as usize;
         let steps = match self.steps {
@@ -144,7 +146,7 @@ impl Simulation<'_> {
         Simulation { steps, ..self }
     }
 
-    /// The greatest rate, 1/s, at which friction makes a velocity near zero decay.
+    /// The greatest decay rate, 1/s, that friction gives to a velocity near zero.
     ///
     /// It is estimated by its bound sum_k (A^-1)_kk dG_k/dv (A: inertia matrix; dG_k/dv: slope of the friction of joint k); the
     /// greatest value over poses of the reference is returned.
@@ -166,19 +168,20 @@ impl Simulation<'_> {
     }
 }
 
-/// Rounds q to the encoder quantum; q is unchanged if the quantum is zero.
+/// Rounds the position q to the encoder quantum; q is unchanged if the quantum is zero.
 pub(crate) fn quantised(q: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (q / quantum).round() * quantum } else { q }
 }
 
 impl Sensors {
-    /// Standard deviation of a measured position, rad (m), one per coordinate: noise, and uniform error of rounding to the
-    /// quantum.
+    /// Standard deviation of a measured position, rad (m), one per coordinate. It consists of the noise and the uniform error of
+    /// rounding to the quantum.
     pub fn position_deviation(&self) -> Vec<f64> {
         self.position_noise.iter().zip(&self.quantum).map(|(s, quantum)| s.hypot(quantum / 12f64.sqrt())).collect()
     }
 
-    /// The measured record: adds noise, then rounds positions to the encoder quantum. `gain`: kt of each drive, N m/A.
+    /// Makes the measured record from an exact one: adds noise, then rounds positions to the encoder quantum. `gain`: torque per
+    /// current of each drive, N m/A.
     pub fn measure(&self, record: &Record, gain: &[f64], random: &mut Random) -> Record {
         let mut noisy = record.clone();
         let count = record.q.first().map_or(0, Vec::len);
@@ -228,7 +231,8 @@ mod tests {
         let (record, stop) = simulation.run(&reference, Some(&feedforward));
         assert_eq!(stop, Stop::End);
         let worst = record.q[0].iter().zip(&reference.q[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The hold causes a delay of half a sample: v h / 2 at 1 rad/s. The error decreases again over each period.
+        // The zero-order hold delays the torque by half a sample, which gives an error of v h / 2 at v = 1 rad/s. The error
+        // decreases again over each period.
         assert!(worst < 1.2e-3, "{worst}");
         assert!((record.current[0][101] - 0.5 * (feedforward[0][100] + feedforward[0][101]) / 0.5).abs() < 1e-12);
     }

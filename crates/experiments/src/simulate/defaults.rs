@@ -1,4 +1,4 @@
-//! Default properties of a simulated robot that its file does not state; each default that is used gives a note.
+//! Default properties of a simulated robot for those that its file does not state. Each default that is used gives a note.
 //!
 //! - Limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; of +-0.25 m, 1.25 m/s, 7.5 m/s^2 if the joint is prismatic. Position limits are
 //!   taken from [`crate::excitation::limits`]; velocities are five times the velocities there. The slow velocity is 0.5 rad/s
@@ -7,8 +7,8 @@
 //!   friction; viscous friction of half the Coulomb friction at the greatest velocity, a tenth less for negative velocities.
 //! - A greatest effort of five times A_kk a_max plus three times the gravity torque.
 //!
-//! Friction values in the file are used unchanged. If the file has a Coulomb friction, the offset is the offset in the file, or
-//! zero.
+//! A_kk: mean inertia of joint k; a_max: its greatest acceleration. Friction values in the file are used unchanged. If the file
+//! has a Coulomb friction, the offset is the offset in the file, or zero.
 
 use linear_model::friction::law::FrictionLaw;
 use robot::value::CoordinateId;
@@ -21,27 +21,27 @@ use crate::plan::candidates::MotionLimits;
 pub(super) const CONTROL_BANDWIDTH_HZ: f64 = 10.0;
 /// Quantum of the simulated position sensors, rad (m).
 pub(super) const POSITION_QUANTUM: f64 = 1e-4;
-/// Default velocity limit of a simulated joint as a multiple of the velocity of [`assumed`]: nothing can be damaged in a
-/// simulation.
+/// Default velocity limit of a simulated joint as a multiple of the velocity of [`assumed`]. It is greater, because a simulated
+/// robot cannot be damaged.
 const ASSUMED_VELOCITY_FACTOR: f64 = 5.0;
-/// Default acceleration limit over default velocity limit, 1/s.
+/// Ratio of the default acceleration limit to the default velocity limit, 1/s.
 const ASSUMED_ACCELERATION_RATIO: f64 = 6.0;
-/// Greatest default slow velocity, rad/s (m/s).
+/// Greatest default of a joint's slow velocity (smallest velocity without stick-slip), rad/s (m/s).
 const MAX_SLOW_VELOCITY: f64 = 0.5;
-/// Default slow velocity as a share of the velocity limit, if that is below [`MAX_SLOW_VELOCITY`].
+/// Default of a joint's slow velocity as a share of its velocity limit, if that is below [`MAX_SLOW_VELOCITY`].
 const SLOW_VELOCITY_SHARE: f64 = 0.1;
-/// Default Coulomb friction as a share of the effort A_kk a_max.
+/// Default Coulomb friction as a share of the effort A_kk a_max; A_kk: mean inertia, a_max: greatest acceleration.
 const COULOMB_SHARE_OF_EFFORT: f64 = 0.05;
-/// Default offset of friction as a share of the Coulomb friction.
+/// Default offset of the friction torque as a share of the Coulomb friction.
 const OFFSET_SHARE_OF_COULOMB: f64 = 0.05;
 /// Default viscous friction at negative velocities, as a share of viscous friction at positive velocities.
 const BACKWARD_VISCOUS_RATIO: f64 = 0.9;
-/// Default greatest effort, without the share of gravity, as a multiple of A_kk a_max.
+/// Default greatest effort, without gravity, as a multiple of A_kk a_max; A_kk: mean inertia, a_max: greatest acceleration.
 const EFFORT_MARGIN: f64 = 5.0;
 /// Multiple of the greatest gravity torque that is added to the default greatest effort.
 const GRAVITY_MARGIN: f64 = 3.0;
 
-/// Notes on used defaults: (text, names of coordinates). One note covers all coordinates with the same default.
+/// Notes on defaults that were used: (text, names of coordinates). One note covers all coordinates with the same default.
 #[derive(Default)]
 struct Taken(Vec<(String, Vec<String>)>);
 
@@ -54,18 +54,18 @@ impl Taken {
         }
     }
 
-    /// The notes as sentences: `NAME, NAME: text`.
+    /// The notes on defaults as sentences: `NAME, NAME: text`.
     fn sentences(self) -> impl Iterator<Item = String> {
         self.0.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", ")))
     }
 
-    /// The notes as sentences: `text: NAME VALUE, NAME VALUE`.
+    /// The notes on defaults as sentences with values: `text: NAME VALUE, NAME VALUE`.
     fn with_values(self) -> impl Iterator<Item = String> {
         self.0.into_iter().map(|(text, values)| format!("{text}: {}", values.join(", ")))
     }
 }
 
-/// The joint that is moved by the coordinate with index k.
+/// The joint that the coordinate with index k moves.
 pub(super) fn joint_of(robot: &Robot, k: usize) -> Option<&Joint> {
     robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint)
 }
@@ -74,7 +74,7 @@ fn is_prismatic(robot: &Robot, k: usize) -> bool {
     joint_of(robot, k).is_some_and(|joint| joint.kind == JointKind::Prismatic)
 }
 
-/// Limits of all coordinates, and a note on each default that was used.
+/// Limits of all coordinates from the robot's file or from defaults, and a note on each default that was used.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     let mut taken = Taken::default();
     let limits = robot.coordinates.iter().enumerate().map(|(k, c)| {
@@ -90,7 +90,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             }
             value
         };
-        // The limits in the file, if they allow a motion.
+        // The limits of the file are used if they allow a motion.
         let fast = ASSUMED_VELOCITY_FACTOR * fast;
         let velocity = or(c.limits.velocity, fast, LimitKind::Velocity);
         let acceleration = or(c.limits.acceleration, ASSUMED_ACCELERATION_RATIO * fast, LimitKind::Acceleration);
@@ -122,7 +122,8 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     (limits, taken.sentences().collect())
 }
 
-/// The friction law of each joint, from the file or from defaults. `effort`: A_kk a_max of each joint, N m (N).
+/// The friction law of each joint, from the robot's file or from defaults. `effort`: torque A_kk a_max for the greatest
+/// acceleration of each joint, N m (N); `notes` receives a sentence on each default.
 pub(super) fn joint_friction(
     robot: &Robot,
     limits: &[MotionLimits],
@@ -130,7 +131,7 @@ pub(super) fn joint_friction(
     notes: &mut Vec<String>,
 ) -> Vec<FrictionLaw> {
     let mut taken = Taken::default();
-    // G(v) = F v + Fs sign(v) + offset; each coefficient is from the file, or a share of the effort.
+    // Friction torque G(v) = F v + Fs sign(v) + offset. Each coefficient is from the file, or a share of the effort.
     let law = |(k, (limits, effort)): (usize, (&MotionLimits, &f64))| {
         let file = joint_of(robot, k).map(|j| j.friction).unwrap_or_default();
         let unit = LimitKind::Effort.unit(is_prismatic(robot, k));
@@ -150,7 +151,7 @@ pub(super) fn joint_friction(
             Some(_) => file.offset.unwrap_or(0.0),
             None => or(file.offset, OFFSET_SHARE_OF_COULOMB * coulomb, "offset of friction", unit.into()),
         };
-        // Dry friction is coulomb + offset for v > 0 and offset - coulomb for v < 0.
+        // Without viscous friction, G is coulomb + offset for v > 0 and offset - coulomb for v < 0.
         FrictionLaw::asymmetric(viscous, coulomb + offset, backward, offset - coulomb)
     };
     let laws = limits.iter().zip(effort).enumerate().map(law).collect();
@@ -158,7 +159,8 @@ pub(super) fn joint_friction(
     laws
 }
 
-/// The greatest effort of each drive, N m (N): from the file, or else enough for the greatest acceleration and gravity.
+/// The greatest effort of each drive, N m (N): from the robot's file, or else enough for the greatest acceleration and gravity.
+/// `effort`: torque for the greatest acceleration; `bias`: greatest gravity torque.
 pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes: &mut Vec<String>) -> Vec<f64> {
     let mut taken = Taken::default();
     let of = |(k, (effort, bias)): (usize, (&f64, &f64))| match robot.coordinates[k].limits.effort {
@@ -179,7 +181,7 @@ pub(super) fn greatest_effort(robot: &Robot, effort: &[f64], bias: &[f64], notes
     greatest
 }
 
-/// A default as text with three significant digits, or three decimals.
+/// A default value as text with three significant digits, or with few decimals.
 fn digits(x: f64) -> String {
     match x.abs() {
         size if size > 0.0 && size < 1e-3 => format!("{x:.2e}"),
@@ -194,8 +196,8 @@ mod tests {
     use crate::simulate::dynamics::Dynamics;
     use crate::simulate::setup::SimulationSetup;
 
-    /// Setup of an arm of two joints with inertias 1 and 4 kg m^2; `first` and `second` are further text of the joints in its
-    /// file.
+    /// Simulation setup of an arm of two joints with inertias 1 and 4 kg m^2. `first` and `second`: further text for the joints
+    /// in its file.
     fn setup(first: &str, second: &str) -> SimulationSetup {
         struct Two;
         impl Dynamics for Two {
@@ -226,8 +228,8 @@ mod tests {
         assert_eq!(stated.friction[1], FrictionLaw::asymmetric(0.2, 0.6, 0.2, -0.6));
         assert_eq!(stated.drives.greatest_torque, [50.0, 50.0]);
         let bare = setup("", "");
-        // Coulomb friction: 5 % of 1 * 30 and of 4 * 7.5. Viscous friction: half of that over 5 and 1.25. Effort: five times,
-        // plus three times gravity.
+        // Coulomb friction: 5 % of 1 * 30 and of 4 * 7.5. Viscous friction: half of that divided by 5 and by 1.25. Effort: five
+        // times A_kk a_max plus three times gravity.
         assert_eq!(
             bare.notes,
             [
@@ -243,7 +245,7 @@ mod tests {
                 "no greatest effort in the file, assumed: q1 150.0 N m, q2 156.0 N",
             ]
         );
-        // The mean of twenty equal inertias is one, up to rounding.
+        // The inertia is a mean over twenty equal inertias, so it is one only up to rounding.
         let expected = FrictionLaw::asymmetric(0.15, 1.5 + 0.075, 0.9 * 0.15, 0.075 - 1.5);
         for speed in [-1.0, 0.002, 2.0] {
             assert!((bare.friction[0].torque(speed, 0.0) - expected.torque(speed, 0.0)).abs() < 1e-14);

@@ -1,4 +1,4 @@
-//! The dynamics that a simulation needs: the inertia matrix, and the torque without acceleration.
+//! The dynamics that a simulation needs: the inertia matrix A, and the torque h without acceleration.
 //!
 //! tau = A(q) ddq + h(q, dq), without friction; h holds the centrifugal, Coriolis and gravity torques. They can be computed from
 //! any [`Regressor`] with parameter values X, because Y(q, dq, ddq) is linear in ddq: h = Y(q, dq, 0) X, and column k of A is
@@ -8,15 +8,15 @@ use linear_model::regressor::Regressor;
 
 use crate::motion::reference_motion::Reference;
 
-/// Gives the inertia matrix and the bias torque of a robot.
+/// Computes the inertia matrix and the bias torque (Coriolis, centrifugal, gravity) of a robot.
 pub trait Dynamics: Sync {
-    /// Number of coordinates.
+    /// Number of coordinates of the robot.
     fn n_coordinates(&self) -> usize;
 
     /// Writes the inertia matrix A (n x n, row by row, kg m^2) and the bias torque h (n entries, N m) at q (rad), dq (rad/s).
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]);
 
-    /// Writes A and h of several states (q, dq), one state after the other.
+    /// Writes the inertia matrix and the bias torque of several states (q, dq), one state after the other.
     fn fill_each(&self, states: &[(&[f64], &[f64])], inertia: &mut [f64], bias: &mut [f64]) {
         let n = self.n_coordinates();
         let room = inertia.chunks_exact_mut((n * n).max(1)).zip(bias.chunks_exact_mut(n.max(1)));
@@ -24,14 +24,14 @@ pub trait Dynamics: Sync {
     }
 }
 
-/// The dynamics that follow from a regressor and values of its base parameters.
+/// The dynamics computed from a regressor and values of its base parameters.
 pub struct RegressorDynamics<'a> {
     regressor: &'a dyn Regressor,
     parameters: Vec<f64>,
 }
 
 impl<'a> RegressorDynamics<'a> {
-    /// `parameters`: one value per column of the regressor; missing values count as zero.
+    /// Makes the dynamics. `parameters`: one value per column of the regressor; missing values count as zero.
     pub fn new(regressor: &'a dyn Regressor, mut parameters: Vec<f64>) -> RegressorDynamics<'a> {
         parameters.resize(regressor.parameters().len(), 0.0);
         RegressorDynamics { regressor, parameters }
@@ -49,11 +49,11 @@ impl Dynamics for RegressorDynamics<'_> {
         let mut ddq = vec![0.0; n];
         let row = |y: &[f64], i: usize| y[i * p..(i + 1) * p].iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
         self.regressor.fill(q, dq, &ddq, &mut y);
-        // h = Y(q, dq, 0) X.
+        // The bias torque is h = Y(q, dq, 0) X.
         for i in 0..n {
             bias[i] = row(&y, i);
         }
-        // Column k of A is Y(q, dq, e_k) X - h.
+        // Column k of the inertia matrix is Y(q, dq, e_k) X - h, with the unit vector e_k.
         for k in 0..n {
             ddq[k] = 1.0;
             self.regressor.fill(q, dq, &ddq, &mut y);
@@ -69,7 +69,7 @@ impl Dynamics for RegressorDynamics<'_> {
 /// Number of instants at which the dynamics are evaluated in one call.
 const INSTANTS_PER_CALL: usize = 64;
 
-/// The torque A(q) ddq + h(q, dq) along a reference, N m, `[coordinate][instant]`.
+/// The torque A(q) ddq + h(q, dq) along a reference motion, N m, as `[coordinate][instant]`.
 pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
     let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
     let (mut inertia, mut bias) = (vec![0.0; INSTANTS_PER_CALL * n * n], vec![0.0; INSTANTS_PER_CALL * n]);
@@ -93,7 +93,7 @@ pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> 
     found
 }
 
-/// The torque Y(q, dq, ddq) X at one instant, N m, one entry per coordinate; `parameters`: X.
+/// The torque Y(q, dq, ddq) X at one state, N m, one entry per coordinate; `parameters`: X.
 pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut y = vec![0.0; n * p];
@@ -101,7 +101,7 @@ pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f6
     y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
 }
 
-/// The torque Y X along a reference, N m, one series per coordinate; `parameters`: X.
+/// The torque Y X along a reference motion, N m, one series per coordinate; `parameters`: X.
 pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
     let n = reference.q.len();
     let mut series = vec![Vec::new(); n];
@@ -117,7 +117,7 @@ pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference
 pub(crate) mod tests {
     use super::*;
 
-    /// One mass on a rail; the number is its mass, kg.
+    /// A mass on a rail without gravity; the number is the mass, kg.
     pub(crate) struct Mass(pub(crate) f64);
 
     impl Dynamics for Mass {

@@ -1,4 +1,4 @@
-//! Experiments on a simulated robot.
+//! Simulates experiments: a robot with drives, controllers, friction and sensors.
 
 pub mod closed_loop;
 pub mod defaults;

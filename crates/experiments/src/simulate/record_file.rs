@@ -1,4 +1,4 @@
-//! Records as logs: a simulation writes the same files as a real machine.
+//! Converts records to logs and back, so that a simulation writes the same files as a real machine.
 //!
 //! The CSV has the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). If the values are torques, N m, the last columns
 //! are `tau_<coordinate>..` instead.
@@ -11,7 +11,7 @@ use crate::motion::record::Record;
 use crate::motion::trajectory_file::csv_header;
 
 impl Record {
-    /// The record as the text of a CSV log.
+    /// The record as the text of a CSV log. `effort`: whether the record has currents or torques.
     pub fn to_csv(&self, coordinates: &[String], effort: Effort) -> String {
         let letter = match effort {
             Effort::Current | Effort::PositionError => "i",
@@ -19,7 +19,7 @@ impl Record {
         };
         let mut text = csv_header(&["q", letter], coordinates);
         for i in 0..self.q.first().map_or(0, Vec::len) {
-            // Writing to a String cannot fail; 1e-7 rad and A are below the resolution of every sensor.
+            // Writing to a String cannot fail. Seven decimals suffice: 1e-7 rad and A are below the resolution of every sensor.
             let _ = write!(text, "{:.6}", i as f64 * self.sample_time);
             for x in self.q.iter().chain(&self.current) {
                 let _ = write!(text, ",{:.7}", x[i]);
@@ -29,7 +29,8 @@ impl Record {
         text
     }
 
-    /// The record as a log of torques that starts at 0 s. `gain`: N m per unit of the recorded current, one per coordinate.
+    /// The record as a log of torques that starts at 0 s. `gain`: torque per unit of the recorded current, N m/A, one per
+    /// coordinate.
     pub fn to_log(&self, name: &str, coordinates: &[String], gain: &[f64]) -> Log {
         let rows = self.q.first().map_or(0, Vec::len);
         let period = self.sample_time;
@@ -49,7 +50,7 @@ impl Record {
         }
     }
 
-    /// The record of a log, which must begin with the motion. Fails if the time steps of the log are not uniform.
+    /// The record of a log that starts with the motion. Fails if the time steps of the log are not uniform.
     pub fn from_log(log: &Log) -> Result<Record, Error> {
         if !log.report.clock.uniform {
             let message = format!(

@@ -1,4 +1,4 @@
-//! Runs simulated motions. Several motions run together: their A(q) and h(q, dq) are evaluated in one call.
+//! Runs several simulated motions together, so that their dynamics A(q) and h(q, dq) are evaluated in one call.
 //!
 //! Between two evaluations of the dynamics each motion advances by one stage; a step has four stages. The motions are
 //! independent: each result equals the result of a separate run, bit for bit.
@@ -11,20 +11,21 @@ use crate::simulate::closed_loop::{Law, Simulation, Steps, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
 use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
-/// Stages of Runge-Kutta 4: the weight of each stage, and the time of the next stage as a fraction of the step.
+/// Stages of Runge-Kutta 4: the weight of each stage in the sum, and the time of the next stage as a fraction of the step.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
-/// A motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
+/// A simulated motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
 const DIVERGENCE_BOUND: f64 = 1e6;
 
 impl Simulation<'_> {
-    /// Simulates the robot while it follows the reference; `feedforward[k][i]`, N m, is added to the torque of the controller.
+    /// Simulates the robot while it follows the reference. `feedforward[k][i]`, N m, is added to the controller's torque of
+    /// coordinate k at sample i.
     ///
     /// The record has no noise and is not rounded. It ends early if the motion is not physical.
     pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
         self.run_under(reference, self.law(reference, feedforward))
     }
 
-    /// Simulates the robot under another control law; gives the record, and how the motion ended.
+    /// Simulates the robot under another control law than its PD controllers; gives the record, and the reason for its end.
     pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
         let mut run = SimulationRun::new(self, reference, law);
         follow(self.dynamics, std::slice::from_mut(&mut run));
@@ -32,7 +33,7 @@ impl Simulation<'_> {
     }
 }
 
-/// Simulates all `runs` to their ends; all their simulations must have the dynamics `dynamics`.
+/// Simulates all `runs` to their ends. The simulations of all runs must have the dynamics `dynamics`.
 pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [SimulationRun]) {
     let n = dynamics.n_coordinates();
     let (mut inertia, mut bias) = (vec![0.0; runs.len() * n * n], vec![0.0; runs.len() * n]);
@@ -50,35 +51,35 @@ pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [SimulationRun]) {
     }
 }
 
-/// A simulated motion that waits for the next evaluation of its dynamics.
+/// A simulated motion that is suspended until the next evaluation of its dynamics.
 pub(crate) struct SimulationRun<'a> {
     simulation: &'a Simulation<'a>,
     reference: &'a Reference,
     law: Box<Law<'a>>,
     record: Record,
     stop: Option<Stop>,
-    /// Index of the sample, of the step in the sample, and of the stage in the step.
+    /// Index of the current sample, of the step in the sample, and of the stage in the step.
     at: (usize, usize, usize),
-    /// q and dq of the current stage, rad (m), s; `begin` has both at the beginning of the step.
+    /// Position q and velocity dq of the current stage, rad (m), s; `begin` has both at the start of the step.
     q: Vec<f64>,
     dq: Vec<f64>,
     begin: (Vec<f64>, Vec<f64>),
-    /// Weighted sums of the velocities and accelerations of the stages.
+    /// Weighted sums of the velocities and the accelerations of the stages so far (Runge-Kutta).
     sum_v: Vec<f64>,
     sum_a: Vec<f64>,
-    /// Number of steps per sample; `stiff`: data of the implicit step, `None` for Runge-Kutta.
+    /// Number of integration steps per sample; `stiff`: data of the implicit step, `None` for Runge-Kutta.
     steps: usize,
     stiff: Option<StiffStep>,
-    /// Torques until the next sample, N m, and their currents, A.
+    /// Drive torques that are constant until the next sample, N m, and their currents, A.
     tau: Vec<f64>,
     held: Vec<f64>,
-    /// Positions that the controller read last, and their filtered velocities.
+    /// Positions that the controller read at the last sample, and their filtered velocities.
     seen: Vec<f64>,
     velocity: Vec<f64>,
 }
 
 impl<'a> SimulationRun<'a> {
-    /// Starts at the first sample of the reference, with its velocity.
+    /// Starts a run at the first sample of the reference, with the velocity of that sample.
     pub(crate) fn new(simulation: &'a Simulation, reference: &'a Reference, law: Box<Law<'a>>) -> SimulationRun<'a> {
         let n = simulation.dynamics.n_coordinates();
         let first =
@@ -88,7 +89,7 @@ impl<'a> SimulationRun<'a> {
             Steps::RungeKutta(steps) => (steps, None),
             Steps::ImplicitFriction(steps) => (steps, Some(StiffStep::new(n))),
         };
-        // The first stage starts from the state of the step, so both are equal.
+        // The first stage starts from the state at the start of the step, so both states are equal.
         let mut run = SimulationRun {
             simulation,
             reference,
@@ -113,14 +114,14 @@ impl<'a> SimulationRun<'a> {
         run
     }
 
-    /// The record, and how the motion ended.
+    /// The record of the run, and the reason for its end.
     ///
     /// Panics if the motion has not ended.
     pub(crate) fn ended(self) -> (Record, Stop) {
         (self.record, self.stop.expect("the run was followed to its end"))
     }
 
-    /// The state (q, dq) at which the dynamics are needed next. `None` if the motion has ended.
+    /// The state (q, dq) at which the run next needs the dynamics. `None` if the motion has ended.
     fn asks(&self) -> Option<(&[f64], &[f64])> {
         self.stop.is_none().then_some((&self.q, &self.dq))
     }
@@ -146,7 +147,7 @@ impl<'a> SimulationRun<'a> {
             let limit = simulation.drives.greatest_torque[k];
             let torque = self.tau[k].clamp(-limit, limit);
             let current = torque / simulation.drives.gain[k];
-            // The record contains the mean of the currents before and after the sample.
+            // The record contains the mean of the currents before and after each sample.
             self.record.q[k].push(self.q[k]);
             self.record.current[k].push(if i == 0 { current } else { 0.5 * (self.held[k] + current) });
             self.held[k] = current;
@@ -154,11 +155,12 @@ impl<'a> SimulationRun<'a> {
         }
     }
 
-    /// Advances by one stage. A (n x n, row by row) and h belong to the state of [`SimulationRun::asks`]; both are overwritten.
+    /// Advances the motion by one stage. `inertia` A (n x n, row by row) and `bias` h belong to the state of
+    /// [`SimulationRun::asks`]; both are overwritten.
     fn take(&mut self, inertia: &mut [f64], bias: &mut [f64]) {
         let (sample, step, stage) = self.at;
         let free = bias;
-        // free = tau - h; the integrator adds friction.
+        // free = tau - h: drive torque minus bias torque. The integrator subtracts friction.
         free.iter_mut().zip(&self.tau).for_each(|(free, tau)| *free = tau - *free);
         let length = self.reference.sample_time / self.steps as f64;
         let went_on = match &mut self.stiff {
@@ -176,7 +178,7 @@ impl<'a> SimulationRun<'a> {
             self.at.2 = stage + 1;
             return;
         }
-        // A diverging loop ends as not physical.
+        // A diverging control loop ends the motion as not physical.
         if !self.q.iter().chain(&self.dq).all(|x| x.abs() < DIVERGENCE_BOUND) {
             return self.break_down();
         }
@@ -189,9 +191,10 @@ impl<'a> SimulationRun<'a> {
         }
     }
 
-    /// One stage of Runge-Kutta 4 in a step of `length` s; `free` is tau - h. Returns false if A is not positive definite.
+    /// One stage of Runge-Kutta 4 in a step of `length` s; `free`: drive torque minus bias torque, tau - h. Returns false if A is
+    /// not positive definite.
     fn runge_kutta(&mut self, stage: usize, length: f64, inertia: &mut [f64], free: &mut [f64]) -> bool {
-        // ddq = A^-1 (tau - h - G).
+        // ddq = A^-1 (tau - h - G), with the friction torque G.
         let ddq = free;
         for (k, ddq) in ddq.iter_mut().enumerate() {
             *ddq -= self.simulation.friction[k].torque(self.dq[k], self.tau[k]);
@@ -234,7 +237,7 @@ mod tests {
     use crate::simulate::closed_loop::{Drives, JointPd};
     use crate::simulate::defaults::POSITION_QUANTUM;
 
-    /// A hanging arm with a light flange at its end.
+    /// A hanging arm with a light flange at its end; the flange makes its friction stiff.
     struct ArmAndFlange;
 
     impl Dynamics for ArmAndFlange {
@@ -243,13 +246,13 @@ mod tests {
         }
 
         fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-            // The coupling is half of the greatest coupling for which A is positive definite.
+            // The coupling 0.007 is half of the greatest value for which the inertia matrix is positive definite.
             inertia.copy_from_slice(&[2.0, 0.007, 0.007, 1e-4]);
             bias.copy_from_slice(&[9.0 * q[0].sin() + 0.1 * dq[0] * dq[1], 1e-3 * q[1].sin()]);
         }
     }
 
-    /// Both joints swing in opposite directions.
+    /// A reference in which both joints swing in opposite directions.
     fn swing() -> Reference {
         let (kind, profile, centre) = (MotionKind::Inertial, Profile::Smooth, [0.0; 2]);
         let joints = MovingJoints { kind, fast: 0, slow: &[], centre: &centre };
@@ -269,8 +272,8 @@ mod tests {
         both
     }
 
-    /// The record under friction of 1 N m at the flange, with these steps or, for `None`, the steps of
-    /// [`Simulation::with_short_steps`]; also returns the steps.
+    /// The record of the arm under friction of 1 N m at the flange, and the integration steps. `steps`: given steps; `None`: the
+    /// steps that [`Simulation::with_short_steps`] selects.
     fn record(smoothing: f64, steps: Option<Steps>) -> (Record, Steps) {
         let reference = swing();
         let inertia = [2.0, 1e-4];
@@ -302,7 +305,7 @@ mod tests {
 
     #[test]
     fn steps_through_stiff_friction_are_of_second_order() {
-        // Friction is smooth enough that both methods converge regularly: half the step gives a quarter of the error.
+        // With this smoothing, friction is smooth enough that both methods converge: half the step gives a quarter of the error.
         let (exact, _) = record(1.0, Some(Steps::RungeKutta(64)));
         let error = |steps| apart(&record(1.0, Some(Steps::ImplicitFriction(steps))).0, &exact, 0);
         let (coarse, fine) = (error(16), error(32));
@@ -311,21 +314,21 @@ mod tests {
 
     #[test]
     fn a_light_flange_takes_few_steps_and_moves_as_in_many() {
-        // A slope of 190 N m s over 7.5e-5 kg m^2 needs 1260 Runge-Kutta steps per sample.
+        // A friction slope of 190 N m s over an inertia of 7.5e-5 kg m^2 needs 1260 Runge-Kutta steps per sample.
         let (many, _) = record(0.005, Some(Steps::RungeKutta(1300)));
         let (few, steps) = record(0.005, None);
         assert!(matches!(steps, Steps::ImplicitFriction(1..=4)), "{steps:?}");
         for k in 0..2 {
             let moved = many.q[k].iter().fold(0.0_f64, |most, q| most.max(q.abs()));
             let off = apart(&few, &many, k);
-            // The difference is below the resolution of any simulated encoder.
+            // The difference of the two methods is below the resolution of any simulated encoder.
             assert!(off < POSITION_QUANTUM && moved > 1000.0 * POSITION_QUANTUM, "{k}: {off:e} of {moved}");
         }
     }
 
     #[test]
     fn friction_that_is_hardly_stiff_stays_with_runge_kutta() {
-        // A slope of 1.4 N m s over 7.5e-5 kg m^2 needs 10 steps per sample.
+        // A friction slope of 1.4 N m s over an inertia of 7.5e-5 kg m^2 needs 10 Runge-Kutta steps per sample.
         let (_, steps) = record(1.0, None);
         assert!(matches!(steps, Steps::RungeKutta(9..=11)), "{steps:?}");
     }

@@ -1,13 +1,12 @@
-//! The data that a simulation or a plan needs in addition to the model: from the robot's file, or defaults if the file lacks
-//! them.
+//! The properties of a robot that a simulation or a plan needs in addition to the model: from the robot's file, or defaults.
 //!
 //! [`crate::simulate::defaults`] lists the defaults. Some have no note, because no file states them: controller of 10 Hz; encoder
 //! quantum of 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the greatest acceleration
 //! takes. Drive gains are one if the file has none; the code that computes currents adds the notes on them.
 //!
 //! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. The friction torque changes its sign over
-//! velocities of w = 0.005 rad/s. In this range a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta
-//! step is at most 2 / l long.
+//! velocities of w = 0.005 rad/s. In this range a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w (A: inertia
+//! matrix; Fs: dry friction). A Runge-Kutta step is at most 2 / l long.
 
 use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
@@ -23,17 +22,17 @@ use crate::simulate::defaults::{greatest_effort, joint_friction, joint_of, motio
 use crate::simulate::dynamics::{Dynamics, torques};
 use crate::simulate::run::{SimulationRun, follow};
 
-/// Computes the torque that a controller adds for a reference, N m, `[coordinate][instant]`.
+/// A function that computes the feedforward torque of a controller for a reference, N m, `[coordinate][instant]`.
 pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
 
-/// The properties of a simulated robot without its dynamics.
+/// The properties of a simulated robot, except its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
-    /// Limits of the motions, one per coordinate.
+    /// Limits of each coordinate from which motions are chosen.
     pub limits: Vec<MotionLimits>,
-    /// PD controllers, tuned to the robot's inertia.
+    /// PD controllers of all joints, tuned to the robot's inertia.
     pub controller: JointPd,
-    /// Whether the controllers have a model of the robot; then they add A(q) ddq + h(q, dq) of the reference to their torques.
+    /// Whether the controllers have a model of the robot. If so, they add the torques A(q) ddq + h(q, dq) of the reference.
     pub knows_robot: bool,
     /// Gains and limits of the drives.
     pub drives: Drives,
@@ -41,29 +40,31 @@ pub struct SimulationSetup {
     pub sensing: Sensors,
     /// Friction law of each joint.
     pub friction: Vec<FrictionLaw>,
-    /// Sentences on the defaults that were used.
+    /// Sentences for the user on the defaults that were used.
     pub notes: Vec<String>,
 }
 
-/// Greatest ratio of the inertia to which a controller is tuned to the inertia of the robot. With 1 kHz and a velocity filter of
-/// 15 bandwidths, the sampled loop has a phase margin of 34 degrees at the ratio 7, of 22 at 10, and is unstable at 18.2.
+/// Greatest ratio of the inertia to which a controller is tuned to the true inertia of the robot. With 1 kHz and a velocity
+/// filter of 15 bandwidths, the sampled loop has a phase margin of 34 degrees at the ratio 7, of 22 at 10, and is unstable at
+/// 18.2.
 const MAX_LIGHTNESS: f64 = 7.0;
-/// Number of random poses from which the inertia of the joints is computed.
+/// Number of random poses over which the inertia of the joints is averaged.
 const INERTIA_POSES: usize = 20;
 /// Pole of the velocity filter as a multiple of the controller's bandwidth.
 const FILTER_POLE_BANDWIDTHS: f64 = 15.0;
-/// Standard deviation of the position noise as a share of the encoder quantum.
+/// Standard deviation of the simulated position noise as a share of the encoder quantum.
 const POSITION_NOISE_QUANTA: f64 = 0.5;
-/// Standard deviation of the torque noise as a share of the effort A_kk a_max.
+/// Standard deviation of the simulated torque noise as a share of A_kk a_max; A_kk: mean inertia, a_max: greatest acceleration.
 const TORQUE_NOISE_SHARE: f64 = 0.01;
 /// Least number of Runge-Kutta steps per sample of the controller.
 const RUNGE_KUTTA_STEPS: usize = 2;
-/// Relative tolerance for the rounding of a sample time.
+/// Relative tolerance for rounding when a sample time is divided by the control period.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-9;
-/// Longest sample time of the controller, s.
+/// Longest sample time of the simulated controller, s.
 pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 
-/// A(q) at random poses within the limits, and for each joint the greatest |h_k(q, 0)| at these poses, N m.
+/// Inertia matrices at random poses within the limits, and for each joint the greatest gravity torque |h_k(q, 0)| at these poses,
+/// N m.
 fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
     let n = limits.len();
     let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
@@ -77,7 +78,8 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
     (matrices.collect(), bias)
 }
 
-/// The inertia J_k to which the controller of each joint is tuned, and a note if it is not the mean A_kk.
+/// The inertia J_k to which the controller of each joint k is tuned, and a note if it is not the mean A_kk. `matrices`: inertia
+/// matrices A at random poses; `mean`: mean A_kk.
 ///
 /// The mean A_kk is the inertia of the joint with the other joints locked. If the joints are coupled so strongly that the loop
 /// would oscillate, the least 1 / (A^-1)_kk is used: the inertia with the other joints free.
@@ -97,8 +99,8 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     }
 }
 
-/// The greatest ratio of J to the inertia of the robot over all directions: the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero if A
-/// is not positive definite; the simulation reports that case.
+/// Greatest ratio of `inertia` J, to which controllers are tuned, to the inertia matrix `a` of the robot, over all directions:
+/// the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero if A is not positive definite; the simulation reports that case.
 fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
     let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / (inertia[i] * inertia[j]).sqrt());
     let least = if scaled.iter().all(|x| x.is_finite()) { scaled.symmetric_eigenvalues().min() } else { 0.0 };
@@ -106,11 +108,11 @@ fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
 }
 
 impl SimulationSetup {
-    /// Makes the setup of a robot with these dynamics.
+    /// Makes the simulation setup of a robot with these dynamics.
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
-        // Mean A_kk over random poses; several defaults are shares of the effort A_kk a_max.
+        // Mean inertia A_kk over random poses. Several defaults are shares of the effort A_kk a_max.
         let (matrices, bias) = sampled(dynamics, &limits);
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
@@ -118,7 +120,7 @@ impl SimulationSetup {
         let gains = (0..n).map(|k| joint_of(robot, k).and_then(|j| j.drive_gain).unwrap_or(1.0)).collect();
         let friction = joint_friction(robot, &limits, &effort, &mut notes);
         let greatest_torque = greatest_effort(robot, &effort, &bias, &mut notes);
-        // The controller is tuned to the inertia that each joint effectively has.
+        // The controllers are tuned to the inertia that each joint effectively has.
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();
         notes.extend(note);
@@ -138,10 +140,10 @@ impl SimulationSetup {
         }
     }
 
-    /// Simulates motions; gives each record, at the rate of its reference, and how the motion ended. The motions run together,
+    /// Simulates motions; gives each record, at the rate of its reference, and the reason for its end. The motions run together,
     /// with one call of the dynamics per stage; each record equals the record of a separate run, bit for bit.
     pub fn records(&self, dynamics: &dyn Dynamics, asked: &[SimulatedMotion]) -> Vec<(Record, Stop)> {
-        // The tolerance covers the rounding of a rate of 1 kHz.
+        // Number of controller periods per sample of the reference; the tolerance covers the rounding of a rate of 1 kHz.
         let parts = |asked: &SimulatedMotion| {
             (asked.reference.sample_time / MAX_CONTROL_PERIOD_S - SAMPLE_TIME_TOLERANCE).ceil().max(1.0) as usize
         };
@@ -187,9 +189,9 @@ pub struct SimulatedMotion<'a> {
     /// The commanded motion.
     pub reference: &'a Reference,
     /// Computes the feedforward torque, N m `[coordinate][instant]`, for the reference at the rate of the controller. `None`: the
-    /// controller adds the torques of its own model, if it has one.
+    /// controller uses the torques of its own model, if it has one.
     pub feedforward: Option<&'a Feedforward<'a>>,
-    /// Seed of the noise and index of its random stream. `None`: no noise.
+    /// Seed of the sensor noise and index of its random stream. `None`: no noise.
     pub noise: Option<(u64, u64)>,
 }
 
@@ -198,8 +200,8 @@ mod tests {
     use super::*;
     use crate::simulate::dynamics::tests::Mass;
 
-    /// Distance of a mass of 1 kg from its goal, one second after a step of 1, if the controller is tuned to the mass
-    /// `lightness`.
+    /// Greatest distance of a mass of 1 kg from its goal, from one second after a step of 1, if the controller is tuned to the
+    /// mass `lightness`, kg.
     fn left(lightness: f64) -> f64 {
         let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         let simulation = Simulation {
@@ -230,8 +232,8 @@ mod tests {
     fn the_loop_settles_up_to_the_lightness_it_is_made_for() {
         // The slowest pole of the sampled loop decays by 0.962 per sample, to 1e-17 after a second.
         assert!(left(MAX_LIGHTNESS) < 1e-12, "{}", left(MAX_LIGHTNESS));
-        // At 18.2 a pole leaves the unit circle. Above it, the torque switches between its limits: amplitude 1e5 / (2 pi 186
-        // Hz)^2.
+        // At the ratio 18.2 a pole of the loop leaves the unit circle. Above it, the torque switches between its limits:
+        // amplitude 1e5 / (2 pi 186 Hz)^2.
         assert!(left(17.0) < 1e-6, "{}", left(17.0));
         assert!(left(19.0) > 0.05, "{}", left(19.0));
     }

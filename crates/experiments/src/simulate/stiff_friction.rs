@@ -1,41 +1,41 @@
-//! An integration step with stiff friction: implicit in friction, explicit in all other torques.
+//! One integration step for stiff friction: implicit in friction, explicit in all other torques.
 //!
-//! A(q) dv/dt = (tau - h(q, v)) - G(v). A flange of 1e-4 kg m^2 with a friction of 1 N m loses a small velocity within a
-//! microsecond, so Runge-Kutta would need hundreds of steps per sample. The method ARS(2, 2, 2) is of second order and evaluates
-//! the dynamics four times per step, like Runge-Kutta 4 (Ascher, Ruuth, Spiteri, Applied Numerical Mathematics 25, 1997, section
-//! 2.6).
+//! A(q) dv/dt = (tau - h(q, v)) - G(v); A: inertia matrix, h: bias torque, G: friction. A flange of 1e-4 kg m^2 with a friction
+//! of 1 N m loses a small velocity within a microsecond, so Runge-Kutta would need hundreds of steps per sample. The method
+//! ARS(2, 2, 2) is of second order and evaluates the dynamics four times per step, like Runge-Kutta 4 (Ascher, Ruuth, Spiteri,
+//! Applied Numerical Mathematics 25, 1997, section 2.6).
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
 
-/// Time of the middle stage as a fraction of the step: 1 - 1 / sqrt(2).
+/// gamma of ARS(2, 2, 2): time of the middle stage as a fraction of the step, 1 - 1 / sqrt(2).
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-/// Weight of the first stage in the explicit part, 1 - 1 / (2 gamma).
+/// delta of ARS(2, 2, 2): weight of the first stage in the explicit part, 1 - 1 / (2 gamma).
 const DELTA: f64 = 1.0 - 0.5 / GAMMA;
-/// Greatest number of Newton steps in the search of a velocity; after that it fails.
+/// Greatest number of Newton steps in the solution for a velocity; after that the solution fails.
 const MAX_NEWTON_STEPS: usize = 100;
-/// Greatest number of bisections in a Newton step; they find the kink of a friction law.
+/// Greatest number of bisections that shorten one Newton step; they find the kink of a friction law.
 const MAX_BISECTIONS: usize = 60;
 /// The velocity has converged if the next Newton step is shorter than this, rad/s (m/s).
 const CONVERGED_NEWTON_STEP: f64 = 1e-10;
-/// A Newton step is accepted if the slope at its end is at most this share of the slope at its start.
+/// A Newton step is accepted if the slope of the minimised function at its end is at most this share of the slope at its start.
 const ACCEPTED_SLOPE_RATIO: f64 = 0.1;
 
-/// Intermediate results of a step: accelerations of its stages, rad/s^2 (m/s^2).
+/// Intermediate results of one integration step: accelerations of its stages, rad/s^2 (m/s^2).
 pub(crate) struct StiffStep {
-    /// A^-1 (tau - h) at the beginning of the step.
+    /// Acceleration without friction at the start of the step, A^-1 (tau - h).
     at_begin: Vec<f64>,
-    /// Acceleration by friction at the middle stage, - A^-1 G.
+    /// Acceleration by friction alone at the middle stage, - A^-1 G.
     stopping: Vec<f64>,
 }
 
-/// Friction laws, torques and length of a step.
+/// Friction laws, drive torques and length of one integration step.
 pub(crate) struct FrictionLoad<'a> {
     /// The friction law of each coordinate.
     pub friction: &'a [FrictionLaw],
     /// Torques of the drives, N m (N).
     pub tau: &'a [f64],
-    /// Length of the step, s.
+    /// Length of the integration step, s.
     pub length: f64,
 }
 
@@ -44,9 +44,9 @@ impl StiffStep {
         StiffStep { at_begin: vec![0.0; n], stopping: vec![0.0; n] }
     }
 
-    /// Advances by evaluation number `stage` (0 to 3). A (n x n, row by row) and tau - h belong to the state (q, v), which
-    /// becomes the state of the next evaluation, or of the end of the step. Returns false if A is not positive definite or no
-    /// velocity was found.
+    /// Advances by evaluation number `stage` (0 to 3) of a step. `inertia` A (n x n, row by row) and `free` = tau - h belong to
+    /// the state (q, v), which becomes the state of the next evaluation, or of the end of the step. Returns false if A is not
+    /// positive definite or no velocity was found.
     pub(crate) fn take(
         &mut self,
         stage: usize,
@@ -57,7 +57,7 @@ impl StiffStep {
     ) -> bool {
         let (n, h, (q0, v0)) = (q.len(), felt.length, begin);
         match stage {
-            // Explicit part up to the middle stage: q0 + gamma h v0, v0 + gamma h A^-1 (tau - h).
+            // Explicit part up to the middle stage: q0 + gamma h v0 and v0 + gamma h A^-1 (tau - h); h: length of the step.
             0 => {
                 if !solve_positive(inertia, free) {
                     return false;
@@ -70,7 +70,7 @@ impl StiffStep {
                 true
             }
             1 => {
-                // Implicit part at the middle stage; its acceleration is - A^-1 G.
+                // Implicit part at the middle stage. The acceleration by friction is - A^-1 G.
                 let without = v.to_vec();
                 let found = slowed(inertia, felt, v0, v);
                 for k in 0..n {
@@ -82,7 +82,7 @@ impl StiffStep {
                 if !solve_positive(inertia, free) {
                     return false;
                 }
-                // Explicit part of the end, with weights delta and 1 - delta for the two stages.
+                // Explicit part up to the end of the step, with weights delta and 1 - delta for the two stages.
                 for k in 0..n {
                     q[k] = q0[k] + h * (DELTA * v0[k] + (1.0 - DELTA) * v[k]);
                     let explicit = DELTA * self.at_begin[k] + (1.0 - DELTA) * free[k];
@@ -95,8 +95,8 @@ impl StiffStep {
     }
 }
 
-/// Applies friction during gamma h to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's method from
-/// `near`.
+/// Applies friction during gamma times the step to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's
+/// method from `near`.
 ///
 /// The solution minimises 1/2 (v' - v)' A (v' - v) + gamma h integral G, which is convex. Each Newton step is shortened until
 /// this function decreases. Returns false if A is not positive definite, or without convergence.
@@ -120,7 +120,7 @@ fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> 
             return false;
         }
         let turned: Vec<f64> = (0..n).map(|k| times(&step, k)).collect();
-        // The slope of this function along the step.
+        // The slope of the minimised function at the share `share` of the Newton step.
         let slope = |share: f64| -> f64 {
             let at = |k: usize| {
                 let friction = felt.friction[k].torque(v[k] + share * step[k], felt.tau[k]);
@@ -138,8 +138,8 @@ fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> 
     false
 }
 
-/// The share of a step, in (0, 1], at which the slope along the step is at most a tenth of the initial slope. The slope increases
-/// along the step, and is negative at its start.
+/// The share of a Newton step, in (0, 1], at which the slope along the step is at most a tenth of the initial slope. `slope`
+/// increases along the step, and is negative at its start.
 fn as_far_as_it_descends(slope: impl Fn(f64) -> f64) -> f64 {
     let enough = ACCEPTED_SLOPE_RATIO * slope(0.0).abs();
     let (mut low, mut high) = (0.0, 1.0);

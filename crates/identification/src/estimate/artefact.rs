@@ -1,5 +1,5 @@
-//! The artefact `Estimate`: identified parameters with their standard deviations, residuals, and combinations of parameters
-//! that are not identifiable.
+//! Holds the artefact `Estimate` (estimate.yaml): identified parameters with standard deviations, residuals, and the
+//! combinations of parameters that are not identifiable.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -26,24 +26,25 @@ pub struct Estimate {
     /// Fingerprint (hash) of the base regressor that the estimate was made with; `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
-    /// Options that changed how the description of the robot was read; `None` without options.
+    /// Options for reading the robot description (values of symbols, arguments of xacro); `None` if there were none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
-    /// The estimation method in words.
+    /// Name of the estimation method, for reports.
     pub method: String,
     /// Names of the fitted log files, as the user gave them.
     pub logs: Vec<String>,
-    /// The estimated parameters in this order: base parameters, friction, couplings, drive gains.
+    /// The estimated parameters. First the base parameters, then friction, couplings, drive gains.
     pub parameters: Vec<Identified>,
-    /// Residuals of the torques, one per coordinate.
+    /// Residual of the torque of each joint, one entry per coordinate.
     pub joints: Vec<JointResidual>,
     /// Relative error |tau - W X| / |tau| over all joints; `None` if no torques were fitted.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub total: Option<f64>,
-    /// Relative error of cross-validation: each tenth of the record (for a plan: each experiment) is predicted by parameters
-    /// that are fitted to the others.
+    /// Relative error |tau - W X| / |tau| of cross-validation: each tenth of the record is predicted by parameters that are
+    /// fitted to the other tenths. For a plan, experiments are left out instead of tenths. `None` if not computed.
     pub cross_validation: Option<f64>,
-    /// Relative error of each tenth of the record in cross-validation, in the order of time, log after log.
+    /// Relative error of each tenth of the record in cross-validation, in the order of time, log after log; empty if not
+    /// computed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tenths: Vec<f64>,
     /// Condition number of the regressor W with columns scaled to unit norm; `None` if the method has no such matrix.
@@ -52,17 +53,17 @@ pub struct Estimate {
     /// Whether an iterative method converged; `None` for methods without iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
-    /// Chi^2 of RIST-MH, divided by (rows - unknowns). Its noise is measured between the periods of the motion; `None` if it was
-    /// not measured.
+    /// Chi^2 per degree of freedom (rows - unknowns) of the method RIST-MH. The noise of a row is measured from the
+    /// differences between periods of the motion. `None` for other methods, or without such a measurement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
-    /// Errors of predicted torques due to the covariance, one entry per use; for a plan, errors of the torques of the
-    /// bodies.
+    /// Errors of predicted torques that follow from the covariance of the parameters, one entry per use (gravity
+    /// compensation, feedforward). For a plan: errors of the rigid-body torques, without friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torque_errors: Vec<TorqueError>,
-    /// Number of parameters, or combinations of them, that the data determine.
+    /// Rank: number of linear combinations of the parameters that the data determine.
     pub rank: usize,
-    /// Combinations of parameters that the data determine least, the weakest first.
+    /// Linear combinations of parameters with the smallest singular values (least determined), the smallest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub directions: Vec<Direction>,
     /// Number of rows (equations) of all joints together.
@@ -70,24 +71,29 @@ pub struct Estimate {
     /// Cut-off of the low-pass filter, Hz; `None` if nothing was filtered.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub cutoff: Option<f64>,
-    /// Sentences for the user on parameters that are not identifiable, and on the data.
+    /// Sentences for the user on the data, and on parameters that are not identifiable.
     pub remarks: Vec<String>,
-    /// Sentences on evidence against the model. If there is one, the verdict is not yes.
+    /// Sentences on evidence against the model; empty without. If there is one, the trust in the estimate is at most "with
+    /// care".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
-    /// Reasons not to use the estimate, if the verdict of its identification was no; otherwise empty.
+    /// Reasons not to use the estimate, from the verdict of its identification; empty if the verdict was not "no".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refusal: Vec<String>,
-    /// The options of the identification, needed to predict other logs in the same way; `None` for estimates of experiments.
+    /// Options of the identification; other logs are prepared with the same options before they are predicted. `None` for an
+    /// estimate from experiments of a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Options>,
-    /// Covariance matrix sigma_i sigma_j rho_ij by rows, in the order of `parameters`; empty if not requested.
+    /// Covariance matrix of the parameters, sigma_i sigma_j rho_ij, row by row, in the order of `parameters`; empty if not
+    /// requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Whether the checksum in the file matches its text, so whether the file is unchanged since rist wrote it.
+    /// Result of comparing the checksum in the file with the text of the file. It shows whether the file was changed after
+    /// rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters, written on the last line of the file: a file without it was cut short. `None` in memory.
+    /// Number of parameters. It stands on the last line of the file, so its absence shows that the file was cut short. `None`
+    /// in memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
@@ -98,8 +104,9 @@ impl Estimate {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Inflates the standard deviation sigma of each parameter c to sqrt(sigma^2 + shift(c)^2), `shift(c)` in the unit of
-    /// the parameter. Row and column c of the covariance grow by the same factor, so correlations do not change.
+    /// Adds a possible change of each parameter c to its standard deviation: sigma becomes sqrt(sigma^2 + shift(c)^2).
+    /// `shift(c)`: the change, in the unit of the parameter. Row and column c of the covariance are multiplied by the same
+    /// factor, so correlations do not change.
     pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
@@ -117,8 +124,8 @@ impl Estimate {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
-    /// Factor by which variances computed for white noise are too small: the median over the parameters of (sigma / white
-    /// sigma)^2, at least 1.
+    /// Factor by which correlated residuals make variances larger than the variances for white noise: the median over the
+    /// parameters of (sigma / white sigma)^2, at least 1.
     pub fn discount(&self) -> f64 {
         let ratio = |p: &Identified| Some((p.sigma? / p.white_sigma?).powi(2)).filter(|r| r.is_finite());
         let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
@@ -126,7 +133,8 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The value of a parameter that is used to predict torques; `None` if the parameter is not part of the estimate.
+    /// The value of a parameter to use in torque predictions, also if it is not identifiable; `None` if it is not in the
+    /// estimate.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
@@ -137,14 +145,14 @@ impl Estimate {
         artefact::write(ArtefactKind::Estimate, self.checksum, &whole).map_err(Error::new)
     }
 
-    /// Reads an estimate from the text of estimate.yaml. `file`: its name, for error messages.
+    /// Reads an estimate from `text`, the content of estimate.yaml. `file`: name of the file, for error messages.
     ///
-    /// Fails if a line does not belong to an estimate, if the file is cut short, if a parameter stands twice, or if a number
+    /// Fails if a line does not belong to an estimate, if the file was cut short, if a parameter occurs twice, or if a number
     /// is not valid (NaN, infinite, negative sigma).
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let mut estimate: Estimate = artefact::read(ArtefactKind::Estimate, text).map_err(at)?;
-        // The count is in the last line, so a file that was cut short has no count.
+        // `parameter_count` is on the last line, so a file that was cut short does not contain it.
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
@@ -180,17 +188,17 @@ impl Estimate {
     }
 }
 
-/// Valid cut-off frequencies of the low-pass filter of a log, Hz.
+/// Accepted range of the cut-off frequency of the low-pass filter, Hz.
 const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
-/// Reads an optional number of an estimate file. Zero becomes `None`, because older files have 0 for an absent number.
+/// Reads an optional number from an estimate file. Zero becomes `None`, because older files contain 0 for an absent number.
 pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Number of decimals to print of a value: at least five, enough for two digits of sigma, or for three digits of the value
-/// if sigma is 0. (The parameters of a robot below 1 kg would otherwise all print as zero.) A value has at most six
-/// significant digits, or more if its sigma needs them.
+/// Number of decimals with which a value is printed: at least five. There are more if two digits of sigma need more, or,
+/// without sigma, three digits of the value (parameters of small robots are small). The value has at most six significant
+/// digits, unless sigma needs more.
 fn decimals(sigma: f64, value: f64) -> usize {
     let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {
@@ -202,7 +210,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Least number of decimals of a printed value, unless that exceeds `MOST_VALUE_DIGITS`.
+/// Least number of decimals of a printed value. There are fewer only if the value would get more than `MOST_VALUE_DIGITS`
+/// digits.
 const USUAL_DECIMALS: usize = 5;
 /// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;
@@ -233,7 +242,7 @@ impl fmt::Display for Estimate {
                 Status::Weak => "  (weak: little motion decides it)",
                 Status::Identified | Status::NotIdentifiable | Status::Given => "",
             };
-            // A value of zero has no relative standard deviation.
+            // A parameter with the value zero has no relative standard deviation.
             let share = p.relative_sigma.map_or("-".into(), |share| format!("{share:.2}"));
             writeln!(f, "  {share:>9}  {}{status}", p.unit)?;
         }

@@ -1,15 +1,14 @@
-//! Autocorrelation of the residual e of each joint: a long autocorrelation time shows that the residual is not noise.
+//! Autocorrelation of the residual of each joint. A long autocorrelation time shows that the residual is not only noise.
 //!
-//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2 for joint j, row r and lag l. Each sum is over the pairs of used rows, and is
-//! divided by their number. The autocorrelation time (memory) is the area below rho up to its first zero. White noise after
-//! the zero-phase low-pass of order four with cut-off f_c has the density (1 + (f/f_c)^8)^-2, and hence a memory of
-//! 0.320/f_c. A residual with a much longer memory contains an effect that the model lacks. For other orders of the filter
-//! the constant 0.320 differs by a tenth.
+//! For joint j with residuals e_r (row r) and lag l in samples, over all pairs of used rows: rho_j(l) = mean(e_r e_(r-l)) /
+//! mean(e_r^2). The autocorrelation time (memory), s, is the area below rho_j up to its first zero.
 //!
-//! With robust weights w, e is sqrt(w) times the residual. Rows of weight zero are not used.
+//! White noise after the zero-phase low-pass of order four with cut-off f_c, Hz, has the power density (1 + (f/f_c)^8)^-2,
+//! and therefore a memory of 0.320/f_c. (For other orders of the filter the constant differs by a tenth.) A much longer
+//! memory shows that the model lacks an effect.
 //!
-//! Units: e in N m (N), l in samples, memory in s. The effect of correlated residuals on standard deviations is computed
-//! elsewhere (`estimators::replicate_deviation`).
+//! With robust weights w of the rows, e is sqrt(w) times the residual, N m (N); rows of weight zero are not used. Standard
+//! deviations for correlated residuals are computed in `estimators::replicate_deviation`.
 
 use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
@@ -22,18 +21,18 @@ use crate::rows::residual_sums::ResidualSum;
 /// Largest lag of the autocorrelation, samples.
 const LARGEST_LAG_SAMPLES: usize = 200;
 
-/// A lag is used if it has at least 1/4 of the pairs of lag 0.
+/// The autocorrelation at a lag is used if the lag has at least 1/4 of the row pairs that lag 0 has.
 const LEAST_PAIRS_DIVISOR: usize = 4;
 
-/// Autocorrelation time of filtered white noise times the cut-off frequency.
+/// Autocorrelation time of white noise after a low-pass of order four, times the cut-off frequency of this low-pass.
 pub const NOISE_MEMORY_PERIODS: f64 = 0.320;
 
-/// Autocorrelation rho of white noise after a low-pass with this cut-off, Hz, at lag `t`, s.
+/// Autocorrelation (-1 to 1) at lag `t`, s, of white noise after the zero-phase low-pass of order four with this cut-off, Hz.
 pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     const FREQUENCY_STEPS: usize = 200;
     let (mut whole, mut turned) = (0.0, 0.0);
     for i in 0..FREQUENCY_STEPS {
-        // The density is negligible beyond twice the cut-off.
+        // f: frequency divided by the cut-off. The power density is negligible beyond f = 2.
         let f = 2.0 * (i as f64 + 0.5) / FREQUENCY_STEPS as f64;
         let density = (1.0 + f.powi(8)).powi(-2);
         whole += density;
@@ -42,12 +41,12 @@ pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     turned / whole
 }
 
-/// Sums of products e_r e_(r-lag) of the residual of one joint.
+/// Sums of products e_r e_(r-lag) of the residuals e_r of one joint (r: row), one sum per lag.
 #[derive(Clone, Debug)]
 struct Products {
     /// The sum of products at each lag 0, 1, .. samples.
     sums: Vec<f64>,
-    /// The number of pairs in each sum.
+    /// Number of row pairs in each sum.
     pairs: Vec<usize>,
 }
 
@@ -55,7 +54,7 @@ struct Products {
 #[derive(Clone, Debug)]
 pub struct Autocorrelation {
     joints: Vec<Products>,
-    /// Time between successive rows, s.
+    /// Time between successive rows of a record, s.
     period: f64,
     /// The residuals of the current record, one series per joint, N m (N); NaN if a row is not used.
     record: Vec<Vec<f64>>,
@@ -63,15 +62,15 @@ pub struct Autocorrelation {
 }
 
 impl Autocorrelation {
-    /// An empty autocorrelation for this number of joints. `robust`: robust weights of the rows; `None` if all rows have
-    /// equal weight.
+    /// Creates empty sums for this number of joints. `robust`: robust weights of the rows; `None` if all rows have equal
+    /// weight.
     pub fn new(joints: usize, robust: Option<Robust>) -> Autocorrelation {
         let none = Products { sums: vec![0.0; LARGEST_LAG_SAMPLES + 1], pairs: vec![0; LARGEST_LAG_SAMPLES + 1] };
         Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints], robust }
     }
 
-    /// Adds the residuals of a record, one series per joint, N m (N), with samples `period` s apart. NaN marks a row that is
-    /// not used.
+    /// Adds the residuals of a record: one series per joint, N m (N), with a sample every `period` seconds. NaN marks a row
+    /// that is not used.
     pub(crate) fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
@@ -94,12 +93,12 @@ impl Autocorrelation {
         }
     }
 
-    /// The autocorrelation of joint j as pairs (lag in s, rho) at lags of 0, 1, .. samples; empty if the residual is zero or
-    /// absent.
+    /// The autocorrelation rho of the residual of joint j, as pairs (lag in s, rho) at lags of 0, 1, .. samples. Empty if the
+    /// residual is zero or absent.
     pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
         let products = &self.joints[j];
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
-        // At lags with too few pairs the mean is too uncertain.
+        // A mean over too few row pairs is too uncertain.
         let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / LEAST_PAIRS_DIVISOR;
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
@@ -110,8 +109,8 @@ impl Autocorrelation {
             .collect()
     }
 
-    /// Autocorrelation time of the residual of joint j, s: the area below rho up to its first zero or the last lag, by the
-    /// trapezoidal rule. `None` without a residual.
+    /// Autocorrelation time of the residual of joint j, s: the area below its autocorrelation up to the first zero or the
+    /// last lag, by the trapezoidal rule. `None` without a residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {
@@ -128,7 +127,8 @@ impl Autocorrelation {
         Some(area)
     }
 
-    /// Half width of the 95 % interval in which rho of joint j lies if its residual is white noise.
+    /// Half width of the 95 % band around zero for the autocorrelation of joint j: if the residual is white noise, 95 % of
+    /// the values are inside.
     pub fn band(&self, j: usize) -> f64 {
         INTERVAL / (self.joints[j].pairs[0].max(1) as f64).sqrt()
     }
@@ -139,7 +139,7 @@ impl ResidualSum for Autocorrelation {
         let n = model.n();
         for (j, (record, residuals)) in self.record.iter_mut().zip(group.residuals).enumerate() {
             let factor = |e: f64| row_factor(self.robust.as_ref(), j, e);
-            // A row of weight zero is treated as absent.
+            // A row of weight zero is treated as not used.
             let counting = |e: f64| Some(factor(e) * e).filter(|_| factor(e) > 0.0).unwrap_or(f64::NAN);
             let of = |(r, e): (usize, &f64)| if group.states.used[r * n + j] { counting(*e) } else { f64::NAN };
             record.extend(group.samples.clone().zip(residuals).map(of));
@@ -170,8 +170,8 @@ mod tests {
         found.memory(0).unwrap()
     }
 
-    /// The memory of filtered noise equals the constant `NOISE_MEMORY_PERIODS`. The memory of a process with rho = a^l is
-    /// -1/ln a samples.
+    /// The memory of filtered white noise equals `NOISE_MEMORY_PERIODS` divided by the cut-off. The memory of an
+    /// autoregressive process with the autocorrelation a^l at lag l is -1/ln a samples.
     #[test]
     fn noise_and_slow_processes_have_the_memory_they_should() {
         let mut random = Random::new(3);
@@ -179,17 +179,18 @@ mod tests {
         let (rate, cutoff) = (1000.0, 20.0);
         let filter = Butterworth::low_pass(4, cutoff, rate).unwrap();
         let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
-        // 40000 rows contain about 1600 independent ones.
+        // Tolerance: because of the filter, 40000 rows contain about 1600 independent ones.
         let found = memory(filtered, 1.0 / rate) * cutoff;
         assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
-        // `NOISE_MEMORY_PERIODS` equals the area below the curve up to its first zero, within the width of a strip.
+        // `NOISE_MEMORY_PERIODS` equals the area below the theoretical curve up to its first zero, up to one integration
+        // step.
         let strips = (0..).map(|i| filtered_noise(cutoff, 1e-5 * f64::from(i))).take_while(|rho| *rho > 0.0);
         let area: f64 = strips.map(|rho| 1e-5 * rho).sum();
         assert!((area * cutoff / NOISE_MEMORY_PERIODS - 1.0).abs() < 2e-3, "{area}");
         let a = 0.95f64;
         let mut slow = vec![0.0];
         white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));
-        // 40000 rows contain about a thousand independent ones.
+        // Tolerance: because of the correlation, 40000 rows contain about a thousand independent ones.
         assert!((memory(slow, 1.0) * -a.ln() - 1.0).abs() < 0.2);
         assert!(memory(white, 1.0) < 1.0);
     }
@@ -200,7 +201,7 @@ mod tests {
         let mut found = Autocorrelation::new(2, None);
         found.add_record(&[e, vec![f64::NAN; 400]], 0.1);
         let (t, rho) = found.of_joint(0)[2];
-        // Tolerance: rounding of a transform of a thousand samples.
+        // Tolerance: rounding of a Fourier transform of a thousand samples.
         assert!(t == 0.2 && (rho - 1.0).abs() < 1e-12, "{t} {rho}");
         // A constant has rho = 1 up to the last lag, at 20 s.
         assert!((found.memory(0).unwrap() - 20.0).abs() < 1e-10);

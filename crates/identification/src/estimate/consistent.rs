@@ -1,11 +1,13 @@
-//! Finds physically consistent parameters from logs. This is the entry point to the solver `estimators::consistent`.
+//! Finds physically consistent parameters from logs, with the solver `estimators::consistent`.
 //!
-//! The weights by joint come from WLS. The information of the data is divided by the median of (sigma / white sigma)^2 over
-//! the parameters, because residuals are correlated. This sets the weight of the prior against the data. A prior bounds
-//! friction parameters that the motion does not identify. The prior standard deviation of FV_j is max|tau_j| / (speed of the
-//! fastest joint); the prior standard deviation of FS_j, FT_j and OFF_j is max|tau_j|. FV, FS, FT, OFF: viscous friction,
-//! Coulomb friction for both directions, offset. The offset of a joint that carries the same weight in every pose is fixed
-//! to zero: no motion separates weight and offset.
+//! The rows are weighted by joint as in weighted least squares (WLS). Because residuals are correlated, the information of
+//! the data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. The discount determines the
+//! weight of the data against the prior.
+//!
+//! A prior about zero bounds friction parameters that the motion does not identify. Its standard deviation is max|tau_j| for
+//! parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of all joints) for
+//! viscous friction. The offset of a joint that carries the same weight in every pose is fixed to zero, because no motion
+//! separates weight and offset.
 
 use std::cell::Cell;
 
@@ -31,22 +33,22 @@ use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::{sum_by_joint, weighted};
 
-/// Weight of the prior with guessed bodies, relative to the weight with nominal bodies.
+/// The weight of the prior is multiplied by this if no nominal bodies are known, because guessed bodies then replace them.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
 
-/// Assumed lever arm of the largest first moment, m. It gives the mass of a guessed body.
+/// Assumed lever arm, m. The mass of a guessed body is the largest first moment of all links divided by this.
 const GUESSED_ARM_M: f64 = 0.3;
 
 /// Options of the physically consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Weight of the prior: nats per unit of entropic divergence from the nominal bodies. Without nominal bodies a tenth of
-    /// it is used, since the reference is then a guessed ball.
+    /// Weight of the prior, nats per unit of entropic divergence from the nominal bodies. Without nominal bodies the
+    /// divergence is from a guessed ball, and a tenth of the weight is used.
     pub prior_weight: f64,
-    /// Whether the information of the data is reduced for correlated residuals.
+    /// Whether the information of the data is divided by a discount, because residuals are correlated.
     pub discount: bool,
-    /// Whether a prior bounds the friction that the motion does not identify.
+    /// Whether a prior bounds friction parameters that the motion does not identify.
     pub bounded_friction: bool,
 }
 
@@ -56,18 +58,18 @@ impl Default for Consistency {
     }
 }
 
-/// A physically consistent estimate, with the residual of least squares for comparison and the result of the solver.
+/// A physically consistent estimate, with the result of its solver and the residual of least squares for comparison.
 pub struct ConsistentFit {
     /// Relative residual |tau - W X| / |tau| of least squares on the same rows.
     pub least_residual: f64,
-    /// Result of the solver, with all standard parameters.
+    /// Result of the solver, with all standard parameters (ten per link).
     pub consistent: Consistent,
-    /// Base parameters and friction of the consistent solution.
+    /// The estimate with the base parameters and the friction of the consistent solution.
     pub estimate: Estimate,
 }
 
-/// Finds physically consistent bodies from the data of a least-squares fit. `references`: the nominal bodies, in the order
-/// of the bodies of `map`, the map from standard to base parameters; `None` if unknown.
+/// Finds physically consistent bodies from the rows of a least-squares fit. `map`: map from standard to base parameters;
+/// `references`: nominal parameters of each body of the map, `None` if unknown.
 ///
 /// Fails if the map has the wrong size for the regressor, or if the weight of the prior is not a positive number.
 pub fn identify_consistent(
@@ -106,19 +108,20 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The standard deviation comes from least squares, since constraints can only reduce it. An undetermined parameter
-        // gets its value from the prior and stays not identifiable.
+        // The sigma of least squares is kept, since constraints can only reduce it. A parameter that the data do not
+        // determine gets the value of the prior, and its status stays not identifiable.
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_residual: relative_residual(&fit.estimate), consistent, estimate })
 }
 
-/// Number of blocks of the record in cross-validation. Tenths would be too short to reveal a lack of motion.
+/// Number of blocks of the record in cross-validation. With tenths, the other blocks would contain nearly the whole motion,
+/// and a lack of motion would not show.
 const HELD_OUT_BLOCKS: usize = 4;
 
-/// Relative errors of cross-validation on quarters of the record, each predicted by a fit to the others: by least squares,
-/// and by physically consistent bodies. `None` if the solver of the consistent bodies stalls.
+/// Relative errors of cross-validation: [least squares, physically consistent bodies]. Each quarter of the record is
+/// predicted by a fit to the other quarters. `None` if the solver of the consistent bodies stalls.
 pub fn errors_on_quarters(
     regressor: &dyn Regressor,
     map: &StandardMap,
@@ -144,8 +147,8 @@ pub fn errors_on_quarters(
     (!is_stalled.get()).then_some(errors)
 }
 
-/// The weights of the joints, 1 / rms residual. For ordinary least squares (OLS) all have one weight, from the residual of
-/// all joints.
+/// Weight of the rows of each joint: 1 / rms residual of the joint. With ordinary least squares (OLS), all joints have the
+/// weight 1 / rms residual of all rows.
 fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
     match options.weights {
         Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],
@@ -164,11 +167,11 @@ fn prior(model: &Model, fit: &Fit, references: &[Option<Ten>], consistency: &Con
     }
 }
 
-/// Solves the rows with each load-friction coefficient between 0 and `LARGEST_LOAD_COEFFICIENT`. Offsets that are not
-/// separable from a weight are fixed to zero.
+/// Solves the rows with bounds on friction. The load-friction coefficient of a joint (friction torque / load torque) is
+/// between 0 and `LARGEST_LOAD_COEFFICIENT`; drive offsets that are not separable from a weight are fixed to zero.
 ///
-/// The coefficient that is farthest outside these bounds is fixed to the nearer bound, and the rows are solved again, until
-/// all are inside.
+/// The coefficient farthest outside its bounds is fixed to the nearer bound, and the rows are solved again, until all are
+/// inside.
 fn with_fixed_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
     let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
     let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
@@ -188,7 +191,7 @@ fn with_fixed_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triang
     }
 }
 
-/// Adds a row that fixes parameter c to `value`.
+/// Fixes parameter c to `value` by an additional row with a large weight.
 fn hold(rows: &mut Triangle, c: usize, value: f64) {
     let mut row = vec![0.0; rows.columns()];
     row[c] = KNOWN_ROW_RATIO * rows.column_norm(c);
@@ -197,9 +200,9 @@ fn hold(rows: &mut Triangle, c: usize, value: f64) {
     rows.merge(&known.finish(), 1.0);
 }
 
-/// A load-friction coefficient that exceeds its bounds by less than this is accepted.
+/// Largest accepted excess of a load-friction coefficient over its bounds.
 const LOAD_COEFFICIENT_TOLERANCE: f64 = 1e-3;
-/// Weight of the row that fixes a parameter, relative to the norm of the parameter's column.
+/// Weight of the row that fixes a parameter, divided by the norm of the column of the parameter.
 const KNOWN_ROW_RATIO: f64 = 1e3;
 
 /// Relative residual |tau - W X| / |tau| of an estimate; NaN if not computed.
@@ -207,7 +210,7 @@ fn relative_residual(estimate: &Estimate) -> f64 {
     estimate.total.unwrap_or(f64::NAN)
 }
 
-/// A sentence for the user on the result of the solver, with the suboptimality bound.
+/// A sentence for the user on the result of the solver: steps, residuals, and the suboptimality bound of the objective.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
     let residuals =
         format!("residual {:.4}, least squares {:.4}", relative_residual(estimate), relative_residual(least_squares));
@@ -228,14 +231,14 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     )
 }
 
-/// Noise does not explain a residual that exceeds that of least squares by this factor, if it is also large
-/// (`LARGE_RESIDUAL_SHARE`).
+/// The bodies are refused if their relative residual exceeds that of least squares by this factor, and is above
+/// `LARGE_RESIDUAL_SHARE`. Noise does not explain such a difference.
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
-/// Relative residual above which it counts as large.
+/// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this.
 const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {
-    /// Reason not to use these bodies; `None` if they can be used.
+    /// Reason not to use these bodies (solver stalled, residual too large); `None` if they can be used.
     pub fn refusal(&self) -> Option<String> {
         let (total, least) = (relative_residual(&self.estimate), self.least_residual);
         if self.consistent.outcome == BarrierStatus::Stalled {
@@ -250,16 +253,16 @@ impl ConsistentFit {
     }
 }
 
-/// Mass of the ball that replaces unknown bodies, kg: the largest first moment divided by an arm of 0.3 m, or 1 kg if no
-/// first moment is among the parameters.
+/// Mass of the ball that replaces a body without nominal parameters, kg: the largest identified first moment divided by 0.3
+/// m; 1 kg without first moments.
 fn scale(model: &Model, fit: &Fit) -> f64 {
     let moment = |(p, x): (&Parameter, &f64)| (p.unit() == Unit::FIRST_MOMENT).then_some(x.abs());
     let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);
     if largest > 0.0 { largest / GUESSED_ARM_M } else { 1.0 }
 }
 
-/// Prior standard deviations of the parameters that follow the base parameters (friction, couplings), in their units;
-/// infinite for no prior.
+/// Prior standard deviations about zero of friction and coupling parameters (all parameters after the base parameters), each
+/// in its unit. Infinite: no prior. `bounded`: false if no parameter gets a prior.
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
     let peak = |j: usize| fit.observation.effort[j];
@@ -274,7 +277,7 @@ fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     deviations.map(|d| if d > 0.0 { d } else { f64::INFINITY }).collect()
 }
 
-/// The name of each body with its ten standard parameters, from `phi`, all standard parameters in the order of the map.
+/// The name and the ten standard parameters of each body. `phi`: all standard parameters, in the order of the map.
 pub fn bodies<'a>(map: &'a StandardMap, phi: &'a [f64]) -> impl Iterator<Item = (&'a str, Ten)> {
     map.bodies.iter().map(|(name, first)| (name.as_str(), std::array::from_fn(|i| phi[first + i])))
 }

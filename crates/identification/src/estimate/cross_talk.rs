@@ -1,8 +1,9 @@
-//! Cross talk: how much the motion of one joint explains of the residual of another joint.
+//! Cross talk: the share of the residual of one joint that the motion of another joint explains.
 //!
-//! The residual e_j of joint j is regressed on acceleration ddq_k, velocity dq_k and direction of each other joint k. The
-//! share of |e_j|^2 that these three explain is near zero if the model is complete. It is large if the motor of joint j also
-//! turns with joint k, and the model lacks the inertia and friction of this motor.
+//! The residual e_j of joint j is regressed on acceleration ddq_k, velocity dq_k and direction (filtered sign of dq_k) of
+//! each other joint k. If the model is complete, these three columns explain nearly nothing of |e_j|^2. If they explain much,
+//! the motor of joint j also turns with joint k (coupled transmission), and the model lacks the inertia and friction of this
+//! motor.
 
 use linear_model::linear_model::{Model, ResidualGroup};
 use nalgebra::{Matrix3, Vector3};
@@ -10,33 +11,35 @@ use nalgebra::{Matrix3, Vector3};
 use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
-/// How much of the residual of joint `joint` the motion of joint `of` explains.
+/// Share of the residual of joint `joint` that the motion of joint `of` explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
     /// Number of the joint with the residual.
     pub joint: usize,
-    /// Number of the joint with the motion that explains the residual.
+    /// Number of the joint whose motion explains the residual.
     pub of: usize,
-    /// Explained share of the sum of squares of the residual, 0 to 1.
+    /// Explained share of the squared residual, 0 to 1.
     pub share: f64,
 }
 
-/// Number of columns per joint k: ddq_k, dq_k and the direction.
+/// Number of motion columns of a joint k: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
-/// Singular values of the scaled matrix of products are treated as zero below this.
+/// Singular values below this are treated as zero. They belong to the products of the columns, scaled to unit norm.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
-/// Sums over the samples of products of the motion columns (ddq_k, dq_k, direction) of each joint with one another, and with
-/// the residuals of the other joints.
+/// Sums from which cross talk is computed: products of the motion columns (ddq_k, dq_k, direction) of each joint k with one
+/// another, and with the residual of each joint j.
 #[derive(Clone)]
 pub struct CrossTalkSums {
     n: usize,
-    /// Entry k: products of the columns of joint k, over the samples in which the rows of all joints are used with weight 1
-    /// (most samples).
+    /// Entry k: products of the three columns of joint k, summed over the samples in which all joints are used with weight 1.
+    /// Most samples are of this kind, and their sum is the same for every residual.
     motions: Vec<Matrix3<f64>>,
-    /// Entry j n + k: products of the columns of joint k, over the rows of joint j in all other samples.
+    /// Entry j n + k: products of the three columns of joint k, summed over the rows of joint j in the samples that are not
+    /// in `motions`.
     more: Vec<Matrix3<f64>>,
-    /// Entry j n + k: products of each column of joint k with the residual of joint j; one vector per column.
+    /// Entry j n + k of each vector: product of one column of joint k with the residual of joint j. The three vectors belong
+    /// to ddq, dq and direction.
     residuals: [Vec<f64>; CROSS_TALK_COLUMNS],
     /// Entry j: |e_j|^2, the squared residual of joint j.
     squares: Vec<f64>,
@@ -44,14 +47,14 @@ pub struct CrossTalkSums {
 }
 
 impl CrossTalkSums {
-    /// Empty sums for n joints. `robust`: robust weights of the rows; `None` if all rows have equal weight.
+    /// Creates empty sums for n joints. `robust`: robust weights of the rows; `None` if all rows have equal weight.
     pub fn new(n: usize, robust: Option<Robust>) -> CrossTalkSums {
         let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
         let residuals = [nothing.clone(), nothing.clone(), nothing];
         CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n], robust }
     }
 
-    /// For each joint, the other joint whose motion explains most of its residual.
+    /// For each joint, the other joint whose motion explains most of its residual; empty for a single joint.
     pub(crate) fn cross_talk(&self) -> Vec<CrossTalk> {
         let n = self.n;
         let share = |j: usize, k: usize| {
@@ -104,14 +107,14 @@ impl ResidualSum for CrossTalkSums {
     }
 }
 
-/// The share of `total`, the sum of squares of a residual, that three columns explain.
+/// The share (0 to 1) of a squared residual `total` that three columns explain.
 ///
 /// `products`: products of the columns with one another; `with_residual`: products of the columns with the residual.
 fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
     let right = Vector3::from_fn(|i, _| scale(i) * with_residual[i]);
-    // The pseudo-inverse drops a column that is zero or depends on the others.
+    // The pseudo-inverse ignores a column that is zero or depends on the others.
     let solved = gram.pseudo_inverse(SINGULAR_VALUE_TOLERANCE).map(|inverse| right.dot(&(inverse * right)));
     match solved {
         Ok(square) if total > 0.0 => square / total,
@@ -157,7 +160,7 @@ mod tests {
         let (coupled, other) = share(1.0);
         // The noise has variance 0.01; the mean square of the residual is above 1.
         assert!(coupled > 0.95, "{coupled}");
-        // Three columns explain on average 3/500 of the squares of white noise.
+        // On average, three columns explain the share 3/500 of white noise in 500 rows.
         assert!(other < 0.05 && share(0.0).0 < 0.05, "{other}");
     }
 }

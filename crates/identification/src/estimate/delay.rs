@@ -1,13 +1,13 @@
-//! Finds the delay of the torques relative to the positions, s, that gives the smallest residual.
+//! Finds the delay of the torques relative to the positions, s: the delay with the smallest residual of the fit.
 //!
-//! A trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c (f_c: cut-off of
-//! the low-pass) of a reversal of their joint are left out. At a reversal a joint sticks and its friction changes sign, but
-//! the filtered velocity shows neither the start nor the end of sticking. If these rows were used, at a cut-off of 16 Hz,
-//! friction twice as large as the torque of inertia would shift the minimum by 3.6 ms.
+//! Each trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c of a reversal of
+//! their joint are left out (f_c: cut-off of the low-pass). The reason is that a joint sticks at a reversal and its friction
+//! changes sign, but the filtered velocity does not show when. With these rows, friction twice as large as the torque of
+//! inertia would shift the result by 3.6 ms at a cut-off of 16 Hz.
 //!
-//! But the rows near reversals also contain most information on the delay. At a cut-off of 3.7 Hz, 0.27 s are left out on
-//! each side of a reversal. The remaining rows have nearly constant speed, and the same residual under every delay. So a
-//! delay is rejected if it raises the residual of all rows; then all rows are searched.
+//! However, the rows near reversals contain most information on the delay. At a cut-off of 3.7 Hz, 0.27 s on each side of a
+//! reversal are left out; the other rows have nearly constant speed, and the same residual under every delay. So the delay is
+//! rejected if it raises the residual of all rows. Then the search is repeated with all rows.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -28,27 +28,26 @@ pub struct Delay {
     pub residual: f64,
     /// Relative residual |tau - W X| / |tau| without a delay, on the rows that were searched.
     pub residual_without: f64,
-    /// Whether all rows were searched, not only those away from reversals.
+    /// True if all rows were searched; false if rows near reversals of their joint were left out.
     pub of_all_rows: bool,
-    /// Whether the residual still decreases at the end of the search interval, so that the minimum is outside or does not
-    /// exist.
+    /// Whether the delay is at the end of the search interval. Then the minimum of the residual is outside or does not exist.
     pub at_the_end: bool,
 }
 
-/// Longest delay, positive or negative, of the coarse search, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
+/// Longest delay of the coarse search, in both directions, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
 const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
-/// The rows contradict a delay if the ratio (residual of all rows with it / without it) exceeds this. Dry friction alone
-/// raises the ratio by less.
+/// A delay found without the rows near reversals is rejected if it multiplies the residual of all rows by more than this. Dry
+/// friction alone raises this residual by less.
 const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
-/// Step of the coarse search, s.
 const COARSE_DELAY_STEP_S: f64 = 0.004;
-/// The fine search ends at this width of the interval, s.
+/// The fine search ends when its interval is shorter than this, s.
 const FINE_DELAY_WIDTH_S: f64 = 1e-4;
-/// A minimum counts as being at the end of the search if it exceeds the longest delay by more than this share of a coarse
-/// step.
+/// The delay counts as being at the end of the search if it exceeds `LONGEST_SEARCHED_DELAY_S` by more than this share of a
+/// coarse step.
 const END_STEP_SHARE: f64 = 0.9;
 
-/// The records without the rows within 1 / f_c of a reversal of their joint (f_c: cut-off).
+/// Records in which the rows within 1 / f_c of a reversal of their joint are marked as not used (f_c: cut-off of the
+/// low-pass).
 struct AwayFromReversals<'a>(&'a SourceRecords<'a>);
 
 impl Records for AwayFromReversals<'_> {
@@ -63,7 +62,8 @@ impl Records for AwayFromReversals<'_> {
     }
 }
 
-/// Marks the rows of a joint within 1 / f_c of a change of sign of its velocity as not used (f_c: cut-off).
+/// Marks the rows of a joint as not used if they are within 1 / f_c of a reversal, that is, of a change of sign of its
+/// velocity (f_c: cut-off of the low-pass, Hz).
 fn leave_out_reversals(states: &mut States, joint: usize) {
     let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
     let (n, len) = (states.n, states.len());
@@ -80,9 +80,9 @@ fn leave_out_reversals(states: &mut States, joint: usize) {
     }
 }
 
-/// Finds the delay with the smallest residual, to a tenth of a millisecond.
+/// Finds the delay of the torques with the smallest residual of the fit, to 0.1 ms.
 ///
-/// Fails if a log cannot be read or prepared, as `identify` does.
+/// Fails if a log cannot be read or prepared, for the reasons of `identify`.
 pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
     let model = options.linear_model(regressor);
     let mut options = options.clone();
@@ -94,14 +94,14 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The motion does not change with the delay of the torques, so the cut-off is found once.
+            // The cut-off follows from the motion, which the delay of the torques does not change. So it is computed once.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         Ok((residuals(&model, &joints, &solution.x).total, joints.iter().map(|t| t.rows).sum()))
     };
-    // If nearly every row is near a reversal, all rows are searched.
+    // If nearly every row is near a reversal, too few other rows remain for a fit. Then all rows are searched.
     let has_rows = search(0.0, true)?.1 > model.p();
     let away = lowest(&mut |delay| search(delay, has_rows).map(|found| found.0), !has_rows)?;
     let (with, without) = (search(away.seconds, false)?.0, search(0.0, false)?.0);
@@ -111,7 +111,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     lowest(&mut |delay| search(delay, false).map(|found| found.0), true)
 }
 
-/// Finds the delay with the smallest residual, by a coarse search and then a fine one.
+/// Finds the delay with the smallest residual, by a coarse search and then a fine one. `residual`: function from a delay, s,
+/// to the relative residual.
 fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: bool) -> Result<Delay, Error> {
     let residual_without = residual(0.0)?;
     let mut best = downhill(residual, residual_without)?;
@@ -119,22 +120,22 @@ fn lowest(residual: &mut impl FnMut(f64) -> Result<f64, Error>, of_all_rows: boo
     if found.1 < best.1 {
         best = found;
     }
-    // The fine search extends one step beyond the last of the grid.
+    // The fine search extends one step beyond the longest delay of the coarse search.
     let at_the_end = best.0.abs() > LONGEST_SEARCHED_DELAY_S + END_STEP_SHARE * COARSE_DELAY_STEP_S;
     Ok(Delay { seconds: best.0, residual: best.1, residual_without, of_all_rows, at_the_end })
 }
 
 impl Delay {
-    /// Names the rows that the residuals were computed from.
+    /// Names the rows that were searched, for a report.
     pub fn rows(&self) -> &'static str {
         if self.of_all_rows { "of all rows" } else { "away from reversals" }
     }
 }
 
-/// Finds the best delay of a grid, s, and its residual. `without`: the residual without a delay.
+/// Coarse search: returns the best delay of a grid, s, and its residual. `without`: residual without a delay.
 ///
-/// The search starts at no delay and descends in both directions, because the residual has one minimum and most delays are
-/// short.
+/// The search starts at zero and continues in each direction as long as the residual decreases, because the residual has one
+/// minimum and most delays are short.
 fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
     let mut best = (0.0, without);
     for direction in [COARSE_DELAY_STEP_S, -COARSE_DELAY_STEP_S] {
@@ -153,10 +154,10 @@ fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) 
     Ok(best)
 }
 
-/// Finds the delay between a and b, s, with the smallest residual, and that residual.
+/// Golden-section search: returns the delay between a and b, s, with the smallest residual, and this residual.
 ///
-/// c and d divide the interval [a, b] by the golden section. In each step, the part of the interval beyond the point with
-/// the larger residual is dropped.
+/// c and d are the inner points, a < c < d < b. Each step drops the part of the interval beyond the inner point with the
+/// larger residual.
 fn golden_section(
     residual: &mut impl FnMut(f64) -> Result<f64, Error>,
     mut a: f64,
@@ -188,10 +189,10 @@ mod tests {
     use logs::{Effort, Log};
     use random::Random;
 
-    /// Simulates a pendulum with dry friction under a PD controller of 1 kHz. It sticks at each reversal.
+    /// Simulates a pendulum with dry friction under a PD controller of 1 kHz. The pendulum sticks at each reversal.
     ///
-    /// The torque of a row is held for one step of 1 ms, so its mean is half a millisecond later. It is logged `late` rows
-    /// later.
+    /// The torque of a row acts from its time until 1 ms later, so its mean time is 0.5 ms after the row. `late`: number of
+    /// rows by which the logged torques are delayed.
     fn sticking(late: i32) -> Log {
         let (zz, mx, my, viscous, coulomb) = (0.3, 0.8, -0.1, 0.3, 1.5);
         let reference =

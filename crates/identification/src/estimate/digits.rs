@@ -1,6 +1,7 @@
 //! Prints numbers as text for sentences.
 
-/// Prints x with three significant digits (four decimals below 0.1), with an exponent below 1e-3 and from 1e5 on.
+/// Prints x without decimals from 100 on, with one decimal from 10, two from 0.1 and four below. Numbers below 1e-3, and from
+/// 1e5 on, have an exponent.
 pub fn significant(x: f64) -> String {
     let size = x.abs();
     match size {
@@ -13,7 +14,7 @@ pub fn significant(x: f64) -> String {
     }
 }
 
-/// Prints a share x in percent: `0.53 %`, or with one decimal from 10 % on.
+/// Prints a share x in percent, with two decimals below 10 % and one decimal above: `0.53 %`.
 pub fn percent(x: f64) -> String {
     let x = 100.0 * x;
     if x.abs() >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }

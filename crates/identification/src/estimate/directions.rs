@@ -1,9 +1,9 @@
-//! Combinations of parameters that the data hardly determine.
+//! Finds directions of the parameter space (combinations of parameters) that the data hardly determine.
 //!
-//! A direction d of the parameter space comes from the singular vectors of the regressor W with scaled columns
-//! (`numerics::least_squares`). One unit along d changes the weighted torques by |W d|. The estimate along d has the
-//! standard deviation sigma / |W d|, times the root of the discount of correlated rows (sigma: noise of a row). If 1.96
-//! standard deviations along d change a parameter by more than its value, the data do not determine the parameter along d.
+//! A direction d is a singular vector of the regressor W with scaled columns (`numerics::least_squares`). A unit step along d
+//! changes the weighted torques by |W d|. So the estimate has the standard deviation sqrt(discount) sigma / |W d| along d
+//! (sigma: noise of a row; discount: number of correlated rows that count as one). A direction is undetermined if 1.96 of
+//! these standard deviations change its main parameters by more than their values.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
@@ -13,24 +13,26 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::identified::INTERVAL;
 
-/// Largest number of directions that an estimate keeps, the weakest first.
+/// Largest number of directions that an estimate contains.
 const MAX_KEPT_DIRECTIONS: usize = 6;
-/// A parameter of a direction is not named if its entry, for scaled columns, is below this share of the largest entry.
+/// A parameter is named for a direction only if its entry is at least this share of the largest entry (columns scaled to unit
+/// norm).
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
-/// Number of parameters, those with the largest entries, that decide whether a direction is determined.
+/// A direction counts as undetermined if the noise hides this many parameters: those with its largest entries.
 const DECISIVE_MEMBERS: usize = 2;
 
-/// A combination of parameters that the data hardly determine.
+/// A direction of the parameter space (combination of parameters) that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// Singular value of the direction (columns of W scaled), divided by the largest one; 0: the torques do not depend on the
-    /// direction.
+    /// Singular value of W (columns scaled) along the direction, divided by the largest singular value. 0: the torques do not
+    /// depend on the direction.
     pub strength: f64,
-    /// The parameters that change along the direction, in the order of decreasing entries for scaled columns.
+    /// The parameters that change most along the direction, the largest entry (columns scaled) first.
     pub members: Vec<DirectionMember>,
-    /// True if the data do not determine the direction: 1.96 sigma is as large as the values of its main parameters.
+    /// True if the data do not determine the direction: a change by 1.96 sigma along it is at least as large as the values of
+    /// its main parameters.
     pub open: bool,
 }
 
@@ -39,16 +41,17 @@ pub struct Direction {
 pub struct DirectionMember {
     /// Identity of the parameter.
     pub parameter: ParameterId,
-    /// Its change for one standard deviation along the direction, in the unit of the parameter.
+    /// Change of the parameter for one standard deviation along the direction, in the unit of the parameter.
     ///
-    /// If the torques do not depend on the direction, only the ratios of these changes have a meaning.
+    /// If the torques do not depend on the direction, only the ratios of the changes have a meaning, because its length is
+    /// arbitrary.
     pub change: f64,
 }
 
-/// The weakest directions of a solution, the weakest first.
+/// Finds the directions with the smallest singular values, the smallest first.
 ///
-/// `joints`: triangles (R of QR) of the rows, one per joint; `weights`: one per joint; `discount`: number of correlated rows
-/// that carry the information of one independent row.
+/// `joints`: triangles (R of QR) of the rows, one per joint; `weights`: weight of each joint; `discount`: number of
+/// correlated rows that carry the information of one independent row.
 pub fn directions(
     model: &Model,
     joints: &[Triangle],
@@ -61,7 +64,7 @@ pub fn directions(
     };
     let norms: Vec<f64> = (0..model.p()).map(|c| square(&|joint| joint.column_norm(c))).collect();
     let sigma = (solution.variance * discount).sqrt();
-    // Along d the standard deviation is sigma / |W d|.
+    // The standard deviation along d is sigma / |W d|.
     let direction = |(strength, d): &(f64, Vec<f64>)| {
         let shown = square(&|joint| length(joint, d));
         let deviation = if *strength > 0.0 && shown > 0.0 { sigma / shown } else { f64::INFINITY };
@@ -80,19 +83,19 @@ pub fn directions(
             open: order.iter().take(DECISIVE_MEMBERS).all(open),
         }
     };
-    // Directions of zero columns are skipped: their parameters are reported as not identifiable anyway.
+    // Directions of zero columns are skipped, because remarks report their parameters as not identifiable.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
 
-/// Norm |R d| of the torque change along d, N m (N), with the triangle R of one joint.
+/// Norm |R d| of the change of the torques of one joint for a unit step along d, N m (N). R: triangle of the joint.
 fn length(triangle: &Triangle, d: &[f64]) -> f64 {
     let row = |i: usize| (i..d.len()).map(|c| triangle.at(i, c) * d[c]).sum::<f64>();
     (0..d.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Direction {
-    /// A sentence on the direction: `the data do not separate MX2 from MXR3: ..`; empty without parameters.
+    /// A sentence on the direction: `the data do not separate MX2 from MXR3: ..`; empty if `members` is empty.
     pub fn sentence(&self) -> String {
         let names: Vec<String> = self.members.iter().map(|m| m.parameter.to_string()).collect();
         let also = |rest: &[String]| match rest.len() {
@@ -123,7 +126,8 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that stays near one angle determines only a sum of its two first moments, so they are not separable.
+    /// A pendulum that stays near one angle determines only one combination of its first moments MX1 and MY1, so they are not
+    /// separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

@@ -1,12 +1,12 @@
-//! Estimates drive gains from logs of motor currents, or of position errors of servos. The equations of `drive_gains` are
-//! set up from filtered samples. Statements on a current, A, also hold for a position error, rad, with a gain in N m/rad.
+//! Estimates drive gains, N m/A, from logs of motor currents.
 //!
-//! The equations of a joint are its triangle (R of QR) with currents on the right-hand side. Residuals of logs are
-//! correlated in time and repeat with the state of the robot, so the standard deviations come from `replicates`.
+//! Position errors of servos, rad, are treated like currents; their gain is in N m/rad. The equations of a joint are its
+//! triangle (R of QR) with filtered currents on the right-hand side; `estimators::drive_gains` solves them. Residuals are
+//! correlated in time and repeat with the state of the robot, so the standard deviations come from the module `replicates`.
 //!
 //! The load of wrist joints hardly changes the torques of other joints. So the gains of wrists are weakly identifiable, and
-//! model errors dominate them. An expected value with its standard deviation regularises them. Relative to this expected
-//! value, s correlated equations count as one, and s follows from the residuals.
+//! model errors dominate them. An expected value with its standard deviation regularises such a gain. Compared with the
+//! expected value, s correlated equations count as one; the discount s follows from the residuals.
 
 use std::sync::Arc;
 
@@ -24,11 +24,11 @@ use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::records::SourceRecords;
 
-/// Estimates drive gains, N m/A, from logs of motor currents. `known`: for each joint, whether its gain is known, expected
-/// or free.
+/// Estimates drive gains, N m/A, from logs of motor currents. `known`: prior knowledge of the gain of each joint (known,
+/// expected or free).
 ///
-/// The noise of the result is in A. Fails if a log contains torques, and for the reasons of `identify` and of
-/// [`drive_gains`].
+/// The noise in the result is in A, because the equations are in currents. Fails if a log contains torques, and for the
+/// reasons of `identify` and of [`drive_gains`].
 pub fn estimate_drive_gains(
     regressor: &dyn Regressor,
     logs: &[LogSource],
@@ -38,19 +38,19 @@ pub fn estimate_drive_gains(
     if let Some(log) = logs.iter().find(|l| !l.effort_is().needs_gains()) {
         return Err(Error::at(&log.name(), 0, "the log holds torques; drive gains are estimated from currents"));
     }
-    // Gains of 1 keep the right-hand sides in A, so that they stay currents.
+    // With gains of 1 the right-hand sides stay currents, A.
     let mut options = options.clone();
     options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
     let model = options.linear_model(regressor);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    // Products of the currents, summed by band of speed and position, because rows of one band may share an error.
+    // Sums over bands of speed and of position, because the rows of one band may have a common error.
     let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
-    // Fixed-point iteration: discounts s follow from the gains, and the gains from s. Initially s = 1.
+    // Fixed-point iteration: the discounts s depend on the gains, and the gains on s. It starts with s = 1.
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
     for _ in 0..WEIGHING_ROUNDS {
@@ -66,19 +66,20 @@ pub fn estimate_drive_gains(
     Ok(found)
 }
 
-/// Iterations of the fixed point of gains and discounts. If the data contradict an expected gain, a new discount changes the
-/// gain, and then the residuals, from which the next discount follows.
+/// Number of fixed-point iterations of gains and discounts. Several are needed if the data contradict an expected gain,
+/// because then each new discount changes the gain and the residuals.
 const WEIGHING_ROUNDS: usize = 3;
 
-/// A discount is not updated if the ratio (information of the data / information of the expected gain) is below this.
+/// The discount of an expected gain is not updated if the ratio (information of the data / information of the expected value)
+/// is below this, because rounding would dominate.
 const LEAST_INFORMATION_RATIO: f64 = 1e-6;
 
-/// Computes, for each expected gain, the number s of correlated equations that count as one. `before`: the values s_0 with
-/// which the solution `found` was computed. 1 for other gains.
+/// Computes the discount s of each expected gain: the number of correlated equations that count as one. It is 1 for other
+/// gains. `before`: the discounts s_0 with which `found` was computed.
 ///
-/// Let a be the information of the data for white noise, and b the information of the expected value. Then ln k of the gain
-/// k has the variance v = 1 / (a + b s_0) for white noise, and the variance v^2 (a s + b s_0^2) for correlated residuals.
-/// This equation gives s.
+/// For a gain k, let a be the information on ln k in the data (white noise), and b the information of the expected value.
+/// Then ln k has the variance v = 1 / (a + b s_0) for white noise, and the variance v^2 (a s + b s_0^2) for correlated
+/// residuals. The latter equation gives s.
 fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &ReplicateDeviation) -> Vec<f64> {
     let (p, sigma) = (found.parameters.len(), deviation.sigma());
     let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
@@ -89,7 +90,7 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
         let (white, believed) = (deviation.white[p + at].powi(2), sigma[p + at].powi(2));
         let of_expectation = before[j] * (found.gain[j] / expected).powi(2);
         let of_data = 1.0 / white - of_expectation;
-        // With less information the quotient is dominated by rounding.
+        // Below this ratio, rounding dominates the quotient.
         if of_data > LEAST_INFORMATION_RATIO * of_expectation {
             ((believed / (white * white) - before[j] * of_expectation) / of_data).max(1.0)
         } else {
@@ -99,8 +100,8 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
     (0..known.len()).map(of_gain).collect()
 }
 
-/// The gains, with the standard deviation of each expected gain divided by sqrt(discount): so its weight fits equations of
-/// which `discounts` count as one.
+/// The gains, with the standard deviation of each expected gain divided by sqrt(discount). Then the expected value has the
+/// right weight against the equations, of which `discounts` count as one.
 fn gains_with_equations(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     let scaled = |(gain, discount): (&Gain, &f64)| match *gain {
         Gain::Expected(value, deviation) => Gain::Expected(value, deviation / discount.sqrt()),
@@ -109,7 +110,7 @@ fn gains_with_equations(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     known.iter().zip(discounts).map(scaled).collect()
 }
 
-/// The triangle of each joint as equations, with currents, A, on the right-hand side.
+/// The triangle (R of QR) of each joint as equations with currents, A, on the right-hand side.
 fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
     let of_joint = |t: &Triangle| {
         let p = t.columns();
@@ -153,7 +154,7 @@ mod tests {
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
 
-    /// With hardly any data the estimated gain equals the expected value; with good data it follows the data.
+    /// With hardly any data the estimated gain equals the expected value. With good data it equals the gain of the data.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];

@@ -1,10 +1,11 @@
-//! Estimate of the essential parameters [Pham, Gautier 1991]: a test selects the significant parameters, and the others are
-//! set to zero.
+//! Estimates the essential parameters [Pham, Gautier 1991]: parameters that are not significant are set to zero.
 //!
-//! `estimators::essential` eliminates parameters, as long as the squared residual grows by less than 3.84 variances of a row
-//! times the discount. Of 100 parameters whose true value is zero, 95 stay below that. The discount accounts for correlated
-//! residuals. The standard deviation of a kept parameter is its white-noise deviation in the smaller model, times (sigma /
-//! white sigma) in the whole model.
+//! `estimators::essential` eliminates parameters one by one, until the squared residual has grown by 3.84 times the discount
+//! times the noise variance of a row. 3.84 is the 95 % quantile of chi^2 for one parameter; the discount accounts for
+//! correlated residuals.
+//!
+//! The standard deviation of a kept parameter is its white-noise deviation in the reduced model, times the ratio (sigma /
+//! white sigma) in the full model.
 
 use linear_model::regressor::Regressor;
 
@@ -17,21 +18,21 @@ use crate::estimators::essential::{Elimination, essential};
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::rows::observation::weighted;
 
-/// 95 % quantile of chi^2 with one degree of freedom.
+/// 95 % quantile of chi^2 with one degree of freedom (one eliminated parameter).
 const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
-/// Reduces a fit to its essential parameters; the others become zero and keep their standard deviations.
+/// Reduces a fit to its essential parameters. The eliminated ones get the value zero and keep their standard deviations.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
-    // The relative growth of the norm is half the relative growth of its square.
+    // `Elimination` limits the growth of the norm of the residual. It is half the relative growth of the square.
     let growth = 0.5 * SIGNIFICANT_CHI_SQUARE * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
     let smaller = white_deviation(&found.solution);
     let estimate = &mut fit.estimate;
-    // sigma = white sigma in the smaller model * (sigma / white sigma) in the whole model.
+    // sigma = (white sigma in the reduced model) * (sigma / white sigma in the full model).
     for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
         let (id, unit, weak) = (parameter.id.clone(), parameter.unit, parameter.status == Status::Weak);
         *parameter = match found.kept.iter().position(|&k| k == c) {
@@ -56,7 +57,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     estimate.total = Some(left.total);
     estimate.method = format!("essential parameters, {}", estimate.method);
     (estimate.rank, estimate.condition_number) = (found.solution.rank, Some(found.solution.condition_number));
-    // Directions and covariance are valid for the whole model only.
+    // Directions and covariance were computed for the full model and are not valid for the reduced one.
     estimate.directions.clear();
     estimate.covariance.clear();
     let names: Vec<String> = found.dropped.iter().map(|&c| estimate.parameters[c].id.to_string()).collect();
@@ -95,7 +96,7 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // The factor 1.001: the variance of the residual has more degrees of freedom with fewer parameters.
+                // Factor 1.001: with fewer parameters the variance of the residual has more degrees of freedom.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

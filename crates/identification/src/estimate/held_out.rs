@@ -1,10 +1,12 @@
-//! Relative error of predicted torques on data that were not used for the estimate (cross-validation).
+//! Computes relative errors of predicted torques on data that were not fitted: other records, or left-out blocks
+//! (cross-validation).
 //!
-//! For joint j: relative_j = |tau_j - W_j X| / |tau_j|, on other records, or on each block of the record with X from all
-//! other blocks. This is blocked cross-validation: blocks are contiguous, because neighbouring samples are correlated.
+//! For joint j: relative_j = |tau_j - W_j X| / |tau_j|, with parameters X that are fitted to other data. In cross-validation
+//! each block of the record is predicted with X from all other blocks. Blocks are contiguous, because neighbouring samples
+//! are correlated.
 //!
-//! With the covariance C of X and the rows W_j of joint j, the error of X raises the squared residual of tau_j by trace(W_j
-//! C W_j') on average. So standard deviations predict by how much the error of X exceeds the error of the true parameters.
+//! The standard deviations of X predict this error: with the covariance C of X, the error of X raises the squared residual of
+//! joint j by trace(W_j C W_j') on average.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -15,23 +17,24 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
 
-/// Computes the residuals of the torques of other records under parameters `x`.
+/// Computes the residuals of other records, predicted with the parameters `x`.
 ///
 /// Fails when a record cannot be read.
 pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Residuals, Error> {
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
 }
 
-/// Residuals of cross-validation: each tenth of the record is predicted by a fit to the other tenths.
+/// Residuals of cross-validation: each tenth of the record is predicted by a fit to the other tenths. A tenth is two
+/// consecutive blocks of `observation`.
 ///
-/// A tenth is two consecutive blocks of the observation. If only one tenth excites a direction of the parameter space, the
-/// columns of the other tenths have less than `PARAMETER_HOLD_SHARE` of their norm along it. The direction then keeps the
-/// value of the whole record, so leaving out that tenth does not test it.
+/// Each fit is weakly regularised towards the parameters of the whole record (`PARAMETER_HOLD_SHARE`). So a combination of
+/// parameters that only one tenth determines keeps its value when this tenth is left out. Its error is then not tested.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
 
-/// Residuals of cross-validation by tenths, and the relative error of each tenth over all joints, in the order of time.
+/// Residuals of cross-validation by tenths of the record, and the relative error of each tenth over all joints, in the order
+/// of time.
 pub(crate) fn cross_validate_by_part(
     model: &Model,
     observation: &Observation,
@@ -42,7 +45,7 @@ pub(crate) fn cross_validate_by_part(
     (all, parts.into_iter().map(|part| Residuals::new(model.regressor, part).total).collect())
 }
 
-/// Sums of squares of torques and residuals of each tenth, one per joint, under parameters that are fitted to all other
+/// For each tenth of the record and each joint: sums of squared torques and residuals. The parameters are fitted to all other
 /// tenths.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
@@ -50,14 +53,15 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
 }
 
-/// Solution of the rows `rest`, the record without one block, regularised towards `whole`, the solution with that block.
+/// Least-squares solution of `rest`, the rows of the record without one block. It is weakly regularised towards `whole`, the
+/// solution of the whole record.
 pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
     rest.merge(&held(&rest, whole), 1.0);
     rest.solution()
 }
 
-/// Sums of squares of torques and residuals of each block, one per joint, under parameters that `solve` finds from the
-/// weighted rows of all other blocks. `parts`: for each block, the triangles of its joints.
+/// For each block and joint: sums of squared torques and residuals. `solve` finds the parameters from the weighted rows of
+/// all other blocks. `parts`: for each block, the triangles (R of QR) of its joints; `weights`: one per joint.
 pub(crate) fn predicted_from_others(
     model: &Model,
     parts: &[Vec<Triangle>],
@@ -68,7 +72,7 @@ pub(crate) fn predicted_from_others(
     parts.iter().zip(rests).map(|(part, rest)| squares(model, part, &solve(rest))).collect()
 }
 
-/// Residuals of all blocks together, from their sums of squares.
+/// Residuals over all blocks. `parts`: for each block, the sums of squares of its joints.
 pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     let mut sums = vec![Squares::default(); model.n()];
     for part in parts {
@@ -79,11 +83,11 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     Residuals::new(model.regressor, sums)
 }
 
-/// Triangle of the weighted rows of all other blocks, one per block. `parts`: for each block, the triangles of its joints.
-/// The weights by joint come from the whole record, because a single block hardly changes them.
+/// For each block, the triangle (R of QR) of the weighted rows of all other blocks. `parts`: for each block, the triangles of
+/// its joints. `weights`: weights by joint from the whole record, because one block hardly changes them.
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
-    // The rows of all other blocks are the sum of the blocks before and the sum of the blocks after.
+    // The rows of all other blocks are the sum of the blocks before and of the blocks after. Running sums make this fast.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {
@@ -103,10 +107,10 @@ pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f6
     rests
 }
 
-/// Weight of the row that regularises a parameter, relative to the norm of its column.
+/// Weight of the row that regularises a parameter, divided by the norm of the column of the parameter.
 const PARAMETER_HOLD_SHARE: f64 = 1e-3;
 
-/// Rows that regularise each parameter towards its value in `x`.
+/// Rows that regularise each parameter towards its value in `x`, as a triangle (R of QR).
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
     let mut block = TriangleBuilder::new(p);
@@ -118,18 +122,19 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
-/// The part of a relative error that is due to the parameters: sqrt(error^2 - least^2). `least`: relative error of
-/// parameters that are fitted to the same data.
+/// Part of a relative error that comes from wrong parameters: sqrt(error^2 - least^2). `least`: relative error with
+/// parameters that are fitted to the same data, that is, noise and model errors.
 pub fn of_parameters(error: f64, least: f64) -> f64 {
     (error * error - least * least).max(0.0).sqrt()
 }
 
-/// The residuals tau - W x, from the triangles of the joints.
+/// Residuals tau - W x of each joint and in total. `joints`: triangles (R of QR) of the rows W and the torque tau, one per
+/// joint.
 pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     Residuals::new(model.regressor, squares(model, joints, x))
 }
 
-/// Sums of squares of the torques and of the residuals tau - W x, from the triangles of the joints.
+/// Sums of squared torques and squared residuals tau - W x, one entry per joint. `joints`: triangles (R of QR) of the rows.
 fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     let of_joint = |(j, joint): (usize, &Triangle)| {
         let (torque, left) = joint.squares(x);
@@ -138,8 +143,8 @@ fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
     joints.iter().enumerate().map(of_joint).collect()
 }
 
-/// The relative error sqrt(sum trace(W C W')) / |tau| that the covariance C of the parameters causes, from the triangles of
-/// the joints. `covariance`: C = sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
+/// The relative error sqrt(sum trace(W C W')) / |tau| that the uncertainty of the parameters causes on average. `joints`:
+/// triangles (R of QR) of the rows W, one per joint; `covariance`: C = sigma_i sigma_j rho_ij, p x p.
 pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f64 {
     let p = model.p();
     let of_row = |t: &Triangle, i: usize| -> f64 {
@@ -174,8 +179,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// Only in one tenth of the record the joint turns far enough to separate MX and MY. Without that tenth their difference
-    /// is not identifiable. The error of that tenth must then come from noise, not from a guess.
+    /// The joint turns far enough to separate MX and MY in one tenth of the record only. Without that tenth their difference
+    /// is not identifiable. The error of cross-validation must still contain noise only.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();
@@ -188,7 +193,7 @@ mod tests {
         });
         let rms = |states: &States| (states.tau.iter().map(|t| t * t).sum::<f64>() / states.len() as f64).sqrt();
         let found = cross_validate(&model, &Observation::of(&model, &truth, 10), Weights::None);
-        // Noise of 0.05; tolerance: five standard errors of a thousand rows and three parameters.
+        // The noise is 0.05. Tolerance: five standard errors of a thousand rows and three parameters.
         assert!((found.total * rms(&truth) - 0.05).abs() < 0.01, "{found}");
     }
 }

@@ -1,15 +1,15 @@
-//! Hypotheses on a log and its model (a fault of the log, or a rotor that the model lacks), with the properties of each
-//! kind.
+//! The hypotheses that are tested on a log and its model (faults of the log, rotors that the model lacks), with the
+//! properties of each kind.
 //!
-//! A kind is tested by one of two methods, or by both.
+//! Each kind is tested by one of two methods, or by both:
 //!
 //! | fault | method | module |
 //! |---|---|---|
-//! | small | one additional unknown with a column h in the fit | `claims::hypotheses` |
-//! | gross | the fault is undone in the log, and the corrected log is compared with the description | `log_check::search` |
+//! | small | the fault is an additional unknown of the fit, with a column h | `claims::hypotheses` |
+//! | gross | the fault is undone in the log, and the robot description is compared with the corrected log | `log_check::search` |
 //!
-//! In both methods the bodies are fitted too: a fault is accepted only if it reduces the error on held-out blocks of the
-//! record. A new kind of fault needs a variant of the enum, and its match arms in this file.
+//! Wrong masses of the description may look like a fault. So both methods also fit the bodies, and accept such a fault only
+//! if it reduces the error of cross-validation. A new kind needs a variant of `Hypothesis` and its match arms in this file.
 
 use claims::{Figure, Topic};
 use linear_model::linear_model::Model;
@@ -24,46 +24,47 @@ use crate::estimators::huber::Robust;
 
 use Hypothesis::*;
 
-/// Start of a remedy that is an entry in the file of options.
+/// Start of the text of a remedy that is an entry in the options file.
 pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
-/// Step of a position for a central difference, rad.
+/// Step of a joint angle for a central difference, rad.
 const POSITION_STEP_RAD: f64 = 1e-4;
-/// A fault is harmless for every use if it explains a smaller share of the torque than this.
+/// A fault is not reported if it explains a smaller share of the torque than this, because it is harmless for every use of
+/// the estimate.
 const SMALLEST_TORQUE_SHARE: f64 = 0.002;
-/// A spring is harmless if it explains a smaller share of the torque than this. There is no limit on its stiffness.
+/// A spring is not reported if it explains a smaller share of the torque than this. Its stiffness has no lower limit.
 const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
-/// One degree in rad.
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Errors of angle below this are due to calibration and not reported, rad.
+/// Zero offsets and tilts of the base below this are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Scale errors below this are due to calibration and not reported.
+/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
-/// A detection limit of an angle is useless if it is at least this, rad (45 degrees).
+/// A zero offset or a tilt counts as not detectable if its detection limit is at least this, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
-/// A detection limit of a scale error is useless if it is at least this.
+/// A scale error counts as not detectable if its detection limit is at least this (0.5: 50 %).
 const USELESS_SCALE: f64 = 0.5;
 
-/// A hypothesis on a log or its model, with the numbers of its coordinates.
+/// A hypothesis on a log or its model. The numbers are coordinates, from 0. The size of a fault is in the unit given for its
+/// kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hypothesis {
-    /// The zero of a coordinate has an offset, rad.
+    /// The zero of the position of a coordinate has an offset, rad.
     Zero(usize),
     /// The logged torque of a coordinate is the true torque times (1 + size).
     Scale(usize),
     /// A spring acts on a coordinate, N m/rad (N/m).
     Spring(usize),
-    /// Gravity is tilted by an angle, rad, about a horizontal axis; the number gives the nearest axis of the base frame (0:
-    /// x, 1: y, 2: z).
+    /// Gravity is tilted by an angle, rad, about a horizontal axis. The number is the nearest axis of the base frame (0: x,
+    /// 1: y, 2: z).
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate grows by a share of itself between the first and the last sample.
+    /// The torque of a coordinate drifts: between the first and the last sample it grows by a share of itself.
     Drift(usize),
-    /// The torque of a coordinate, or of all coordinates (`None`), is logged late, s.
+    /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
-    /// Coulomb friction of a coordinate grows with its load, N m per N m.
+    /// Coulomb friction of a coordinate grows with its load (coefficient, N m per N m).
     LoadFriction(usize),
     /// The torque of the first coordinate contains a share of the torque of the second.
     CrossTalk(usize, usize),
@@ -89,7 +90,7 @@ pub enum Hypothesis {
     GravityCompensated,
 }
 
-/// Kinds of columns of a log that may be exchanged together.
+/// The kinds of columns of a log that may be exchanged between joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Positions, velocities and torques.
@@ -100,37 +101,37 @@ pub enum ColumnKind {
     Torques,
 }
 
-/// The consequence of a confirmed hypothesis.
+/// The consequence of a confirmed hypothesis for the claims.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counts {
-    /// Positions are wrong: a contradiction, even if the torque error in this log is small.
+    /// Positions are wrong. This is a contradiction even if the torque error in this log is small.
     AsPosition,
-    /// Torques are wrong: a contradiction, unless their error is smaller than every use tolerates.
+    /// Torques are wrong. This is a contradiction unless the torque error is so small that every use tolerates it.
     AsTorque,
-    /// The fault only explains a part of the residual of the fit: the log is not wrong.
+    /// The log is not wrong: the hypothesis explains a part of the residual of the fit.
     AsResidual,
     /// The fault only inflates standard deviations, and no claim names it.
     InDeviations,
-    /// The fault is gross and makes the log wrong. The log check tests it; a fit has no column for it.
+    /// The log is wrong by a gross fault. Only the log check tests it; a fit has no column for it.
     AsLog,
 }
 
-/// How hypotheses of one kind are judged.
+/// Thresholds and consequence of one kind of hypothesis.
 pub(super) struct HypothesisKind {
     /// Topic of a claim on this kind.
     pub topic: Topic,
     pub counts: Counts,
-    /// Smallest size that is reported, in the unit of the hypothesis.
+    /// Smallest size that is reported, in the unit of the hypothesis; 0 for no limit.
     pub least: f64,
-    /// Smallest explained share of the torque that is reported.
+    /// Smallest share of the torque that the hypothesis must explain to be reported.
     pub least_share: f64,
-    /// A detection limit is useless if it is at least this, in the unit of the hypothesis.
+    /// A detection limit of at least this is useless: the hypothesis counts as not detectable. In the unit of the hypothesis.
     pub useless: f64,
-    /// Whether it inflates standard deviations if the data do not exclude it.
+    /// Whether the hypothesis inflates the standard deviations of the parameters if the data do not exclude it.
     pub may_be_there: bool,
 }
 
-/// Topics of the kinds of faults that a claim may name, in the order of the claims.
+/// Topics of the kinds of faults that a claim may name, in the order in which the claims are made.
 pub(super) const CLAIMED: [Topic; 6] = [MOUNT, ZERO, SCALE, SPRING, ROTOR, DRIFT];
 
 impl Hypothesis {
@@ -143,7 +144,8 @@ impl Hypothesis {
             useless: f64::INFINITY,
             may_be_there: false,
         };
-        // Angles and scales have a least size by calibration. For other kinds only the share of the torque counts.
+        // Angles and scales have a smallest size, the calibration error. For other kinds only the share of the torque
+        // decides.
         let angle = |topic: Topic, may_be_there: bool| HypothesisKind {
             least: LEAST_ANGLE_RAD,
             useless: USELESS_ANGLE_RAD,
@@ -151,8 +153,8 @@ impl Hypothesis {
             ..of(topic, Counts::AsPosition)
         };
         let scale = HypothesisKind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
-        // Other bodies may hide a zero, a drift or a spring, so these inflate standard deviations unless the data exclude
-        // them.
+        // Wrong bodies may hide a zero offset, a drift or a spring. So these inflate standard deviations unless the data
+        // exclude them.
         match self {
             Zero(_) => angle(ZERO, true),
             Mount(_) => angle(MOUNT, false),
@@ -190,7 +192,7 @@ impl Hypothesis {
         self.joints().first().copied()
     }
 
-    /// Whether a fit to a robot of n coordinates has a column for this hypothesis.
+    /// Whether a fit to a robot of n coordinates can test this hypothesis by an additional column.
     pub fn is_of(&self, n: usize) -> bool {
         let is_there = if let Mount(axis) = *self { axis < 3 } else { self.joints().iter().all(|k| *k < n) };
         is_there && self.kind().counts != Counts::AsLog
@@ -207,9 +209,9 @@ impl Hypothesis {
         }
     }
 
-    /// Whether physically consistent bodies may explain the log without this fault. `brakes`: whether friction of a
-    /// coordinate dissipates in the unchanged log. `is_sure`: the description, without any fitted number, has nearly no
-    /// residual once the fault is undone.
+    /// Whether physically consistent bodies may explain the log without this fault. `brakes`: function from a coordinate to
+    /// whether its friction dissipates in the unchanged log. `is_sure`: whether the description, without fitted numbers,
+    /// predicts the corrected log nearly exactly.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
             Zero(_) | Scale(_) | Reversed(_) => true,
@@ -218,7 +220,7 @@ impl Hypothesis {
         }
     }
 
-    /// Converts a size x of the fault to the unit of reports (degrees, ms, %, ..).
+    /// Converts the size x of the fault from its SI unit to the unit of reports (deg, ms, %, ..).
     pub(super) fn figure(&self, x: f64, joints: &[JointResidual]) -> Figure {
         match *self {
             Zero(_) | Mount(_) => Figure::new(x.to_degrees(), "deg"),
@@ -259,7 +261,7 @@ impl Hypothesis {
         }
     }
 
-    /// The remedy for a fault with the fitted size `value`; `None` for kinds that no claim names.
+    /// The remedy for the fault, in words. `value`: its fitted size. `None` for kinds that no claim names.
     pub(super) fn remedy(&self, value: f64, joints: &[JointResidual]) -> Option<String> {
         let at = |k: usize| &joints[k].coordinate;
         let listed = |list: &str, k: usize| {
@@ -276,7 +278,8 @@ impl Hypothesis {
         }
     }
 
-    /// Undoes the fault in the motion of one sample. `size`: true minus logged position, rad.
+    /// Undoes the fault in the position, velocity and acceleration of one sample. `size`: for a zero, true minus logged
+    /// position, rad; `is_angle`: for each coordinate, whether it is an angle.
     pub(super) fn undo_motion(self, size: f64, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         match self {
             Zero(k) => q[k] += size,
@@ -293,8 +296,8 @@ impl Hypothesis {
         }
     }
 
-    /// Number of the coordinate whose columns in the log contain the velocity of joint j. Signs are ignored: they do not
-    /// change the span of columns.
+    /// Number of the coordinate whose columns in the log contain the velocity of joint j. Wrong signs do not matter, because
+    /// a column with the other sign spans the same space.
     pub(super) fn motion_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
@@ -312,8 +315,8 @@ impl Hypothesis {
         }
     }
 
-    /// Number of the coordinate whose column in the log contains the torque of joint j, and the factor on that column which
-    /// undoes a fault of this size.
+    /// Number of the coordinate whose column in the log contains the torque of joint j, and the factor on that column that
+    /// undoes the fault. `size`: the size of the fault.
     pub(super) fn torque_of(self, size: f64, j: usize) -> (usize, f64) {
         match self {
             Scale(k) if k == j => (j, 1.0 / (1.0 + size)),
@@ -325,31 +328,31 @@ impl Hypothesis {
     }
 }
 
-/// A solution of a fit, at which further sums over its rows are computed.
+/// The solution of a fit and its weights. Further sums over the rows are computed with them.
 #[derive(Clone, Copy)]
 pub struct FitPoint<'a> {
     /// The fitted parameters.
     pub x: &'a [f64],
-    /// The weights of the joints, one per coordinate.
+    /// Weights of the rows by joint, one per coordinate.
     pub weights: &'a [f64],
     /// Robust weights of rows by their residual; `None` if all rows have equal weight.
     pub robust: Option<&'a Robust>,
 }
 
-/// Unknown properties of the robot that are not parameters of the model.
+/// Unknowns of the robot that are not parameters of the model: mount and rotors.
 #[derive(Clone, Copy, Default)]
 pub struct UndeterminedMechanics<'a> {
-    /// For each horizontal axis: the number of the nearest axis of the base frame, and the torques per radian of tilt about
-    /// the axis.
+    /// For each horizontal axis about which gravity may be tilted: the number of the nearest axis of the base frame (0: x, 1:
+    /// y, 2: z), and the torques per radian of tilt.
     pub tilts: &'a [(usize, Tilt<'a>)],
-    /// The coordinates for which the options do not say whether they have a rotor.
+    /// Numbers of the coordinates for which the options do not say whether they have a rotor.
     pub rotors: &'a [usize],
 }
 
-/// Function from a position q to the torques per radian of tilt about one axis, N m/rad (N/rad), n numbers.
+/// Function from the positions q to the torques per radian of tilt about one axis, N m/rad (N/rad), one per coordinate.
 pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// Lists all hypotheses for a model that a fit can test with an additional column.
+/// Lists all hypotheses on a model that a fit can test by an additional column.
 pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
     let n = model.n();
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Zero);
@@ -363,7 +366,8 @@ pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis>
     faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
 }
 
-/// The column h of each hypothesis: torques per unit of its size, sample by sample, n numbers per sample.
+/// The column h of each hypothesis: change of the torques per unit of its size, sample by sample, n numbers per sample. `x`:
+/// the fitted parameters.
 pub(super) fn columns(
     model: &Model,
     states: &States,
@@ -372,7 +376,7 @@ pub(super) fn columns(
     open: UndeterminedMechanics,
 ) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
-    // Torques Y(q) x at sample r. q differs from the logged position if a zero is moved.
+    // Torques Y(q) x of the bodies at sample r. For a zero offset, q differs from the logged position.
     let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
         let at = r * n..(r + 1) * n;
         model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
@@ -412,7 +416,7 @@ pub(super) fn columns(
                     .extend((0..n).map(|j| if late.is_none_or(|k| k == j) { -torque_rate(states, r, j) } else { 0.0 })),
                 LoadFriction(k) => column.extend(only(k, states.direction[r * n + k] * here[k].abs())),
                 CrossTalk(k, i) => column.extend(only(k, states.tau[r * n + i])),
-                // `all` returns no hypothesis of this kind.
+                // `all` lists no hypothesis of this kind.
                 _ => column.extend(only(0, 0.0)),
             }
         }
@@ -420,8 +424,8 @@ pub(super) fn columns(
     columns
 }
 
-/// Torque rate d tau_j/dt at sample r, from the samples before and after, N m/s (N/s). It is inaccurate if a long log was
-/// thinned: then the delay is not identifiable.
+/// Torque rate d tau_j/dt at sample r, from the samples before and after, N m/s (N/s). If a long log was thinned, the rate is
+/// inaccurate and a delay is not identifiable.
 fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let (before, behind) = (r.saturating_sub(1), (r + 1).min(states.len() - 1));
     let seconds = states.t[behind] - states.t[before];

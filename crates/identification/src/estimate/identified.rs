@@ -4,7 +4,8 @@ use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
-/// Half width of a 95 % interval in standard deviations of a normal error. A value is significant if it exceeds 1.96 sigma.
+/// Half width of a 95 % interval of a normal error, in standard deviations. A value is significant if |value| exceeds 1.96
+/// sigma.
 pub const INTERVAL: f64 = 1.96;
 
 /// One identified parameter with its uncertainty.
@@ -17,20 +18,21 @@ pub struct Identified {
     pub unit: Unit,
     /// The identified value; `None` if the data do not determine it.
     pub value: Option<f64>,
-    /// Standard deviation that allows for correlated residuals, in the unit of the value: the one to use.
+    /// Standard deviation for correlated residuals, in the unit of the value. This is the one to use. `None` if not known.
     pub sigma: Option<f64>,
-    /// Standard deviation for an exact model and white noise; too small for real robots. `None` if not computed.
+    /// Standard deviation under the assumption of an exact model and white noise; too small for real robots. `None` if not
+    /// computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub white_sigma: Option<f64>,
-    /// Relative standard deviation 100 sigma / |value|, %; `None` if not finite.
+    /// Relative standard deviation 100 sigma / |value|, %; `None` if sigma is unknown or the value is zero.
     #[serde(rename = "relative_sigma_percent", alias = "relative_sigma")]
     pub relative_sigma: Option<f64>,
     /// Whether the value can be used, and if not, why.
     pub status: Status,
-    /// For a parameter that is not identifiable: the value to use when torques are predicted.
+    /// The value to use in torque predictions if the parameter is not identifiable; otherwise `None`.
     ///
-    /// Many values have the same residual; this one has the smallest norm. It is not a result. Predictions need it because
-    /// it is part of sums of parameters that the data determine.
+    /// It is not a result: many values give the same residual, and this one has the smallest norm. Predictions need it
+    /// because the data determine sums that contain this parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub used_for_prediction: Option<f64>,
 }
@@ -43,34 +45,34 @@ pub enum Status {
     Identified,
     /// Not significant: zero is within the 95 % interval of the value.
     NotSignificant,
-    /// Determined by so little motion that model errors, not noise, dominate its error.
+    /// The joints of the parameter move so little that model errors, not noise, dominate its error.
     Weak,
     /// The data do not determine the parameter.
     NotIdentifiable,
-    /// The value is given and not estimated from data, such as the true value in a simulation.
+    /// The value was given, not estimated from data; for example the true value in a simulation.
     Given,
 }
 
 /// The standard deviations of the value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations {
-    /// Standard deviation that allows for correlated residuals.
+    /// Standard deviation for correlated residuals, in the unit of the value.
     pub sigma: f64,
-    /// Standard deviation for white noise; `None` if unknown.
+    /// Standard deviation for white noise, in the unit of the value; `None` if unknown.
     pub white: Option<f64>,
-    /// Whether only little motion determines the value.
+    /// Whether the joints of the parameter hardly move.
     pub weak: bool,
 }
 
 impl Deviations {
-    /// A standard deviation that allows for white noise only.
+    /// Makes the deviations from a single standard deviation, without a separate one for white noise.
     pub fn white(sigma: f64) -> Deviations {
         Deviations { sigma, white: None, weak: false }
     }
 }
 
 impl Identified {
-    /// A parameter with its value and standard deviations; relative standard deviation and status follow from these.
+    /// Makes a parameter from its value and standard deviations. Relative standard deviation and status follow from these.
     pub fn new(id: ParameterId, unit: Unit, value: f64, deviations: Deviations) -> Identified {
         let relative = 100.0 * deviations.sigma / value.abs();
         let status = if value.abs() <= INTERVAL * deviations.sigma {
@@ -92,19 +94,20 @@ impl Identified {
         }
     }
 
-    /// A parameter that the data do not determine. `used_for_prediction`: its value in one of the equivalent solutions.
+    /// Makes a parameter that the data do not determine. `used_for_prediction`: the value for torque predictions, one of many
+    /// with the same residual.
     pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
         let (value, sigma, white_sigma, relative_sigma) = (None, None, None, None);
         let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// The value to use when torques are predicted; 0 if there is none.
+    /// The value to use in torque predictions; 0 if there is none.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
 
-    /// A parameter with a given value that is not estimated from data.
+    /// Makes a parameter with a given value that is not estimated from data.
     pub fn given(id: ParameterId, unit: Unit, value: f64) -> Identified {
         let exact = Identified::new(id, unit, value, Deviations::white(0.0));
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
@@ -129,15 +132,15 @@ impl Identified {
         }
     }
 
-    /// The parameter with its standard deviation raised by [`Identified::widened`]; the former one becomes the standard
-    /// deviation for white noise.
+    /// The parameter with its standard deviation raised to at least `deviation`. The former standard deviation becomes the
+    /// one for white noise.
     pub(crate) fn widened_beyond_white(self, deviation: f64) -> Identified {
         let white = self.sigma;
         let wide = self.widened(deviation);
         Identified { white_sigma: white.filter(|_| wide.sigma.is_some()), ..wide }
     }
 
-    /// The standard deviation, in the unit of the value; infinite if there is none.
+    /// The standard deviation in the unit of the value; infinite if it is not known.
     pub fn sigma_or_infinity(&self) -> f64 {
         self.sigma.unwrap_or(f64::INFINITY)
     }

@@ -1,7 +1,7 @@
-//! Identifies a robot from logs: the entry point that makes an estimate.
+//! Identifies a robot from logs and makes an `Estimate`.
 //!
-//! `estimators::weighted` solves the least-squares problem. If robust weights are selected, `estimators::huber` iterates
-//! over the rows. This module adds the standard deviations, the errors of cross-validation and the remarks.
+//! `estimators::weighted` solves the least-squares problem; for robust weights, `estimators::huber` then repeats the fit with
+//! new weights of the rows. This module adds standard deviations, errors of cross-validation and remarks.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -31,8 +31,8 @@ use crate::signals::records::Records;
 
 /// Identifies a robot from one log.
 ///
-/// Fails if the log does not match the robot, the transmission or the signal options. It is no failure if the data do not
-/// determine a parameter: the parameter then has the status not identifiable.
+/// Fails if the log does not match the robot, the transmission or the signal options. Parameters that the data do not
+/// determine are no failure; they get the status not identifiable.
 pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Estimate, Error> {
     identify_all(regressor, std::slice::from_ref(log), options)
 }
@@ -43,27 +43,27 @@ pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Op
     Ok(fit.estimate)
 }
 
-/// The error message if no joint has a used row.
+/// Error message if no joint has a row that can be used.
 pub const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or omit friction for torques of poses at rest";
 
-/// An estimate with the rows and the solution it was made from.
+/// An estimate, with the rows and the solution from which it was made.
 pub struct Fit {
     /// The estimate: parameters, standard deviations, residuals and remarks.
     pub estimate: Estimate,
-    /// The rows, compressed to triangles (R of QR), one per block of the record and joint.
+    /// The rows W and torques, compressed to triangles (R of QR): one triangle per block of the record and joint.
     pub observation: Observation,
     /// The least-squares solution.
     pub solution: Solution,
-    /// Weights of the joints, one per joint: 1 / standard deviation of the residual; ones for ordinary least squares (OLS).
+    /// Weight of the rows of each joint: 1 / standard deviation of its residual; 1 for ordinary least squares (OLS).
     pub weights: Vec<f64>,
     /// Robust weights of rows by their residual; `None` if all rows have equal weight.
     pub robust: Option<Robust>,
-    /// Standard deviations of the parameters, by kind of error.
+    /// Standard deviations of the parameters, for white noise and for several kinds of correlated errors.
     pub deviation: ReplicateDeviation,
 }
 
 impl Fit {
-    /// The solution and weights at which further sums over the rows are computed.
+    /// The solution and the weights of the fit, as input for further sums over the rows.
     pub fn point(&self) -> FitPoint<'_> {
         FitPoint { x: &self.solution.x, weights: &self.weights, robust: self.robust.as_ref() }
     }
@@ -73,7 +73,7 @@ impl Fit {
         Some((&self.solution.x, self.robust.as_ref()?))
     }
 
-    /// Fits logs in memory. Fails for the reasons of [`identify`].
+    /// Fits logs that are in memory. Fails for the reasons of [`identify`].
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
         let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
@@ -84,7 +84,7 @@ impl Fit {
         Fit::of_records(regressor, records.as_slice(), names, options)
     }
 
-    /// Fits records. `logs`: names of the log files, for the estimate.
+    /// Fits records (prepared segments of logs). `logs`: names of the log files, which are stored in the estimate.
     ///
     /// Fails if no joint has a used row, or if a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(
@@ -98,7 +98,8 @@ impl Fit {
         Fit::of_observation(regressor, records, observation, logs, options)
     }
 
-    /// Fits records whose rows `observation` are already computed for the model of these options.
+    /// Fits records, if their rows `observation` are already computed for the model of `options`. `logs`: names of the log
+    /// files.
     ///
     /// Fails if no joint has a used row, or if a record cannot be read.
     pub fn of_observation<R: Records + ?Sized>(
@@ -114,7 +115,7 @@ impl Fit {
             return Err(Error::new(NO_JOINT_MOVES));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        // Each loss function (Huber, then Tukey) starts from the previous solution.
+        // Robust fit: each loss function (Huber, then Tukey) starts from the previous solution.
         let mut by_rows: Option<Reweighted> = None;
         for &loss in options.weights.losses() {
             let start = by_rows.as_ref().map_or(&solution, |found| &found.solution);
@@ -125,7 +126,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        // Sums over residuals need the solution, so they take one more pass over the records.
+        // Sums over residuals need the solution, so they need another pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -157,17 +158,17 @@ impl Fit {
     }
 }
 
-/// Covariance sigma_i sigma_j rho_ij with given standard deviations `sigma`, p x p, row by row.
+/// Covariance matrix sigma_i sigma_j rho_ij from the standard deviations `sigma`, p x p, row by row.
 ///
-/// rho_ij = a_ij / sqrt(a_ii a_jj), where the matrix `a` is any multiple of the covariance for white noise. Entries with
-/// a_ii = 0 are zero.
+/// The correlations are rho_ij = a_ij / sqrt(a_ii a_jj). `a`: the covariance for white noise, up to a common factor. Entries
+/// with a_ii = 0 are zero.
 pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     let share = |c: usize| if a[(c, c)] > 0.0 { sigma[c] / a[(c, c)].sqrt() } else { 0.0 };
     let entry = |i: usize, j: usize| share(i) * share(j) * a[(i, j)];
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds to the estimate the bandwidth of each joint, Hz, the cut-off, and the options with the cut-off that was used.
+/// Adds to the estimate: the bandwidth of each joint, Hz, the cut-off, Hz, and the options with the cut-off that was used.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -181,14 +182,14 @@ pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &
     estimate.cutoff = Some(observation.cutoff).filter(|hz| *hz > 0.0);
 }
 
-/// A sentence on the share of rows of each joint with residuals beyond the bound of a robust loss.
+/// A sentence with the share of outliers of each joint: rows with a residual beyond the bound of the robust loss.
 fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
     let shares: Vec<String> = coordinates.iter().zip(&found.outliers).map(share).collect();
     format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
-/// A sentence on joints that are not used to choose the cut-off because they hardly move; `None` if all are used.
+/// A sentence on joints that move too little to help choose the cut-off frequency; `None` if there are none.
 fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
     match names.len() {
@@ -201,13 +202,14 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     }
 }
 
-/// If the motion of another joint explains a larger share than this of a joint's squared residual, a remark says it.
-/// Measured robots with a known transmission stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
+/// A remark reports cross talk if the motion of another joint explains more than this share of a joint's squared residual.
+/// Robots with a complete model of the transmission stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
-/// There is no remark on cross talk if the residual, relative to the joint's torque, is below this.
+/// Cross talk is not reported if the residual of the joint, relative to its torque, is below this.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
-/// Sentences on joints whose residual is explained by the motion of another joint.
+/// Sentences on joints with cross talk: the motion of another joint explains much of their residual. `talk`: one entry per
+/// joint.
 fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let loud = talk
         .iter()
@@ -225,8 +227,8 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// Makes an estimate from a solution: values, standard deviations (`sigma`, and those for white noise), residuals and
-/// remarks.
+/// Makes an estimate from a solution: values, standard deviations, residuals and remarks. `joints`: triangles (R of QR) of
+/// the rows, one per joint; `sigma`: standard deviations of the parameters.
 pub fn report(
     model: &Model,
     joints: &[Triangle],
@@ -236,13 +238,13 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // A base parameter with a sigma above the largest torque is not identifiable: per unit of motion, its error exceeds
-    // every torque of the log.
+    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (as numbers): its error would
+    // then exceed every torque at a motion of unit size.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value. Its entry of x is kept for predictions only.
+    // A parameter that the rows do not determine has no value. Its entry of x is only used for predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

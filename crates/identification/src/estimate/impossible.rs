@@ -1,8 +1,8 @@
-//! Finds negative base parameters that no physically consistent bodies can have.
+//! Finds identified base parameters that are negative although no physically consistent bodies give a negative value.
 //!
-//! X_k = sum over bodies of tr(A P) + sum over rotors of c IA. P >= 0: pseudo-inertia of a body; IA >= 0: rotor inertia; A,
-//! c: coefficients of X_k. If every A is positive semidefinite and no c is negative, X_k cannot be negative. Examples: a
-//! mass, a rotor inertia, or the inertia of several bodies together.
+//! A base parameter is X_k = sum over bodies of tr(A P) + sum over rotors of c IA. P: pseudo-inertia of a body, positive
+//! semidefinite; IA: rotor inertia, IA >= 0; A, c: coefficients of X_k. If every A is positive semidefinite and no c is
+//! negative, X_k cannot be negative. Examples: a mass, a rotor inertia, the inertia of several bodies together.
 
 use linear_model::parameter::ParameterId;
 use linear_model::standard_map::StandardMap;
@@ -11,15 +11,16 @@ use nalgebra::Matrix4;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::significant;
 
-/// A parameter is significantly negative below -4 sigma. With a dozen parameters near zero and normal errors, fewer than one
-/// in a thousand estimates has such a parameter by chance.
+/// A parameter is significantly negative if it is below -4 sigma. With normal errors and a dozen parameters near zero, this
+/// happens by chance in fewer than one of a thousand estimates.
 const NEGATIVE_SIGMAS: f64 = 4.0;
 
-/// A matrix counts as positive semidefinite if no eigenvalue is below minus this share of the largest entry. The tolerance
-/// allows for rounding of the map.
+/// A coefficient matrix A counts as positive semidefinite if no eigenvalue is below minus this share of the largest
+/// coefficient of the base parameter. This allows for rounding.
 const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
-/// Sentences on base parameters that are significantly negative although no bodies can give a negative value.
+/// Sentences on base parameters that are significantly negative although no physically consistent bodies give a negative
+/// value.
 pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
     let base = estimate.parameters.iter().filter(|p| matches!(p.id, ParameterId::Base(_)));
     let found = base.take(map.matrix.nrows()).enumerate().filter_map(|(k, p)| {
@@ -32,7 +33,8 @@ pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
     found.collect()
 }
 
-/// Whether base parameter k is non-negative for all consistent bodies: every A >= 0 and every c >= 0.
+/// Whether base parameter X_k = sum tr(A P) + sum c IA is non-negative for all physically consistent bodies: every matrix A
+/// is positive semidefinite, and every coefficient c of a rotor is non-negative.
 fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
     let least = -NEGATIVE_EIGENVALUE_SHARE * map.matrix.row(k).amax();
     let is_possible =
@@ -40,7 +42,8 @@ fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
 }
 
-/// The matrix A of a body, from the coefficients `c` of XX XY XZ YY YZ ZZ MX MY MZ M (indices 0 to 9).
+/// The matrix A of a body with pseudo-inertia P: tr(A P) = sum_i c(i) phi_i. c: coefficients of its parameters phi = XX XY XZ
+/// YY YZ ZZ MX MY MZ M (i from 0 to 9).
 fn weights(c: impl Fn(usize) -> f64) -> Matrix4<f64> {
     let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
     let [xx, yy, zz, m] = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
@@ -56,7 +59,7 @@ mod tests {
     use nalgebra::DMatrix;
     use random::Random;
 
-    /// The map of one body and a rotor to one base parameter.
+    /// A map from one body and one rotor to one base parameter.
     fn map(of_body: Ten, rotor: f64) -> StandardMap {
         let standard = (0..11).map(|i| format!("P{i}")).collect();
         let matrix = DMatrix::from_fn(1, 11, |_, c| if c < 10 { of_body[c] } else { rotor });
@@ -75,18 +78,19 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // The eigenvector of the smallest eigenvalue gives the body with the smallest value, which random bodies rarely
-            // have.
+            // Random bodies rarely reach the smallest value. The eigenvector of the smallest eigenvalue gives the body that
+            // does.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
             (cannot_be_negative(&map(c, 1.0), 0), least)
         };
-        // Tested: ZZ, a mass, ZZ about an axis one metre away, and a combination of moments and a product of inertia.
+        // Cases that cannot be negative: ZZ, a mass, ZZ about an axis at a distance of one metre, and a combination of
+        // moments and a product of inertia.
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            // A point mass on the axis gives zero, up to rounding.
+            // The smallest value is that of a point mass on the axis: zero, up to rounding.
             assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
         for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {

@@ -1,20 +1,19 @@
-//! Chooses friction terms of single joints by cross-validation.
+//! Chooses friction terms of single joints by forward selection with cross-validation.
 //!
-//! Terms of single joints are added one by one to the terms that all joints have. Candidates are friction that grows with
-//! the load, Stribeck friction that decays over 5 or 15 % of the joint's largest speed, viscous asymmetry, and friction by
-//! the root of the speed. Each tenth of the records is predicted from the other tenths. With the weighted rows W_k and
-//! torques y_k of tenth k, and the solution x_k of all other tenths, the squared error is
+//! Candidates for a joint are friction that grows with the load, Stribeck friction that decays over 5 or 15 % of the joint's
+//! largest speed, viscous asymmetry, and friction proportional to the root of the speed. They are added one by one to the
+//! terms that all joints have. Each tenth k of the records is predicted from the others: with its weighted rows W_k and
+//! torques y_k, and the parameters x_k fitted to all other tenths, the squared error is
 //!
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
 //! ```
-//! The term with the smallest E is added, as long as E decreases by more than 1.5 %. The weights by joint give all joints
-//! the same influence. The load is the torque that an earlier fit predicts for the bodies, so that the measured torque is on
-//! one side of the equation only.
+//! The candidate with the smallest E is added, as long as it reduces E by more than 1.5 %. Weights by joint give all joints
+//! the same influence. The load is the torque of the bodies predicted by an earlier fit, because the measured torque must not
+//! be on both sides of the equation.
 //!
-//! The records are read once. Triangles (R of QR) contain the rows of all candidates, and the products G_k = W_k' W_k give E
-//! for any set of columns. For a candidate, one column is added to the Cholesky factor of the set, which costs the square of
-//! the set's size.
+//! The records are read once, with the columns of all candidates. The products W_k' W_k then give E for any set of columns.
+//! To test a candidate, one column is added to the Cholesky factor of the set.
 
 use std::fmt;
 
@@ -31,30 +30,31 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
-/// A term is added only if the ratio of the errors of cross-validation (with / without it) is below this.
+/// A term is added only if it multiplies the error E of cross-validation by less than this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
-/// Stribeck friction decays over these shares of a joint's largest speed.
+/// A Stribeck candidate decays over one of these shares of the joint's largest speed.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
-/// Largest load-friction coefficient: no gear dissipates a larger share of its load.
+/// Largest accepted load-friction coefficient (friction torque / load torque): no gear dissipates a larger share of its load.
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
-/// Regularisation of a parameter when a tenth is left out, as a share of the square of its column (as in `held_out`).
+/// Regularisation of the fit to all other tenths: share of the squared norm of a column (as in `held_out`).
 const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
-/// Regularisation for the whole record, as a share of the square of a column. It keeps undetermined parameters near zero.
+/// Regularisation of the fit to the whole record: share of the squared norm of a column. It keeps undetermined parameters
+/// near zero.
 const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 
-/// A friction term that was added, and the error with it.
+/// A friction term that was added, and the error of cross-validation with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TakenTerm {
     /// The friction term.
     pub term: FrictionTerm,
-    /// E with this term and all terms added before it, divided by E without terms of single joints.
+    /// Error E of cross-validation with this term and all terms added before it, divided by E without terms of single joints.
     pub ratio: f64,
 }
 
-/// The friction terms of single joints that were chosen, and the error without them.
+/// The chosen friction terms of single joints, and the error of cross-validation without them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
-    /// Relative error of cross-validation without terms of single joints: E divided by the norm of the weighted torque.
+    /// Relative error of cross-validation without terms of single joints: |W x - y| / |y| with weighted rows W and torques y.
     pub error: f64,
     /// The chosen terms, in the order in which they were added.
     pub taken: Vec<TakenTerm>,
@@ -67,8 +67,8 @@ impl JointTerms {
     }
 }
 
-/// The candidate terms of all joints that move. `speed`: the largest speed of each joint, rad/s (m/s); 0 if a joint stands
-/// still.
+/// The candidate friction terms of all joints that move. `speed`: largest speed of each joint, rad/s (m/s); 0 if the joint
+/// stands still.
 pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     let mut out = Vec::new();
     for (j, &fastest) in speed.iter().enumerate().filter(|(_, v)| **v > 0.0) {
@@ -81,8 +81,8 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses terms of single joints to add to `options.friction`, on records that contain the predicted load. `other_columns`:
-/// parameters of a fit without the candidates, and robust weights of its rows; `None` for equal weights.
+/// Chooses the `candidates` that are added to `options.friction`. The records must contain the predicted load.
+/// `other_columns`: parameters of a fit without the candidates, and robust weights of its rows; `None` for equal weights.
 ///
 /// Fails if a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(
@@ -100,12 +100,12 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     kept.iter().zip(other_columns.map_or(&[][..], |(x, _)| x)).for_each(|(&c, value)| x[c] = *value);
     let weight = |j: usize, e: f64| row_factor(other_columns.map(|(_, rows)| rows), j, e);
     let rows = Observation::of_records(&wide, records, other_columns.map(|_| RowWeight { x: &x, weight: &weight }))?;
-    // The weights by joint come from the model without the candidates.
+    // The weights by joint come from a fit without the candidates.
     let joints: Vec<Triangle> = rows.joints(|_| true).iter().map(|joint| select(joint, &kept)).collect();
     let (_, weights) = fit(&joints, options.weights);
     let folds = Folds::new(&rows, &weights);
 
-    // Forward selection by the error of cross-validation.
+    // Forward selection by the error E of cross-validation.
     let mut set = kept;
     let first = folds.error(&set);
     let torque = folds.torque() + weighted(&joints, &weights).taken_out;
@@ -121,14 +121,14 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
         };
         let possible = open.iter().zip(&tried).filter(|(i, tried)| is_possible(**i, tried.value));
         let Some((&best, tried)) = possible.min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { break };
-        // The errors are squares E^2, so the ratio is squared.
+        // `error` is E^2, so the ratio is squared.
         if tried.error.is_nan() || tried.error >= WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error {
             break;
         }
         error = tried.error;
         set.push(places[best]);
         found.taken.push(TakenTerm { term: candidates[best], ratio: (error / first).sqrt() });
-        // A joint has at most one parameter of each name.
+        // A joint has at most one parameter of each name, so candidates with the name of the added term are dropped.
         let named = |i: usize| wide.parameters[places[i]].id.clone();
         let taken = named(best);
         open.retain(|&i| named(i) != taken);
@@ -145,18 +145,18 @@ fn place(wide: &Model, options: &Options, candidates: &[FrictionTerm], i: usize)
 
 /// The effect of adding one candidate term.
 struct CandidateEffect {
-    /// E^2 with the candidate.
+    /// Squared error E^2 of cross-validation with the candidate; infinite if it cannot be computed.
     error: f64,
-    /// The parameter of the candidate, estimated from the whole record.
+    /// Parameter of the candidate, fitted to the whole record.
     value: f64,
 }
 
-/// Products [W y]' [W y] of the weighted rows W and torques y, per tenth of the record and for all. The columns of W have
-/// unit norm.
+/// Products [W y]' [W y] of the weighted rows W and torques y: for each tenth of the record, and for the whole record. The
+/// columns of W are scaled to unit norm.
 struct Folds {
     tenths: Vec<DMatrix<f64>>,
     all: DMatrix<f64>,
-    /// Factors from the parameters of unit-norm columns to the parameters of the model.
+    /// Parameter of the model, divided by the parameter of the column of unit norm.
     scale: DVector<f64>,
 }
 
@@ -174,7 +174,7 @@ impl Folds {
         let mut folds =
             Folds { tenths: parts.chunks(2).map(sum).collect(), all: sum(&parts), scale: DVector::zeros(m) };
         folds.scale = folds.all.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
-        // The right-hand side keeps its unit.
+        // The last column contains the torques and is not scaled.
         if let Some(last) = m.checked_sub(1) {
             folds.scale[last] = 1.0;
         }
@@ -185,12 +185,12 @@ impl Folds {
         folds
     }
 
-    /// The squared norm of the weighted torque.
+    /// Squared norm of the weighted torque of the whole record.
     fn torque(&self) -> f64 {
         self.all.diagonal().as_slice().last().copied().unwrap_or(0.0)
     }
 
-    /// E^2 of a set of columns; infinite if the normal equations cannot be solved.
+    /// Squared error E^2 of cross-validation with the columns in `set`; infinite if the normal equations cannot be solved.
     fn error(&self, set: &[usize]) -> f64 {
         let Some(whole) = Normal::new(&self.all, set, WHOLE_REGULARISATION_SHARE) else { return f64::INFINITY };
         let x = whole.solution(&DVector::zeros(set.len()));
@@ -201,7 +201,7 @@ impl Folds {
         self.tenths.iter().map(of_tenth).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
     }
 
-    /// The effect of adding each of `columns` alone to a set. One effect per column.
+    /// The effect of adding one of `columns` to the columns in `set`; one result per entry of `columns`.
     fn with_each(&self, set: &[usize], columns: &[usize]) -> Vec<CandidateEffect> {
         let last = self.all.nrows() - 1;
         let none = || CandidateEffect { error: f64::INFINITY, value: 0.0 };
@@ -227,7 +227,7 @@ impl Folds {
     }
 }
 
-/// |W x - y|^2 for the columns in `set`, from the products of W and y.
+/// |W x - y|^2 for the columns of W in `set`. `products`: [W y]' [W y].
 fn residual_square(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
     let last = products.nrows() - 1;
     let mut all = DVector::zeros(last + 1);
@@ -236,7 +236,7 @@ fn residual_square(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> 
     all.dot(&(products * &all)).max(0.0)
 }
 
-/// The regularised normal equations of a set of columns. `hold`: regularisation as a share of the square of a column.
+/// Regularised normal equations of the columns in `set`. `hold`: regularisation, as a share of the squared norm of a column.
 struct Normal<'a> {
     products: DMatrix<f64>,
     set: &'a [usize],
@@ -245,7 +245,7 @@ struct Normal<'a> {
 }
 
 impl<'a> Normal<'a> {
-    /// Sets up and factorises the equations; `None` if they cannot be solved.
+    /// Sets up and factorises the normal equations; `None` if they cannot be solved.
     fn new(products: &DMatrix<f64>, set: &'a [usize], hold: f64) -> Option<Normal<'a>> {
         let entry = |i: usize, j: usize| {
             let held = if i == j { hold * products[(set[i], set[i])] + WHOLE_REGULARISATION_SHARE } else { 0.0 };
@@ -255,7 +255,7 @@ impl<'a> Normal<'a> {
         Some(Normal { products: products.clone(), set, hold, factor })
     }
 
-    /// Solves for the parameters, regularised towards `start`.
+    /// Solves for the parameters of the set, which are regularised towards `start`.
     fn solution(&self, start: &DVector<f64>) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let right = |i: usize| {
@@ -265,8 +265,8 @@ impl<'a> Normal<'a> {
         self.factor.solve(&DVector::from_fn(self.set.len(), |i, _| right(i)))
     }
 
-    /// Solves for the parameters with column c added as the last. `alone`: parameters without c; `start`: value towards
-    /// which the parameter of c is regularised. This costs one solution with the Cholesky factor of the set.
+    /// Solves for the parameters of the set and of an additional column c (last entry). `alone`: solution without c; `start`:
+    /// value towards which the parameter of c is regularised. The cost is one solution with the Cholesky factor of the set.
     fn bordered(&self, c: usize, alone: &DVector<f64>, start: f64) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let beside = DVector::from_fn(self.set.len(), |i, _| self.products[(self.set[i], c)]);
@@ -299,7 +299,8 @@ mod tests {
     use linear_model::regressor::predict_load;
     use random::Random;
 
-    /// The chosen terms for a pendulum with the friction `friction(dq, load)`. The load is predicted by the true parameters.
+    /// The terms that are chosen for a pendulum with the friction `friction(dq, load)`. The load is predicted with the true
+    /// parameters.
     fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {
         let arm = Pendulum::new();
         let mut states = arm.states(3000);
@@ -337,7 +338,8 @@ mod tests {
         }
     }
 
-    /// The error E of a set, also with a column added, equals the error of cross-validation from triangles.
+    /// The error E from products, directly and with a column added, equals the error of cross-validation from triangles (R of
+    /// QR).
     #[test]
     fn products_give_the_error_of_cross_validation() {
         use crate::estimate::held_out::cross_validate;
@@ -358,7 +360,7 @@ mod tests {
         let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
         let expected = cross_validate(&model, &rows, Weights::Joint).total;
         let found = (direct / torque).sqrt() / weights[0];
-        // The two methods regularise differently, hence the tolerance.
+        // Tolerance: the two methods regularise differently.
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
     }
 }

@@ -1,14 +1,14 @@
-//! Errors when each of several logs is predicted by parameters that are fitted to the other logs.
+//! Computes errors for each log of a fit when parameters fitted to the other logs predict it.
 //!
-//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i those from all logs except i, and X_i
-//! those from log i alone, the relative errors are
+//! W_i, tau_i: rows and torques of log i. X, X_-i, X_i: parameters fitted to all logs, to all logs except i, and to log i
+//! alone. The relative errors are
 //!
 //! ```text
 //! e(x) = |tau_i - W_i x| / |tau_i|
 //! error = e(X_-i)     by_parameters^2 = e(X_-i)^2 - e(X_i)^2     apart^2 = e(X)^2 - e(X_i)^2
 //! ```
-//! All errors are relative to the torque and have no unit. The standard deviations of X_-i for white noise are multiplied by
-//! the same factors as the standard deviations of X. They show how large a prediction error may be without a contradiction.
+//! The standard deviations of X_-i show how large `error` may be without a contradiction between the logs. They are the
+//! deviations for white noise, multiplied by the factors (sigma / white sigma) of X.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
@@ -21,25 +21,27 @@ use crate::estimate::nominal_prediction::nominal_residuals;
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
-/// Relative errors |tau - W X| / |tau| on one log, with parameters from the other logs.
+/// Relative errors |tau - W x| / |tau| on one log. It is predicted by parameters that are fitted to the other logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLeftOut {
     /// Number of the log, from 0.
     pub log: usize,
-    /// Prediction error e(X_-i) with parameters from all other logs.
+    /// Relative error of the prediction by parameters that are fitted to all other logs.
     pub error: f64,
-    /// The part of the error that the standard deviations of X_-i explain; infinite if the other logs determine fewer
-    /// parameters than all logs.
+    /// Part of `error` that the standard deviations of these parameters explain; infinite if the other logs determine fewer
+    /// parameters than all logs together.
     pub unsure: f64,
-    /// The part of `error` that is due to the parameters: sqrt(e(X_-i)^2 - e(X_i)^2).
+    /// Part of `error` that comes from wrong parameters: sqrt(`error`^2 - own^2). own: relative error with parameters fitted
+    /// to this log alone.
     pub by_parameters: f64,
-    /// The part of e(X) that parameters from this log alone would avoid: sqrt(e(X)^2 - e(X_i)^2).
+    /// Error that the parameters of the common fit cause on this log: sqrt(common^2 - own^2). common, own: relative errors
+    /// with parameters fitted to all logs, and to this log alone.
     pub apart: f64,
-    /// Error of the nominal parameters with fitted friction; `None` if the description has no inertials.
+    /// Relative error with the nominal parameters and fitted friction; `None` if the description has no inertials.
     pub described: Option<f64>,
 }
 
-/// Computes the errors when each log of a fit is left out in turn; empty if there is only one log. `described`: nominal base
+/// Computes the errors of each log when it is left out of the fit; empty if there is only one log. `described`: nominal base
 /// parameters.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
@@ -48,7 +50,7 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
     }
     let (numbers, parts): (Vec<usize>, Vec<Vec<Triangle>>) = logs.into_iter().unzip();
     let wider: Vec<f64> = fitted.deviation.sigma().iter().zip(&fitted.deviation.white).map(|(s, w)| s / w).collect();
-    // The factors sigma / white sigma come from the fit of all logs.
+    // `wider`: the factors (sigma / white sigma) of the fit of all logs. `rests`: for each log, the rows of all other logs.
     let rests = without_each(model, &parts, &fitted.weights);
     let one = |((log, joints), rest): ((usize, &Vec<Triangle>), Triangle)| {
         let solution = solve(&rest);
@@ -75,8 +77,8 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
 /// Largest number of logs that a sentence names.
 const MOST_NAMED_LOGS: usize = 8;
 
-/// A sentence with the prediction error of each log. If there are too many logs, only the worst are named. `logs`: names of
-/// the logs. `None` if there is only one log.
+/// A sentence with the prediction error of each log, or of the worst ones if there are many; `None` if there is only one log.
+/// `logs`: names of the logs.
 pub fn sentence(left_out: &[LogLeftOut], logs: &[String]) -> Option<String> {
     let mut named: Vec<&LogLeftOut> = left_out.iter().collect();
     let which = match named.len() {
@@ -119,7 +121,7 @@ mod tests {
         let found = left_out(|_| ());
         assert_eq!(found.iter().map(|left| left.log).collect::<Vec<_>>(), [0, 1]);
         for left in &found {
-            // Noise 0.01 N m, torque about 5 N m, three parameters, a thousand rows.
+            // Limits for noise of 0.01 N m, a torque of about 5 N m, three parameters and a thousand rows.
             assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
             assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
         }
@@ -137,8 +139,8 @@ mod tests {
         assert!(many.contains("; the worst: 8.csv 9.00 %, 7.csv 8.00 %") && !many.contains(" 0.csv"), "{many}");
     }
 
-    /// The torques of one log are 10 % too large. So each log is predicted with an error of 10 % by parameters from the
-    /// other, and of 5 % by parameters from both.
+    /// The torques of one log are 10 % too large. So the error of each log is 10 % with parameters from the other log, and 5
+    /// % with parameters from both.
     #[test]
     fn logs_of_two_robots_are_apart() {
         for left in left_out(|states| states.tau.iter_mut().for_each(|tau| *tau *= 1.1)) {
@@ -146,7 +148,7 @@ mod tests {
         }
     }
 
-    /// A log of a robot that stands at one pose determines one column only. The undetermined parameters are no
+    /// The robot stands at one pose in one log, so this log determines one column only. Its undetermined parameters are no
     /// contradiction.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {

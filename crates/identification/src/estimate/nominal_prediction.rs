@@ -1,7 +1,7 @@
-//! The residual of the nominal base parameters when friction is fitted to the log.
+//! Computes the residual of the nominal base parameters on a log, with friction fitted to this log.
 //!
-//! tau - Y X = F x_F, with the nominal base parameters X. The parameters x_F of the columns F after the base parameters
-//! (friction, couplings) are fitted, with the weights by joint of the fit.
+//! The fit is tau - Y X = F x_F. Y X: torques of the nominal base parameters X; F: columns of friction and couplings; x_F:
+//! their fitted parameters. The rows are weighted by joint.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
@@ -10,14 +10,14 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::held_out::residuals;
 use crate::estimate::residuals::Residuals;
 
-/// Residuals with the nominal base parameters `described` and fitted friction. `joints`: triangles (R of QR) of the rows,
-/// one per joint; `weights`: one per joint.
+/// Residuals with the nominal base parameters `described` and fitted friction. `joints`: triangles (R of QR) of the rows, one
+/// per joint; `weights`: weight of the rows of each joint.
 pub fn nominal_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
     residuals(model, joints, &nominal_values(model, joints, weights, described))
 }
 
-/// The nominal base parameters `described`, followed by the fitted friction parameters with the smallest residual: one value
-/// per column of the model. `weights`: one per joint.
+/// The nominal base parameters `described`, followed by the friction parameters with the smallest residual; one value per
+/// column of the model. `joints`: triangles (R of QR) of the rows; `weights`: weight of the rows of each joint.
 pub fn nominal_values(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Vec<f64> {
     let (p, base) = (model.p(), described.len());
     let mut rest = TriangleBuilder::new(p - base);

@@ -1,4 +1,4 @@
-//! The options of an identification, as in the file of `--options`.
+//! The options of an identification, which a file given by `--options` contains.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -20,22 +20,22 @@ pub struct Options {
     pub model: String,
     /// Names of the columns of a log for each signal.
     pub columns: ColumnNames,
-    /// Units of a log whose column headers contain no units. When options are read, they are moved to `columns`.
+    /// Units of a log without units in its column headers. When options are read, these units are moved to `columns`.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
-    /// Transmission from the signals of the log to the joints.
+    /// Transmission from the logged signals to the joints: ratios, offsets, scales, springs, couplings.
     pub transmission: Transmission,
     /// How signals are filtered and differentiated to states (q, dq, ddq, tau).
     pub signal: Signal,
     /// Friction terms (columns of the regressor) that every joint has.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters of an earlier fit. They predict the load for friction that grows with the load; empty without such
+    /// Base parameters of an earlier fit, which predict the load for friction that grows with the load; empty without such
     /// friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction_load: Vec<f64>,
-    /// How the rows are weighted.
+    /// How rows are weighted: equally, by joint, or robustly.
     pub weights: Weights,
-    /// Whether the estimate contains its covariance.
+    /// Whether the covariance of the parameters is stored in the estimate.
     pub covariance: bool,
 }
 
@@ -81,14 +81,15 @@ impl Options {
         self.linear_model_with(regressor, &self.friction)
     }
 
-    /// The linear model of the torques with the given friction instead of that of the options.
+    /// The linear model of the torques, with `friction` instead of the friction of these options.
     pub fn linear_model_with<'a>(&self, regressor: &'a dyn Regressor, friction: &'a [FrictionTerm]) -> Model<'a> {
         let Transmission { scales, springs, .. } = self.transmission.clone();
         let (scales, springs) = (scales.unwrap_or_default(), springs.unwrap_or_default());
         Model { scales, springs, ..Model::new(regressor, friction, &self.transmission.coupled()) }
     }
 
-    /// How a log is prepared with these options. Rows at standstill are kept if the model has no dry friction.
+    /// How logs are prepared with these options. If the model has no dry friction, rows of a joint at standstill are kept;
+    /// otherwise they are not used.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {

@@ -1,15 +1,15 @@
 //! Estimates the mean square error of identified parameters from logs that were not fitted.
 //!
-//! x, C: parameters and their covariance; T_j, z_j: rows and torques of joint j in another log; s_j: rms residual of joint
-//! j, N m (N), with parameters fitted to that log; m: number of correlated rows that count as one. Then
+//! x, C: parameters and their covariance; T_j, z_j: rows and torques of joint j in another log; s_j: rms residual of joint j
+//! in a fit to that log, N m (N); m: number of correlated rows that count as one. Then
 //!
 //! ```text
 //! H = sum_j T_j'T_j / (m s_j^2)     g = sum_j T_j'(z_j - T_j x) / (m s_j^2)
 //! P = C (1 + H C)^-1                d = P g                     E = P + d d'
 //! ```
-//! x + d are the parameters estimated from both data sets, with the covariance P. So E is the mean square error of x: the
-//! variance that remains, plus the square of the change d due to the other log. If x predicts the other log well, E is
-//! smaller than C. If x predicts it worse than C explains, E is larger.
+//! x + d is the estimate from both data sets, and P is its covariance. So E is the mean square error of x: the remaining
+//! variance P plus the square of the change d. E is smaller than C if x predicts the other log well, and larger if x predicts
+//! it worse than C explains.
 
 use linear_model::linear_model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -17,11 +17,12 @@ use numerics::triangle::Triangle;
 
 use crate::estimators::weighted::{Weights, fit};
 
-/// Smallest ratio of squared residual to squared torque; a smaller one is rounding.
+/// Smallest ratio of squared residual to squared torque. Smaller residuals are rounding errors.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-18;
 
-/// Computes the matrix E, p x p, row by row. `logs`: for each log, the triangles of its joints; `discount`: m. `None` if 1 +
-/// H C is singular.
+/// Computes the mean square errors E of the parameters x, p x p, row by row. `covariance`: C; `logs`: for each other log, the
+/// triangles (R of QR) of its joints; `discount`: number of correlated rows that count as one. `None` if a matrix is
+/// singular.
 pub fn mean_square_errors(
     model: &Model,
     x: &[f64],
@@ -31,7 +32,7 @@ pub fn mean_square_errors(
     discount: f64,
 ) -> Option<Vec<Vec<f64>>> {
     let p = model.p();
-    // Parameters have different units, so they are scaled by their standard deviations.
+    // Parameters have different units, so they are divided by their standard deviations.
     let scale: Vec<f64> = (0..p).map(|c| covariance[c][c].max(0.0).sqrt()).collect();
     let over = |c: usize| if scale[c] > 0.0 { 1.0 / scale[c] } else { 0.0 };
     let correlation = DMatrix::from_fn(p, p, |i, j| over(i) * covariance[i][j] * over(j));
@@ -40,7 +41,7 @@ pub fn mean_square_errors(
         let own = fit(joints, weights).0.x;
         for joint in joints.iter().filter(|joint| joint.rows > 0) {
             let (torque, left) = joint.squares(&own);
-            // The variance m s_j^2 of a row, at least that of rounding.
+            // Variance m s_j^2 of a row, at least the variance of rounding.
             let variance = discount * left.max(ROUNDING_SQUARE_SHARE * torque) / joint.rows as f64;
             if variance <= 0.0 {
                 continue;
@@ -53,7 +54,7 @@ pub fn mean_square_errors(
             slope += rows.transpose() * miss / variance;
         }
     }
-    // P = C (1 + H C)^-1, d = P g, E = P + d d'. P is made symmetric, because rounding disturbs its symmetry.
+    // P = C (1 + H C)^-1, d = P g, E = P + d d'. Rounding makes P asymmetric, so the mean of P and P' is used.
     let inverse = (DMatrix::identity(p, p) + information * &correlation).lu().try_inverse()?;
     let posterior = correlation * inverse;
     let moved = &posterior * slope;
@@ -70,8 +71,8 @@ mod tests {
     use crate::test_arm::pendulum;
     use random::Random;
 
-    /// Another log with little noise finds the errors of parameters that are wrong by two sigma, and of exact ones. Without
-    /// another log E equals C.
+    /// Another log with little noise reveals the errors of parameters: of exact ones, and of ones that are wrong by two
+    /// sigma. Without another log E equals C.
     #[test]
     fn another_log_tells_the_error() {
         let (arm, model) = pendulum();

@@ -1,5 +1,4 @@
-//! Makes the remarks of an estimate: sentences on parameters that are not identifiable, with the joints that moved too
-//! little.
+//! Makes the remarks of an estimate: sentences on parameters that are not identifiable, and on joints that move too little.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -8,25 +7,25 @@ use numerics::least_squares::Solution;
 
 use crate::rows::observation::Observation;
 
-/// A range of motion of a revolute joint is short below this, rad. A short range explains large standard deviations of the
-/// parameters of the joint, unless it is fast.
+/// A revolute joint has a short range of motion below this, rad. A short range is a reason for large standard deviations,
+/// unless the joint is fast.
 const SHORT_RANGE_RAD: f64 = 0.5;
-/// A range of motion of a prismatic joint is short below this, m.
+/// A prismatic joint has a short range of motion below this, m.
 const SHORT_RANGE_M: f64 = 0.05;
 
-/// A joint is slow if its largest speed is at most this share of that of the fastest joint of its kind (revolute or
+/// A joint is slow if its largest speed is at most this share of the largest speed of all joints of its kind (revolute or
 /// prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
-/// There is a remark if the condition number of the scaled columns exceeds this.
+/// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// A parameter is not named if its entry in a direction of unit norm is below this.
+/// A parameter of a direction is named if its entry exceeds this; the largest entry is 1.
 const SMALLEST_NAMED_ENTRY: f64 = 0.05;
-/// Largest number of parameters of a direction that are named.
+/// Largest number of parameters that a sentence names for a direction.
 const MAX_NAMED_MEMBERS: usize = 6;
 
-/// Two turns, rad. Few joints of arms turn farther; a larger angle is more often a column in degrees.
+/// Two turns, rad. Few joints of arms turn farther, so a larger angle is more likely a column in degrees.
 pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
 /// For each joint, whether it hardly moves: its range is short, and it is slow compared with the fastest joint of its kind.
@@ -48,16 +47,16 @@ fn unit(model: &Model, k: usize) -> &'static str {
     if model.regressor.is_prismatic(k) { "m" } else { "rad" }
 }
 
-/// Whether all joints that a parameter belongs to hardly move. `still`: for each joint, whether it hardly moves.
+/// Whether all joints of a parameter hardly move. `still`: for each joint, whether it hardly moves.
 pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// There is a remark if a body is heavier or lighter than its nominal mass by this factor.
+/// A remark reports a body if its mass differs from its nominal mass by more than this factor.
 const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
-/// A sentence on a body whose mass, kg, differs much from its nominal mass; `None` if it does not. `known`: the nominal
-/// body.
+/// A sentence on a body whose mass differs from its nominal mass by a large factor; `None` for other bodies. `known`: the
+/// nominal parameters of the body.
 pub fn exceeding_description((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     let (mass, given) = (body[9], known[9]);
     let ratio = mass / given;
@@ -69,8 +68,8 @@ pub fn exceeding_description((name, body): &(&str, Ten), known: &Ten) -> Option<
     })
 }
 
-/// Sentences on parameters and combinations that are not, or weakly, identifiable, on rows left out at rest, and on joint
-/// ranges.
+/// All remarks on rows and solution: parameters and combinations that are not or weakly identifiable, rows left out at
+/// standstill, and joint ranges.
 pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let mut out = alone(model, observation, solution);
     if solution.rank < model.p() {
@@ -94,7 +93,8 @@ fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<S
     (0..model.p()).filter(is_alone).map(sentence).collect()
 }
 
-/// Sentences on combinations of several parameters that are not identifiable: directions v with W v = 0 (W: regressor).
+/// Sentences on combinations of several parameters that are not identifiable: directions v of the parameter space with W v =
+/// 0 (W: regressor).
 fn together(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let mut out = Vec::new();
     for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
@@ -113,8 +113,8 @@ fn together(model: &Model, observation: &Observation, solution: &Solution) -> Ve
     out
 }
 
-/// A sentence on the least identifiable combination of parameters (the direction v with the smallest |W v|); `None` if the
-/// condition number is small.
+/// A sentence on the least identifiable combination of parameters: the direction v with the smallest |W v| (W: regressor).
+/// `None` if the condition number is small.
 fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Option<String> {
     let (ratio, direction) =
         solution.weak.first().filter(|_| solution.condition_number > REMARKABLE_CONDITION_NUMBER)?;
@@ -124,7 +124,8 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// A sentence on rows that were left out because their joint stands still; `None` if no row was.
+/// A sentence with the number of rows of each joint that were left out because the joint stands still; `None` if there are
+/// none.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -133,7 +134,7 @@ fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     })
 }
 
-/// Sentences on revolute joints with angles beyond [`LARGEST_ARM_ANGLE_RAD`].
+/// Sentences on revolute joints with angles beyond [`LARGEST_ARM_ANGLE_RAD`], which may be degrees.
 fn far(model: &Model, observation: &Observation) -> Vec<String> {
     let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
     let turning = coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k));
@@ -163,7 +164,7 @@ fn hardly_moving(model: &Model, observation: &Observation) -> Vec<String> {
     observation.range.iter().enumerate().filter(|(k, _)| still[*k]).map(sentence).collect()
 }
 
-/// Indices of the parameters with the largest entries of a direction, the largest first.
+/// Indices of the parameters with the largest entries in a direction of the parameter space, the largest first.
 fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
     let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > SMALLEST_NAMED_ENTRY).collect();
     members.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
@@ -176,7 +177,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// A clause on the joints of these parameters that have a short range of motion; empty if none has.
+/// A clause that names the joints of these parameters with a short range of motion; empty if there are none.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

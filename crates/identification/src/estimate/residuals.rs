@@ -1,10 +1,10 @@
-//! The residuals of a model, for each joint and in total.
+//! Residuals of a model, for each joint and in total.
 //!
-//! For joint j: relative_j = |tau_j - W_j X| / |tau_j| over its rows. The total is over the rows of all joints. tau_j is the
-//! measured torque, even if the transmission removed springs and scales from it.
+//! For joint j: relative_j = |tau_j - W_j X| / |tau_j| over the rows of the joint. tau_j is the torque as measured, including
+//! springs and scales that the transmission removes before the fit. The total is the same ratio over the rows of all joints.
 //!
-//! N m and N are not added: with revolute and prismatic joints, the square of the total is the mean of the squares of the
-//! two kinds of joints, weighted by their numbers of rows.
+//! N m and N are not added. If a robot has revolute and prismatic joints, the total is the root of the mean of the squared
+//! ratios of both kinds, weighted by their numbers of rows.
 
 use std::fmt;
 
@@ -29,10 +29,11 @@ pub struct JointResidual {
     pub relative: f64,
     /// Number of rows of the joint.
     pub rows: usize,
-    /// Relative error of cross-validation: each tenth of the record is predicted from the others. `None` if not computed.
+    /// Relative error of cross-validation: each tenth of the record is predicted by a fit to the other tenths. `None` if not
+    /// computed.
     #[serde(default)]
     pub held_out: Option<f64>,
-    /// Bandwidth: frequency, Hz, below which 95 % of the energy of the velocity lies; `None` if unknown.
+    /// Bandwidth, Hz: 95 % of the energy of the velocity is below this frequency. `None` if unknown.
     #[serde(default)]
     pub f95: Option<f64>,
     /// Autocorrelation time of the residual, s (`estimate::autocorrelation`); `None` if unknown.
@@ -69,7 +70,8 @@ impl Squares {
         Squares { torque: self.torque + torque, residual: self.residual + left, rows: self.rows + rows }
     }
 
-    /// The sums of squares of joint j, from sums `torque` and `left` (residual) in which the scale of the joint was removed.
+    /// Makes the sums of squares of joint j in the unit of its measured torque. `torque`, `left`: sums of squared torques and
+    /// residuals after the division of the torques by the scale of the joint.
     pub(crate) fn of(model: &Model, j: usize, rows: usize, torque: f64, left: f64) -> Squares {
         let square = model.scale(j).powi(2);
         Squares { torque: square * torque, residual: square * left, rows }
@@ -83,7 +85,7 @@ pub struct Residuals {
     pub joints: Vec<JointResidual>,
     /// Relative residual |tau - W X| / |tau| over all joints, without a unit.
     pub total: f64,
-    /// The sums of squares from which both were computed, one per joint.
+    /// Sums of squares from which `joints` and `total` were computed, one per joint.
     pub squares: Vec<Squares>,
 }
 
@@ -105,8 +107,8 @@ impl Residuals {
     }
 }
 
-/// Relative residual |tau - W X| / |tau| over joints of one unit. With both units: the root of the mean of the squares of
-/// the two relative residuals, weighted by rows.
+/// Relative residual |tau - W X| / |tau| over all joints. For revolute and prismatic joints together: root of the mean of the
+/// two squared relative residuals, weighted by rows.
 fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
     let of = |unit: Unit| {
         let own = joints.iter().zip(squares).filter(|(joint, _)| joint.unit == unit).map(|(_, squares)| squares);
@@ -131,7 +133,8 @@ impl fmt::Display for Residuals {
     }
 }
 
-/// Writes the table of residuals by joint. `held_out`: error of cross-validation over all joints, if known.
+/// Writes a table of the residuals with one line per joint. `held_out`: relative error of cross-validation over all joints,
+/// if known.
 pub(crate) fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],
@@ -142,7 +145,7 @@ pub(crate) fn write_residuals(
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
     let frequencies = joints.iter().any(|j| j.f95.is_some());
-    // A common unit is written in the head of the column; different units are written after the numbers.
+    // If all joints have one unit, it is written in the head of the column; otherwise after each number.
     let head = joints.first().map_or(Unit::TORQUE, |j| j.unit);
     let mixed = joints.iter().any(|j| j.unit != head);
     let unit = |unit: Unit| if mixed { format!(" {unit:<3}") } else { String::new() };
@@ -167,7 +170,7 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
 
-    /// The total does not depend on the unit of force: if the force of a prismatic joint is in mN, the total is equal.
+    /// The total does not depend on the unit of force: it is equal if the force of a prismatic joint is in mN.
     #[test]
     fn the_total_has_no_unit() {
         let turns = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints.swap_remove(0);
@@ -181,7 +184,7 @@ mod tests {
         let mixed = [1.0, 1e6].map(|scale| total(&[turns.clone(), slides.clone()], &squares(scale)));
         let expected = (0.75_f64 * 0.04 + 0.25 * 0.25).sqrt();
         assert!(mixed.iter().all(|total| (total - expected).abs() < 1e-15), "{mixed:?} {expected}");
-        // Two joints of one unit are summed as one.
+        // Two joints with the same unit are summed before the ratio is computed.
         assert_eq!(total(&[turns.clone(), turns], &squares(100.0)), (29.0_f64 / 200.0).sqrt());
         assert_eq!(total(&[], &[]), 0.0);
     }

@@ -1,4 +1,4 @@
-//! Cross-validation with and without the rotor inertias that a model lacks.
+//! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
 //!
 //! The rows with rotor columns contain the rows without them, so one pass over the records is enough for both.
 
@@ -12,20 +12,20 @@ use crate::estimate::options::Options;
 use crate::rows::observation::{Observation, SinglePass};
 use crate::signals::records::Records;
 
-/// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
+/// Rows of records for a model without rotor inertias, with the columns of these inertias added.
 pub struct WithRotors {
     friction: Vec<FrictionTerm>,
     observation: Observation,
 }
 
 impl WithRotors {
-    /// The friction terms of the options with rotor inertias added; `None` if the options contain these already.
+    /// The friction terms of the options with rotor inertias added; `None` if the options already contain rotor inertias.
     fn wider(options: &Options) -> Option<Vec<FrictionTerm>> {
         let is_there = options.friction.contains(&FrictionTerm::Rotor);
         (!is_there).then(|| options.friction.iter().copied().chain([FrictionTerm::Rotor]).collect())
     }
 
-    /// Computes the rows of records with rotor columns; `None` if the model has these columns already.
+    /// Computes the rows of records with rotor columns; `None` if the options already contain rotor inertias.
     ///
     /// Fails if there is no record, or if one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
@@ -38,8 +38,9 @@ impl WithRotors {
         Ok(Some(WithRotors { friction, observation }))
     }
 
-    /// Computes the rows during the pass over the records that `look` makes (see [`Observation::in_one_pass`]), and returns
-    /// the result of `look` too. `None`, without a pass, if the model has rotor columns already.
+    /// Computes the rows with rotor columns while `look` reads the records (see [`Observation::in_one_pass`]), and also
+    /// returns the result of `look`. If the options already contain rotor inertias, `look` is not called and the result is
+    /// `None`.
     ///
     /// Fails if a record cannot be read, or if `look` fails.
     pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
@@ -62,7 +63,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Relative errors of cross-validation by tenths: (without, with) the added rotor columns.
+    /// Relative errors of cross-validation by tenths of the record: (without, with) the added rotor columns.
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));

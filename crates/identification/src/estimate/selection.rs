@@ -1,8 +1,8 @@
-//! Chooses the friction model by cross-validation.
+//! Chooses the friction model of all joints by cross-validation.
 //!
-//! Friction models are compared by blocked cross-validation: each tenth of the record is predicted from the others. The
-//! smallest model whose error is within 1 % of the smallest error is chosen. More columns always reduce the residual of the
-//! fit, but seldom the error of prediction.
+//! Each tenth of the record is predicted by a fit to the other tenths. Of the models whose error is within 1 % of the
+//! smallest error, the one with the fewest columns is chosen. The residual of the fit cannot decide, because more columns
+//! always reduce it.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ pub struct FrictionCandidate {
     pub columns: usize,
     /// Relative residual |tau - W X| / |tau| of the fit.
     pub fitted: f64,
-    /// Residuals of cross-validation: each tenth of the record is predicted from the others.
+    /// Residuals of cross-validation: each tenth of the record is predicted by a fit to the other tenths.
     pub predicted: Residuals,
 }
 
@@ -40,16 +40,16 @@ pub struct FrictionSelection {
     pub chosen: usize,
 }
 
-/// Errors count as equal up to this ratio to the smallest error.
+/// Models count as equally good if their error of cross-validation is at most this times the smallest error.
 const EQUIVALENT_ERROR_RATIO: f64 = 1.01;
 
 /// Speed parameters of smooth Coulomb and Stribeck friction, as shares of the largest speed of the fastest joint.
 const FRICTION_SPEED_SHARES: [f64; 4] = [0.003, 0.01, 0.03, 0.1];
 
-/// The default candidate models. `fastest`: largest speed of the fastest joint, rad/s (m/s), from which the speed parameters
-/// follow.
+/// The default candidates: lists of friction terms. `fastest`: largest speed of the fastest joint, rad/s (m/s); speed
+/// parameters are shares of it.
 ///
-/// Load-dependent friction is not a candidate here, because its column contains the torque to be predicted.
+/// Load-dependent friction is no candidate here, because its column contains the torque that is to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
@@ -60,7 +60,7 @@ pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     out
 }
 
-/// How records are prepared, so that they contain the signals for the columns of every candidate.
+/// How records are prepared so that they contain the signals for the friction columns of all candidates.
 pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Preparation {
     let mut preparation = options.preparation();
     for &term in candidates.iter().flatten().filter(|term| term.is_bent()) {
@@ -71,7 +71,7 @@ pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Prepa
     preparation
 }
 
-/// Compares friction models on records that were made with [`preparation`]. Other options come from `options`.
+/// Compares friction models on records that were prepared with [`preparation`]. All other options come from `options`.
 ///
 /// Fails if a record cannot be read, or if there are no candidates.
 pub fn select_friction<R: Records + ?Sized>(

@@ -1,12 +1,11 @@
 //! Finds intervals in which the residual of a joint is an outlier: a contact, a push, or another external force.
 //!
-//! e: residual of a joint; m: moving mean of e over `WINDOW_S`; s: robust standard deviation of m, from its median absolute
-//! value.
+//! e: residual of a joint, N m (N); m: moving mean of e over `WINDOW_S`; s: robust standard deviation of m.
 //! ```text
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if its residual stands out
-//! in a few intervals, and for a small share of the log.
+//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals,
+//! and if they cover a small share of the log.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -16,7 +15,7 @@ use numerics::vector::dot;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// An interval in which the residual of a joint stands out (is an outlier).
+/// An interval in which the residual of a joint is an outlier (stands out).
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandingOut {
     /// Number of the coordinate.
@@ -27,7 +26,7 @@ pub struct StandingOut {
     pub from: f64,
     /// End of the interval, s, by the clock of the log.
     pub to: f64,
-    /// Largest moving mean |m| of the residual in the interval, divided by its robust standard deviation s.
+    /// Largest |m| in the interval divided by s. m: moving mean of the residual; s: robust standard deviation of m.
     pub ratio: f64,
 }
 
@@ -43,25 +42,27 @@ impl StandingOut {
     }
 }
 
-/// Length of the moving mean, s.
+/// Length of the window of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
-/// Least duration of a contact, s. It exceeds the window, because the residual of a reversal stands out for the length of
-/// the window.
+/// Least duration of a reported interval, s. It is longer than the window, because a reversal makes the moving mean an
+/// outlier for the length of the window.
 const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
-/// Least number of samples in a window.
+/// Least number of samples in a window of the moving mean.
 const LEAST_WINDOW_SAMPLES: usize = 5;
-/// Least length of a record, in half windows.
+/// Least length of a record, in half windows of the moving mean. Shorter records are not searched.
 const LEAST_RECORD_HALF_WINDOWS: usize = 20;
-/// A moving mean stands out beyond this many robust standard deviations. A normal variable does so once in 5e8 draws.
+/// A moving mean is an outlier beyond this many robust standard deviations. A normal variable exceeds it once in 5e8 draws.
 const OUTLIER_SCALES: f64 = 6.0;
 /// Median absolute value of a standard normal variable.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
-/// Largest number of intervals per joint and record; more of them show a defect of the model.
+/// Largest number of intervals of a joint in a record. If there are more, the model has an error, and no interval is
+/// reported.
 const MOST_INTERVALS: usize = 2;
-/// Largest total duration of the intervals, as a share of the record.
+/// Largest total duration of the intervals of a joint, as a share of the record. If they are longer, no interval is reported.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 
-/// Finds the intervals in which the residuals of the parameters x stand out, the largest ratio first.
+/// Finds the intervals in which the residuals of the parameters x are outliers, the largest ratio to the robust standard
+/// deviation first.
 ///
 /// Fails when a record cannot be read.
 pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<StandingOut>, Error> {
@@ -90,8 +91,8 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
     Ok(found)
 }
 
-/// The intervals (start in s, end in s, ratio) in which the residual of one joint stands out in one record; empty if there
-/// are too many.
+/// Intervals (start in s, end in s, ratio) of one record in which the residual of one joint is an outlier. ratio: largest
+/// moving mean / its robust standard deviation. Empty if there are too many intervals.
 fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;
@@ -106,7 +107,7 @@ fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
     let mut sizes: Vec<f64> = means.iter().map(|m| m.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let scale = sizes[sizes.len() / 2] / MEDIAN_OF_NORMAL;
-    // Outliers at most one window apart belong to one interval.
+    // Outliers that are at most one window apart belong to the same interval.
     let mut found: Vec<(f64, f64, f64)> = Vec::new();
     let mut before = None;
     for (k, m) in means.iter().enumerate().filter(|(_, m)| m.abs() > OUTLIER_SCALES * scale) {
@@ -144,7 +145,7 @@ mod tests {
         let [(found_from, found_to, ratio)] = times(&states, &pushed)[..] else {
             panic!("{:?}", times(&states, &pushed))
         };
-        // The window extends by half of its length to both sides.
+        // The moving mean extends the push by half a window at both ends.
         assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
         assert!(ratio > OUTLIER_SCALES);
         let reversals: Vec<f64> =

@@ -1,8 +1,8 @@
-//! Compares identified bodies with the nominal bodies of the description by their torques at rest.
+//! Compares identified bodies with nominal bodies by their torques at rest.
 //!
-//! A joint that slides along gravity carries the same weight in every pose. No motion separates that weight from an offset
-//! of the drive: the force at rest is identifiable, but the mass is not. A description of bodies has no offset, so it counts
-//! all of that force as weight.
+//! A prismatic joint along gravity carries the same weight in every pose. No motion separates this weight from an offset of
+//! the drive: the force at rest is identifiable, but the mass is not. A description of bodies has no offset, so the bodies
+//! get the whole force as weight.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
@@ -11,14 +11,16 @@ use random::Random;
 
 use crate::estimate::residuals::JointResidual;
 
-/// Number of poses at which torques are compared.
+/// Number of random poses at which torques at rest are compared.
 const COMPARED_POSES: usize = 40;
-/// Tolerance for rounding of the entries of a row, as a share of its largest entry.
+/// Two rows count as equal if their entries differ by at most this share of the largest entry.
 const ROW_ROUNDING_SHARE: f64 = 1e-9;
-/// The error of the bodies may exceed the error of the description by this share of the torque at rest.
+/// The bodies are refused only if their torque error at rest exceeds that of the description by more than this share of the
+/// rms torque at rest.
 const TOLERATED_TORQUE_SHARE: f64 = 0.01;
 
-/// Rows of the regressor at rest at random poses within `range`, rad (m): for each coordinate, one row per pose.
+/// Rows of the regressor at rest (dq = ddq = 0), for each coordinate one row per random pose. `range`: smallest and largest
+/// position of each coordinate, rad (m).
 fn rows_at_rest(regressor: &dyn Regressor, range: &[(f64, f64)]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let (mut random, rest, mut y) = (Random::new(9), vec![0.0; n], vec![0.0; n * p]);
@@ -31,7 +33,7 @@ fn rows_at_rest(regressor: &dyn Regressor, range: &[(f64, f64)]) -> Vec<Vec<Vec<
     rows
 }
 
-/// The joint j if the parameter is the drive offset of j, and if j slides and carries the same weight in every pose;
+/// Number j of a prismatic joint that carries the same weight in every pose, if the parameter is the drive offset of j;
 /// otherwise `None`.
 pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usize> {
     let is_offset =
@@ -43,11 +45,11 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
     (largest > 0.0 && rows.iter().all(is_same)).then_some(joint)
 }
 
-/// A reason not to use the identified bodies; `None` if there is none.
+/// A reason not to use the identified bodies, from torques at rest; `None` if there is none.
 ///
-/// There is a reason if the torque of a joint at rest, compared with the fit `x`, has a larger error with the bodies than
-/// with the description, and larger than the rms residual of the fit. `range`: positions in the logs, rad (m); `left`:
-/// residuals.
+/// The torques of the fit `x` are the reference. The bodies are refused if, at one joint, their rms difference from it
+/// exceeds the difference of the description, and the rms residual of the fit. `range`: positions in the logs, rad (m);
+/// `left`: residuals of the fit.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],

@@ -1,24 +1,22 @@
-//! Computes the error of the torques that an estimate predicts, from its covariance, for each use of torques.
+//! Computes the errors of the torques that an estimate predicts, from the covariance of its parameters, for each use of
+//! torques.
 //!
-//! At random states of a use: y_j: row of joint j; x, C: parameters and their covariance; e_j, t_j: rms error and rms torque
-//! of joint j; e: relative error.
+//! Torques are evaluated at random states. y_j: regressor row of joint j; x, C: parameters and their covariance; e_j, t_j:
+//! rms error and rms torque of joint j, N m (N); e: relative error.
 //!
 //! ```text
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
-//! e_j and t_j refer to the measured torque: t_j includes a known spring, and both are multiplied by a known scale.
+//! e_j and t_j refer to the measured torque: t_j includes a known spring, and both are multiplied by a known scale. N m and N
+//! are not added: with revolute and prismatic joints, e is the larger of the values of both kinds.
 //!
-//! N m and N are not added: if a robot has revolute and prismatic joints, e is the larger of the errors of the two kinds.
+//! The relative error is large for a motion that needs little torque. So about twenty motions are drawn at random, each over
+//! half of each joint's range, and the result is the 90 % quantile of e over these motions.
 //!
-//! A motion that needs little torque has a larger relative error than the mean of all motions. So about twenty motions are
-//! drawn at random. Each covers half of each joint's range, at a random place. The result is the 90 % quantile of e over the
-//! motions.
+//! For gravity compensation, the torques are those of gravity at rest, without friction. A vertical axis has no gravity
+//! torque, so their error is divided by at least `GRAVITY_REFERENCE_SHARE` times the torque of motion.
 //!
-//! Gravity compensation needs only the torques of gravity, at rest, without friction. Their error is compared with the
-//! larger of the gravity torque and `GRAVITY_REFERENCE_SHARE` of the torque of motion, since gravity makes no torque about a
-//! vertical axis.
-//!
-//! Units: e_j, t_j in N m (N). Errors of the model are not included, since no covariance contains them.
+//! Errors of the model are not included, since the covariance does not contain them.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
@@ -28,15 +26,15 @@ use numerics::triangle::TriangleBuilder;
 use random::Random;
 use serde::{Deserialize, Serialize};
 
-/// A use of predicted torques.
+/// A purpose for which torques are predicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Use {
-    /// Gravity compensation: torques that hold the robot at rest, at any position within its limits.
+    /// Gravity compensation: torques that hold the robot at rest, at positions within its limits.
     Gravity,
-    /// Feedforward of motion at any position within the limits, up to the speeds of the logs.
+    /// Feedforward of motions at positions within the limits, up to the speeds of the logs.
     SpeedsSeen,
-    /// Feedforward of motion at any position within the limits, up to the speed limits of the robot.
+    /// Feedforward of motions at positions within the limits, up to the speed limits of the robot.
     SpeedLimits,
 }
 
@@ -54,7 +52,7 @@ impl Use {
     }
 }
 
-/// Ranges of position, speed and acceleration of a robot, one entry per coordinate.
+/// Ranges of position, speed and acceleration, one entry per coordinate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionRange {
     /// Smallest and largest position, rad (m).
@@ -65,18 +63,18 @@ pub struct MotionRange {
     pub acceleration: Vec<f64>,
 }
 
-/// The rms error of the predicted torque of one joint, and the rms torque to compare it with.
+/// The rms error of the predicted torque of one joint, and the rms torque with which it is compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Root mean square of the error, N m (N); infinite if the data do not determine the torque.
+    /// Root mean square of the torque error, N m (N); infinite if the data do not determine the torque.
     pub error: f64,
-    /// Root mean square of the torque that the error is compared with, N m (N).
+    /// Root mean square of the torque with which the error is compared, N m (N).
     pub torque: f64,
 }
 
-/// The error of predicted torques for one use.
+/// The error of the predicted torques in one use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TorqueError {
     /// The use of the torques.
@@ -84,10 +82,11 @@ pub struct TorqueError {
     pub of: Use,
     /// Error of each joint, one per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Relative error over all joints, 90 % quantile over motions; the larger one of revolute and prismatic joints.
+    /// Relative error over all joints, 90 % quantile over random motions. With revolute and prismatic joints, the larger
+    /// value of both kinds.
     pub relative: f64,
-    /// Relative error at positions within the range of the logs. Present only if `relative`, for positions within the
-    /// limits, exceeds `SURE_TORQUE`, and this error is less than half of it.
+    /// The same relative error at positions within the range of the logs. `None` unless `relative` (positions within the
+    /// limits) exceeds `SURE_TORQUE` and this error is less than half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
@@ -95,30 +94,33 @@ pub struct TorqueError {
 /// A predicted torque counts as accurate up to this relative error.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
 
-/// The error of gravity torques is compared with at least this share of the torque of motion.
+/// The error of gravity torques is divided by at least this share of the rms torque of motion, because some axes have no
+/// gravity torque.
 const GRAVITY_REFERENCE_SHARE: f64 = 0.3;
 
-/// Largest number of random states for a use.
+/// Largest number of random states at which the torques of a use are evaluated.
 const MOST_STATES: usize = 200;
-/// Largest number of products of an entry of the covariance with two entries of a row. It limits the number of states if
-/// there are many parameters.
+/// Largest number of products in the variances y C y' of all torques (y: row, C: covariance). It limits the number of random
+/// states if there are many parameters.
 const MOST_PRODUCTS: usize = 20_000_000;
-/// Smallest number of random states for a use.
+/// Smallest number of random states at which the torques of a use are evaluated.
 const FEWEST_STATES: usize = 30;
-/// Number of random states of one motion.
+/// Number of random states that belong to one random motion.
 const STATES_PER_MOTION: usize = 10;
-/// Share of each joint's range that one motion covers.
+/// Each random motion covers this share of each joint's range.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// A change of the parameters affects a torque if the sum of its terms exceeds this share of the sum of their magnitudes,
-/// and the latter sum exceeds this value in N m (N). Less is rounding.
+/// A change x of the parameters affects a torque y x (y: regressor row) if |y x| exceeds this share of sum |y_c x_c|. This
+/// sum must also exceed this number, N m (N). Smaller effects are rounding errors.
 const SHOWN_SHARE: f64 = 1e-6;
-/// The reported error is this quantile of the relative errors of the motions.
+/// The reported relative error is this quantile over the random motions.
 const REPORTED_QUANTILE: f64 = 0.9;
-/// The error within the positions of the logs is reported if it is below this share of the error within the limits.
+/// The error at positions within the logs is also reported if it is below this share of the error at positions within the
+/// limits.
 const NEAR_ERROR_SHARE: f64 = 0.5;
 
 impl TorqueError {
-    /// The name of the joint with the largest error relative to its torque, and that relative error.
+    /// The joint with the largest error relative to its torque, and this relative error; `None` if no joint has a torque and
+    /// a finite error.
     pub fn worst(&self) -> Option<(&str, f64)> {
         let known = self.joints.iter().filter(|j| j.torque > 0.0 && j.error.is_finite());
         let of = |j: &JointTorqueError| j.error / j.torque;
@@ -131,24 +133,24 @@ impl TorqueError {
     }
 }
 
-/// Errors of parameters that contribute to the error of a torque.
+/// Errors of the parameters from which errors of torques are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorContributions<'a> {
-    /// Covariance C of the parameters, row by row.
+    /// Covariance C of the parameters for noise, row by row.
     pub covariance: &'a [Vec<f64>],
-    /// Further possible changes of all parameters, e.g. by faults. For each torque, the change with the largest effect is
-    /// added.
+    /// Further possible changes of the parameters, e.g. by faults; one vector per fault. For each torque, the largest squared
+    /// effect is added to the variance.
     pub changes: &'a [Vec<f64>],
-    /// The change of all parameters by each log. For each torque, the sum of the squared effects replaces the variance by C
-    /// if it is larger.
+    /// Changes of the parameters that single logs cause, one vector per log. For each torque, the sum of the squared effects
+    /// replaces the variance from C if it is larger.
     pub logs: &'a [Vec<f64>],
-    /// Changes of all parameters that the logs do not determine. If such a change affects a torque, the error of this torque
-    /// is infinite.
+    /// Changes of the parameters that the logs do not determine, one vector each. A torque that depends on such a change has
+    /// an infinite error.
     pub open: &'a [Vec<f64>],
 }
 
-/// Computes the error of predicted torques for every use. `unsure`: errors of the parameters `x`; `seen`: ranges of the
-/// logs; `limits`: ranges of the robot.
+/// Computes the errors of predicted torques for every use. `unsure`: errors of the parameters x; `seen`: ranges of the motion
+/// in the logs; `limits`: ranges that the robot allows.
 pub fn torque_errors(
     model: &Model,
     x: &[f64],
@@ -170,7 +172,8 @@ pub fn torque_errors(
     found.into_iter().enumerate().map(with_near).collect()
 }
 
-/// The error of each use. `seen`: range for gravity and for the speeds of the logs; `limits`: range for the speed limits.
+/// The error of each use. `seen`: range of motion for gravity compensation and for the speeds of the logs; `limits`: range of
+/// motion for the speed limits.
 fn errors_within(
     model: &Model,
     x: &[f64],
@@ -189,8 +192,8 @@ fn errors_within(
     ]
 }
 
-/// Rank of the model at random states within `range`: the largest rank that a log can have. `x`: the base parameters that
-/// predict the load.
+/// Rank of the regressor at random states within `range`: no log in this range can have a larger rank. `x`: base parameters,
+/// which predict the load.
 pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     let p = model.p();
     let mut states = random_states(model, range, MOST_STATES.max(p), true);
@@ -200,7 +203,8 @@ pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     solve(&rows.finish()).rank
 }
 
-/// For each motion, (e_j^2, t_j^2) of each joint, (N m)^2 or N^2. `moves`: whether the states move, with friction.
+/// For each random motion and each joint: (e_j^2, t_j^2), the mean squared error and the mean squared torque, (N m)^2 or N^2.
+/// `moves`: false for states at rest without friction.
 fn sums(
     model: &Model,
     x: &[f64],
@@ -221,7 +225,7 @@ fn sums(
                 row[base..].fill(0.0);
             }
             let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
-            // e_j^2 = y_j C y_j', summed over the entries that are not zero.
+            // e_j^2 = y_j C y_j'; only entries of y_j that are not zero are summed.
             let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
             let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
             let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
@@ -231,7 +235,7 @@ fn sums(
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            // The measured torque contains the scale and the spring that the transmission removed.
+            // The transmission removed the scale and the spring of the joint. The measured torque contains both.
             let weight = model.scale(j).powi(2) / count as f64;
             let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
             sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);
@@ -241,14 +245,14 @@ fn sums(
     sums
 }
 
-/// The mean over motions of e_j^2 and t_j^2, for each joint.
+/// Mean of (e_j^2, t_j^2) over the motions, for each joint.
 fn mean(motions: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
     let count = motions.len() as f64;
     let of = |k: usize| motions.iter().fold((0.0, 0.0), |sum, m| (sum.0 + m[k].0 / count, sum.1 + m[k].1 / count));
     (0..motions.first().map_or(0, Vec::len)).map(of).collect()
 }
 
-/// Computes the error of a use from the (e_j^2, t_j^2) of its motions.
+/// Makes the error of a use. `motions`: for each motion, (e_j^2, t_j^2) of each joint.
 fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     let all = mean(motions);
     let named = model.regressor.coordinates().iter().zip(&all);
@@ -260,7 +264,7 @@ fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     let over = |sums: &[(f64, f64)], slides: bool| {
         let alike = (0..sums.len()).filter(|k| model.regressor.is_prismatic(*k) == slides);
         let (error, torque) = alike.fold((0.0, 0.0), |sum, k| (sum.0 + sums[k].0, sum.1 + sums[k].1));
-        // Joints without torque have no error.
+        // If there is no torque, there is no error.
         if error > 0.0 { (error / torque).sqrt() } else { 0.0 }
     };
     let mut relative: Vec<f64> = motions.iter().map(|sums| over(sums, false).max(over(sums, true))).collect();
@@ -275,7 +279,8 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
     let mut random = Random::new(1995);
     let mut states = States { n, ..States::default() };
     let mut middle = vec![0.0; n];
-    // Positions of one motion lie around its middle, to each side by half of MOTION_RANGE_SHARE of the joint's range.
+    // All positions of one motion are within a window of MOTION_RANGE_SHARE of each joint's range. `middle`: centre of the
+    // window.
     for r in 0..count {
         states.t.push(r as f64);
         for k in 0..n {
@@ -339,7 +344,7 @@ mod tests {
                 });
             }
             let drawn = (sum / count).sqrt();
-            // Two hundred draws of a few parameters: the variance scatters by a tenth.
+            // Tolerance: with two hundred draws of a few parameters, the variance scatters by a tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
             // The 90 % quantile over motions exceeds the mean, since some motions need less torque.
             let mean = one.joints[0].error / one.joints[0].torque;
@@ -349,13 +354,13 @@ mod tests {
         let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let only = ErrorContributions { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
-        // The share of inertia in the torque grows with the acceleration.
+        // Inertia contributes more to the torque at larger accelerations.
         let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
     }
 
-    /// tau = g (MX cos q - MY sin q) with MY unknown: the torque is accurate near q = 0, where the log was, but not
-    /// elsewhere. There is no second error if the torque is as inaccurate near the log, or accurate everywhere.
+    /// tau = g (MX cos q - MY sin q) with unknown MY: the torque is accurate near q = 0, where the log was, but not
+    /// elsewhere. No second error is reported if the torque is equally inaccurate near the log, or accurate everywhere.
     #[test]
     fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
         let (arm, model) = pendulum();
@@ -367,7 +372,7 @@ mod tests {
         };
         let of_weak = of([0.0, 0.0, 3.0 * arm.truth[1]]);
         let near = of_weak.within_seen.unwrap();
-        // |sin q| is about 0.03 at positions of the log, and several tenths at positions within the limits.
+        // |sin q| is about 0.03 at positions of the log, and several tenths elsewhere.
         assert!(of_weak.relative > 1.0 && near < 0.2, "{of_weak:?}");
         assert_eq!(of([0.0, 0.3 * arm.truth[1], 0.0]).within_seen, None);
         assert_eq!(of([0.0, 1e-3, 0.0]).within_seen, None);
@@ -414,21 +419,22 @@ mod tests {
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// The columns of mass, rotor and offset of a lift have rank 2 in any motion; mass and rotor alone have full rank.
+    /// The columns of mass, rotor and offset of a lift have rank 2 in any motion. The columns of mass and rotor alone have
+    /// rank 2 too.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
-        // tau = m (ddq + g) + J ddq.
+        // A lift with the mass m and the rotor inertia J: tau = m (ddq + g) + J ddq.
         let (lift, range) = (Made::new(&[true], 2, |ddq, y| y.copy_from_slice(&[ddq[0] + 9.81, ddq[0]])), range(1.0));
         assert_eq!(shown_rank(&Model::new(&lift, &[], &[]), &[1.0, 0.1], &range), 2);
         let model = Model::new(&lift, &FrictionTerm::STANDARD, &[]);
         assert_eq!((model.p(), shown_rank(&model, &[1.0, 0.1], &range)), (5, 4));
     }
 
-    /// Errors: 10 % of the large torque, 100 % of the small torque, 0.1 % of the force. The force, a hundred times as large
-    /// in N, does not lower the relative error. The small torque hardly adds to it.
+    /// Errors: 10 % of the large torque, 100 % of the small torque, 0.1 % of the force. The force is a hundred times as large
+    /// (in N), but it must not lower the relative error of the torques.
     #[test]
     fn torques_and_forces_are_not_added() {
-        // tau_k = x_k ddq_k.
+        // Three joints with the inertia (or mass) x_k: tau_k = x_k ddq_k.
         let arm = Made::new(&[false, false, true], 3, |ddq, y| {
             y.fill(0.0);
             (0..3).for_each(|k| y[4 * k] = ddq[k]);
@@ -438,7 +444,7 @@ mod tests {
         let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
-        // The joints have independent random accelerations: a scatter of a twentieth with 200 states.
+        // Tolerance: the joints have independent random accelerations, so with 200 states the ratio scatters by a twentieth.
         assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");
     }
 }

@@ -1,11 +1,12 @@
-//! Finds options that undo faults of a log when it is read, and writes them as text.
+//! Finds options that undo faults of a log when it is read, and writes these options as text.
 //!
 //! ```text
 //! q = R^-1 q_m + q_0        tau = R' tau_m / s
 //! ```
-//! q_m, tau_m: logged positions and torques; R: matrix of the transmission. A zero offset adds to q_0, rad (m); a wrong
-//! scale multiplies s; signs and exchanges change the names of columns. Faults are undone one after the other, as in
-//! `log_check::change`: if a sign is changed after a zero, the sign of that zero changes too.
+//! q_m, tau_m: logged positions and torques; R: matrix of the transmission; q_0: offsets, rad (m); s: scales of the torques.
+//! A zero offset is added to q_0, and a wrong scale multiplies s. Signs and exchanges change the names of columns. Faults are
+//! undone one after the other as in `log_check::change`: a change of sign also changes the sign of a zero that was undone
+//! before.
 
 use logs::{ColumnNames, NamePattern};
 
@@ -14,24 +15,24 @@ use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
 
-/// Numbers of an option are rounded to multiples of the inverse of this: four decimals, for an angle about a hundredth of a
-/// degree.
+/// Numbers in options are rounded to multiples of 1 / this, so to four decimals. For an angle in rad this is about a
+/// hundredth of a degree.
 const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {
-    /// Returns these options, changed so that they undo each of the changes. `columns`: the columns from which the log was
-    /// read; `turns`: whether each coordinate is an angle.
+    /// Returns a copy of these options that also undoes the changes. `columns`: the columns from which the log was read;
+    /// `turns`: for each coordinate, whether it is an angle.
     ///
-    /// `None` if one of the changes cannot be undone by an option.
+    /// `None` if no option can undo one of the changes.
     pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, turns: &[bool]) -> Option<Options> {
         let mut options = self.clone();
         changes.iter().all(|change| options.undo(change, columns, turns)).then_some(options)
     }
 
-    /// Changes these options so that they undo one change. Returns false if no option undoes it.
+    /// Extends these options so that they undo one change. Returns false if no option can undo it.
     fn undo(&mut self, change: &Change, columns: &ColumnNames, turns: &[bool]) -> bool {
         let (Change { of, size }, n) = (*change, turns.len());
-        // Signs and exchanges: the columns of the wrong signals are renamed.
+        // Wrong signs and exchanges are undone by other names of the columns concerned.
         let (motion, effort) = signals(of);
         if motion.contains(&true) || effort {
             let named = &mut self.columns;
@@ -68,8 +69,8 @@ impl Options {
                 transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
-            // The option for units applies to all positions. With prismatic joints, a ratio per angle is used instead; the
-            // scale removes this ratio from the torque.
+            // The option for units applies to the positions of all joints. If some are prismatic, each angle gets a ratio 180
+            // / pi instead, and the scale removes this ratio from its torque.
             Degrees if turns.contains(&false) => {
                 let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
                 for list in [&mut transmission.ratios, &mut transmission.scales] {
@@ -89,12 +90,13 @@ impl Options {
         true
     }
 
-    /// The entries of these options that differ from `others`, as text of a remedy; `None` if none differs.
+    /// Remedy in words: the entries of these options that differ from `others`, for the options file. `None` if no entry
+    /// differs.
     pub fn remedy_added_to(&self, others: &Options) -> Option<String> {
         self.differences_from(others).map(|said| format!("{OF_OPTIONS} {said}"))
     }
 
-    /// The entries of these options that differ from `others`, as text of a file of options; `None` if none differs.
+    /// The entries of these options that differ from `others`, as text of an options file (YAML). `None` if no entry differs.
     fn differences_from(&self, others: &Options) -> Option<String> {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
@@ -153,7 +155,7 @@ impl Options {
     }
 }
 
-/// The columns that a fault concerns: [position, velocity, acceleration], and the torque.
+/// The columns that a fault concerns: flags for [position, velocity, acceleration], and for the torque.
 fn signals(of: Hypothesis) -> ([bool; 3], bool) {
     match of {
         MotionSign(_) | SwappedMotions(..) => ([true; 3], false),
@@ -165,7 +167,7 @@ fn signals(of: Hypothesis) -> ([bool; 3], bool) {
     }
 }
 
-/// Exchanges two names of columns, or changes the sign of one column by a leading `-`.
+/// Exchanges the names of two columns, or changes the sign of one column by a leading `-` in its name.
 fn change_names(of: Hypothesis, names: &mut [String]) {
     match *of.joints().as_slice() {
         [k] => names[k] = names[k].strip_prefix('-').map_or_else(|| format!("-{}", names[k]), str::to_string),

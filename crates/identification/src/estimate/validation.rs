@@ -1,4 +1,4 @@
-//! The artefact `Validation`: errors of an estimate on motions that were not used for it.
+//! Holds the artefact `Validation` (validation.yaml): errors of an estimate on motions that were not used for it.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residu
 pub struct Validation {
     /// Name and fingerprint of the model of the robot.
     pub model: ModelReference,
-    /// Method of the estimate that predicts the torques, in words.
+    /// Name of the estimation method.
     pub method: String,
     /// Cut-off of the low-pass filter, Hz; `None` if nothing was filtered.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
@@ -32,7 +32,7 @@ pub struct Validation {
     /// Measured and predicted torques over time of the first motion, one plot per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
-    /// Whether the checksum in the file matches its text.
+    /// Result of comparing the checksum in the file with the text of the file.
     #[serde(skip)]
     pub checksum: Checksum,
 }
@@ -44,7 +44,7 @@ pub struct JointValidation {
     pub coordinate: String,
     /// Relative error |tau - tau_predicted| / |tau|.
     pub relative: f64,
-    /// Relative error without friction, if friction was fitted to these motions; otherwise `None`.
+    /// Relative error of the rigid-body torques without friction, if friction was fitted to these motions; otherwise `None`.
     pub relative_rigid: Option<f64>,
     /// Root mean square of the residual, in `unit`.
     pub rms: f64,
@@ -65,13 +65,13 @@ pub struct MotionValidation {
     pub name: String,
     /// Relative error |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// Residual of each joint, if the motion was predicted with all parameters of the estimate including friction; otherwise
-    /// empty.
+    /// Residual of each joint, if the motion was predicted with all parameters of the estimate including its friction;
+    /// otherwise empty.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }
 
-/// The torques of one joint over time, for plots like figure 2 of the paper (`spectrum::paper`).
+/// Measured and predicted torques of one joint over time, for a plot (figure 2 of the paper of `spectrum::paper`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorquePicture {
     /// Name of the coordinate.
@@ -85,8 +85,8 @@ pub struct TorquePicture {
 }
 
 impl Validation {
-    /// Makes the validation of an estimate from samples, which predicts logs with its own friction. `logs`: name and
-    /// residuals of each.
+    /// Makes the validation of an estimate that predicts logs with its own friction parameters. `cutoff`: cut-off of the
+    /// low-pass, Hz; `logs`: name and residuals of each log.
     pub fn of_logs(
         model: ModelReference,
         method: &str,
@@ -94,7 +94,7 @@ impl Validation {
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
-        // The sums of squares of a joint are added over all logs, since relative errors cannot be added.
+        // Relative errors cannot be added, so the sums of squares of each joint are added over all logs.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
@@ -133,7 +133,8 @@ impl Validation {
         artefact::write(ArtefactKind::Validation, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads a validation from the text of validation.yaml. Fails if a line does not belong to a validation.
+    /// Reads a validation from `text`, the content of validation.yaml. `file`: name of the file, for error messages. Fails if
+    /// a line does not belong to a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
         let validation: Validation =
             artefact::read(ArtefactKind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
@@ -146,7 +147,7 @@ impl fmt::Display for Validation {
         if let Some(said) = self.checksum.said() {
             writeln!(f, "{said}")?;
         }
-        // Estimates from samples: a table of joints for each log.
+        // Estimates from samples of logs: a table of joints for each log.
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
@@ -155,7 +156,7 @@ impl fmt::Display for Validation {
             }
             return Ok(());
         }
-        // Estimates from experiments: one table of joints over all motions.
+        // Estimates from experiments of a plan: one table of joints over all motions.
         writeln!(
             f,
             "{}: {}, {} motions, {}",

@@ -1,7 +1,7 @@
-//! The verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
+//! Makes the verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
 //!
-//! All statements are claims ([`crate::estimate::claims`]). The trust for a use follows from the worst of the claims that
-//! the use needs (`claims::worst`). The overall trust is the lowest trust of all uses.
+//! All evidence is collected as claims ([`crate::estimate::claims`]). The trust for a use follows from the worst of the
+//! claims that the use needs (`claims::worst`). The overall trust is the lowest trust for all uses of torques.
 
 use std::fmt;
 
@@ -26,18 +26,18 @@ use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;
 
-/// The verdict: the last lines of a report.
+/// The verdict on an estimate or a validation. It is printed at the end of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The lowest trust of all uses of torques.
+    /// The lowest trust for all uses of torques (gravity compensation, feedforward).
     pub trust: Trust,
-    /// A sentence on the number of significant parameters, and on the residual compared with that of the description.
+    /// A sentence on the number of significant parameters, and on the residual with identified and with nominal parameters.
     pub found: String,
     /// The reasons for the trust, the most important first.
     pub reasons: Vec<String>,
     /// The next step for the user, in words.
     pub next: String,
-    /// The trust for each use of torques, then for bodies if requested.
+    /// The trust for each use of torques; then for bodies, if bodies were requested.
     pub uses: Vec<UseVerdict>,
     /// All claims, the weakest level of evidence first.
     pub claims: Vec<Claim>,
@@ -50,22 +50,23 @@ pub struct UseVerdict {
     pub name: String,
     /// The trust: yes, with care, or no.
     pub trust: Trust,
-    /// Relative error of the torque in this use, from the covariance; `None` if unknown.
+    /// Relative error of the torques in this use, from the covariance of the parameters; `None` if unknown or infinite.
     pub error: Option<f64>,
-    /// The joint with the largest relative error of its torque, and that error; `None` if unknown.
+    /// The joint with the largest relative error of its torque, and this error; `None` if unknown.
     pub worst_joint: Option<(String, f64)>,
 }
 
-/// Evidence on physically consistent bodies, compared with the description.
+/// Comparison of physically consistent bodies with the robot description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodiesEvidence {
-    /// Reason not to use the bodies; `None` if the solver found them and they fit the data.
+    /// Reason not to use the bodies; `None` if the solver converged and the bodies fit the data.
     pub refusal: Option<String>,
     /// For each body with a nominal mass: (name, identified / nominal mass, nominal mass in kg).
     pub masses: Vec<(String, f64, f64)>,
-    /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if it does not.
+    /// A sentence that the torques at rest are predicted better by the description than by the bodies; `None` if they are
+    /// not.
     pub at_rest: Option<String>,
-    /// Names of the joints for which the drive offset is counted as weight.
+    /// Names of the joints whose whole force at rest is counted as weight, because a drive offset is not separable from it.
     pub weighed: Vec<String>,
 }
 
@@ -74,41 +75,41 @@ pub struct BodiesEvidence {
 pub struct Evidence<'a> {
     /// The estimate: parameters with their statuses, residuals, condition number.
     pub estimate: &'a Estimate,
-    /// The log check of the fitted logs (or of the validated logs); `None` if not made.
+    /// The check of the fitted (or of the validated) logs before the fit; `None` if it was not made.
     pub log_check: Option<&'a LogCheck>,
-    /// Relative error |tau - W X| / |tau| of the nominal parameters with fitted friction, on the logs of `total`; `None`
-    /// without inertials.
+    /// Relative error |tau - W X| / |tau| of the nominal parameters with fitted friction, on the logs of `total`; `None` if
+    /// the description has no inertials.
     pub described: Option<f64>,
     /// The nominal base parameters; `None` if the description has no inertials.
     pub nominal_parameters: Option<&'a [f64]>,
     /// Relative error |tau - W X| / |tau| of the identified parameters, on the fitted or on the validated logs.
     pub total: Option<f64>,
-    /// Whether `total` is the error on the fitted logs, not on validated logs.
+    /// Whether `total` belongs to the fitted logs (true) or to other, validated logs (false).
     pub is_of_fit: bool,
     /// Errors of prediction on motion that was not fitted.
     pub prediction: Prediction,
     /// Evidence on physically consistent bodies; `None` if not requested.
     pub bodies: Option<&'a BodiesEvidence>,
-    /// Whether no motion at all can identify the parameters that the logs do not determine.
+    /// Whether no motion at all could identify the parameters that the logs do not determine.
     pub opens_in_any_motion: bool,
     /// Claims on corrections that were made by default.
     pub mended: &'a [Claim],
-    /// Results of tested hypotheses (faults, rotors): the effect of each as one additional unknown.
+    /// Results of the tested hypotheses (faults, rotors), each fitted as one additional unknown.
     pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are wrong by one factor if their median ratio (identified / nominal) exceeds this, or is below its inverse,
-/// and all ratios are near the median.
+/// All masses are wrong by a common factor if their median ratio (identified / nominal) exceeds this or is below its inverse,
+/// and if all ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
-/// A ratio of masses is near the median if it is within this factor.
+/// A mass ratio is near the median if it differs from it by less than this factor.
 const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
 /// Least number of masses to detect a common factor.
 const LEAST_MASSES: usize = 3;
 
-/// A body is plausible if the ratio identified / nominal mass is in this range. Otherwise it is not written.
+/// Plausible range of the ratio (identified / nominal mass) of a body. A body outside is a reason to refuse all bodies.
 const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-/// A change of a mass is ignored up to this share of the mass of the robot.
+/// A change of the mass of a body up to this share of the mass of the robot is ignored.
 const SMALL_MASS_SHARE: f64 = 0.02;
 
 impl Verdict {
@@ -129,7 +130,7 @@ impl Verdict {
         };
         let mut uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
         let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
-        // A simulator may make any motion, so the trust in bodies is at most the trust in torques.
+        // A simulator may make any motion, so the trust for bodies is not above the trust for torques.
         uses.iter_mut().skip(Use::ALL.len()).for_each(|bodies| bodies.trust = bodies.trust.min(trust));
         let lowered: Vec<&Claim> = claims
             .iter()
@@ -142,7 +143,7 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // In a validation of other logs, the residual of the fit is not a reason.
+        // The residual of the fit says nothing about other logs, so it is no reason in their validation.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
         let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
@@ -151,7 +152,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for the use with this name; empty if there are none.
+    /// The reasons that lower the trust for the use called `name`; empty if there are none.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -162,7 +163,7 @@ impl Verdict {
         })
     }
 
-    /// The trust in bodies (or the overall trust if no bodies were requested), and the reasons against writing them.
+    /// The trust for bodies, and the reasons to refuse them. If no bodies were requested, the overall trust.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
         let lowered = lowering(&self.claims, &bodies_purpose());
@@ -197,7 +198,7 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// Removes from a claim the joints for which another claim says that the topic agrees; `None` if no joint remains.
+/// Removes from a claim the joints for which another claim states agreement on the same topic; `None` if no joint remains.
 fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     let subject = claim.subject();
     if claim.standing() == EvidenceLevel::Refused || subject.of.is_empty() {
@@ -211,7 +212,7 @@ fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
-/// The claims on the bodies, mostly reasons against using them.
+/// The claims on the identified bodies. Most are reasons to refuse them.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
     let against = |topic: Topic, fault: String, advice: &str| {
@@ -221,7 +222,8 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A common factor of all masses is an error of a unit or a gain. A single mass is a fault if it is not small.
+    // A common factor of all masses is an error of a unit or a gain. Otherwise the mass of a single body counts as a fault,
+    // unless the change is small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -244,7 +246,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // The identified parameters must predict better than the nominal ones.
+    // The bodies are refused if the nominal parameters predict as well as the identified ones.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {
@@ -258,7 +260,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// A sentence with the reason why a claim lowers the trust.
+/// A sentence with the reason for which the claim lowers the trust.
 pub fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
@@ -272,7 +274,7 @@ pub fn sentence(claim: &Claim) -> String {
     }
 }
 
-/// The remedy of a claim that lowers the trust; empty if there is none.
+/// The remedy for a claim that lowers the trust, in words; empty if there is none.
 pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
@@ -281,8 +283,8 @@ pub fn what_mends(claim: &Claim) -> String {
     }
 }
 
-/// The common factor of all masses relative to the description; `None` if there is none. `ratios`: identified / nominal
-/// mass.
+/// The common factor of all masses compared with the description; `None` if they have none. `ratios`: identified / nominal
+/// mass of each body.
 fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -292,13 +294,13 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     (sorted.len() >= LEAST_MASSES && is_off && together).then_some(middle)
 }
 
-/// A sentence on the weakest combination of parameters that the data do not determine; `None` if there is none.
+/// A sentence on the weakest direction (combination of parameters) that the data do not determine; `None` if there is none.
 fn inseparable_parameters(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())
 }
 
-/// Reasons for the trust "yes": errors of prediction and of torques, chi^2, condition number.
+/// Reasons for the trust "yes": errors of predictions, errors of torques, chi^2, condition number.
 fn favours(evidence: &Evidence) -> Vec<String> {
     let (estimate, prediction) = (evidence.estimate, &evidence.prediction);
     let mut reasons = Vec::new();
@@ -327,7 +329,7 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     reasons
 }
 
-/// A sentence on the number of significant parameters and the residuals.
+/// A sentence on the number of significant parameters and on the residuals.
 fn found(evidence: &Evidence) -> String {
     let estimate = evidence.estimate;
     let described = evidence.nominal_parameters.unwrap_or_default();
@@ -350,7 +352,8 @@ fn found(evidence: &Evidence) -> String {
     }
 }
 
-/// The next step with an estimate that is trusted for every use of torques. `bodies`: verdict on the bodies, if requested.
+/// The next step with an estimate that is trusted for every use of torques, in words. `bodies`: verdict on the bodies; `None`
+/// if not requested.
 fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     let steps = match bodies.map(|bodies| bodies.trust) {
         _ if evidence.estimate.options.is_none() => "[:report] draws it, [:feedforward] tries it",
@@ -361,11 +364,12 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics that are not listed as claims, because the table, the reasons and the remarks report them.
+/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
-/// Writes the claims that are not contradicted, one per line, then an empty line.
+/// Writes the claims that are not contradicted, one per line, then an empty line. The reasons of the verdict name the
+/// contradicted ones.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
@@ -383,7 +387,7 @@ pub fn claim_line(claim: &Claim) -> String {
     }
 }
 
-/// A joint is named if the relative error of its torque exceeds this.
+/// The table of uses names the worst joint if the relative error of its torque exceeds this.
 const NAMED_JOINT_ERROR: f64 = 0.02;
 
 impl fmt::Display for Verdict {
@@ -412,7 +416,7 @@ mod tests {
     fn one_factor_in_all_masses_is_a_unit() {
         let factor = common_factor(&[980.0, 1013.0, 1100.0, 904.0]).unwrap_or(0.0);
         assert!((factor - 1013.0).abs() < 1e-9, "{factor}");
-        // No common factor: masses that differ from each other, masses near the description, or too few masses.
+        // No common factor: ratios that differ from each other, ratios near 1, or too few ratios.
         assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
         assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
         assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));

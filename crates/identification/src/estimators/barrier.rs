@@ -20,12 +20,13 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
-/// The state in which the iteration ended.
+/// How Newton's method of the barrier problem ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BarrierStatus {
-    /// The gradient vanished at the smallest weight of the barrier.
+    /// The squared Newton decrement fell below its tolerance, or the objective could decrease only by rounding.
     Converged,
-    /// The gradient did not vanish: the line search found no descent because of rounding, or the step limit was reached.
+    /// The decrement stayed above its tolerance: the line search found no descent because of rounding, or the step limit was
+    /// reached.
     Stalled,
 }
 
@@ -33,44 +34,45 @@ pub enum BarrierStatus {
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// If the squared decrement divided by gamma is below this, y is near the solution, because the objective divided by gamma is
-/// self-concordant.
+/// Near the solution, the squared Newton decrement divided by gamma is below this. gamma: weight of the barrier. The objective
+/// divided by gamma is self-concordant, so Newton's method converges quadratically there.
 const NEAR_DECREMENT: f64 = 0.1;
-/// Near the solution each Newton step must reduce the squared decrement to this share or less. If not, the Hessian is
-/// inaccurate.
+/// Near the solution, each Newton step must reduce the squared decrement to this share or less. If it does not, the Hessian is
+/// too inaccurate.
 const LARGEST_DECREMENT_RATIO: f64 = 0.25;
-/// Armijo condition of the line search: least decrease of the objective, relative to squared decrement times step length.
+/// Armijo condition of the line search: least decrease of the objective, divided by squared Newton decrement times step length.
 const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
-/// If no descent is found, the iteration still counts as converged if the squared decrement relative to the objective is below
-/// this.
+/// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
+/// objective is below this.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
 /// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until it is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The suboptimality bound covers traces up to this many times the traces of the solution, and friction up to this many standard
-/// deviations.
+/// Limit of the suboptimality bound: it covers bodies whose traces of the pseudo-inertia are up to this many times the traces of
+/// the solution, and friction up to this many standard deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
-/// The minimisation problem in the scaled variables y.
+/// The minimisation problem of the module in the scaled variables y.
 pub(crate) struct Problem {
-    /// A, z and A'A of the data, in scaled variables.
+    /// A (`rows`), z (`right`) and A'A (`hessian`) of the weighted data. The columns are the scaled variables y.
     pub rows: DMatrix<f64>,
     pub right: DVector<f64>,
     pub hessian: DMatrix<f64>,
-    /// Column and scaled standard deviation of each friction parameter with a prior.
+    /// Column in y and standard deviation sd of each friction parameter that has a prior.
     pub friction: Vec<(usize, f64)>,
-    /// gamma_0: nats per unit of divergence at the full weight of the prior.
+    /// gamma_0: full weight of the prior, nats per unit of log-determinant divergence.
     pub gamma: f64,
-    /// First column of each body, and the columns of the rotors.
+    /// `bodies`: first of the ten columns of each body in y. `rotors`: column of each rotor inertia. `units`: the matrices
+    /// dP/dy_i of a body P.
     pub bodies: Vec<usize>,
     pub rotors: Vec<usize>,
     pub units: [Matrix4<f64>; 10],
 }
 
 impl Problem {
-    /// Number of logarithms in the barrier: the order of the cone.
+    /// Number of logarithms in the barrier: four per body (det of a 4 x 4 matrix) and one per rotor.
     pub(crate) fn barriers(&self) -> f64 {
         (4 * self.bodies.len() + self.rotors.len()) as f64
     }
@@ -85,7 +87,7 @@ impl Problem {
         share * (self.gamma * (self.barriers() + (LARGEST_BOUNDED_RATIO - 1.0) * size) + pull)
     }
 
-    /// The weight w of the prior of friction at this gamma: proportional to gamma, at most 1.
+    /// Weight w of the prior of friction at the barrier weight gamma: proportional to gamma, at most 1.
     fn friction_weight(&self, gamma: f64) -> f64 {
         (gamma / self.gamma).min(1.0)
     }
@@ -119,7 +121,8 @@ impl Problem {
     }
 
     fn derivatives(&self, y: &DVector<f64>, gamma: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        // U_i = dP/dy_i: d(tr P - log det P)/dy_i = tr U_i - tr(P^-1 U_i); second derivative: tr(P^-1 U_i P^-1 U_k).
+        // P: pseudo-inertia of a body, U_i = dP/dy_i. d(tr P - log det P)/dy_i = tr U_i - tr(P^-1 U_i); second derivative:
+        // tr(P^-1 U_i P^-1 U_k).
         let mut g = self.rows.tr_mul(&(&self.rows * y - &self.right));
         let mut h = self.hessian.clone();
         for &(c, sd) in &self.friction {
@@ -144,11 +147,11 @@ impl Problem {
         Some((g, h))
     }
 
-    /// A gamma at which y is near the solution: the first of `least` times 1, 10, 100, .. that is large enough.
+    /// A gamma at which y is near the solution: the first of `least` times 1, 10, 100, .. at which the squared Newton decrement
+    /// divided by gamma is at most one.
     ///
     /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases it by a fixed amount until
-    /// the decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps. [Boyd, Vandenberghe 2004,
-    /// 9.6.4]
+    /// the decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps. [Boyd, Vandenberghe 2004, 9.6.4]
     pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
@@ -164,11 +167,12 @@ impl Problem {
     /// compared with the barrier, and the direction comes from the rows (QR).
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
         let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
-        // `is_right`: whether the Hessian is accurate enough; judged by quadratic convergence near the solution.
+        // `is_right`: the Hessian is accurate enough, judged by quadratic convergence near the solution. `last`: previous squared
+        // decrement.
         let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, BarrierStatus::Stalled) };
-            // A decrease of the objective below its rounding cannot be detected.
+            // A decrease of the objective below its rounding error cannot be detected.
             let tolerance = (2.0 * DECREMENT_TOLERANCE_NATS).max(self.rounding(y, gamma));
             let by_hessian = is_right.then(|| solve_scaled(h, &g)).flatten();
             let by_hessian = by_hessian.map(|direction| (g.dot(&direction), direction));
@@ -201,7 +205,7 @@ impl Problem {
         (MAX_NEWTON_STEPS, BarrierStatus::Stalled)
     }
 
-    /// Squared Newton decrement and direction: from the Hessian, and from the rows.
+    /// Squared Newton decrement and direction, first from the Hessian, then from the rows (QR).
     #[cfg(test)]
     pub(crate) fn directions(&self, y: &DVector<f64>, gamma: f64) -> ((f64, DVector<f64>), (f64, DVector<f64>)) {
         let (g, h) = self.derivatives(y, gamma).expect("y is in the cone");
@@ -291,18 +295,18 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
     DVector::from_iterator(10, (0..4).flat_map(|i| (i..4).map(move |k| (i, k))).map(|(i, k)| weight(i, k) * m[(i, k)]))
 }
 
-/// Largest factor between two successive gammas of the central path.
+/// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// If the factor between two gammas falls below this, following the path has failed.
+/// Following the central path fails if the factor between two successive values of gamma falls below this.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
-/// If a round needs fewer Newton steps than this, the factor between gammas grows again.
+/// If a decrease of gamma needs fewer Newton steps than this, the factor between successive values of gamma grows again.
 const MANY_NEWTON_STEPS: usize = 20;
 
-/// The central path: the solution y as a function of gamma.
+/// The central path: the solution y of the barrier problem as a function of the barrier weight gamma.
 pub(crate) struct CentralPath<'a> {
     problem: &'a Problem,
-    /// The solution at `gamma`.
+    /// The solution at the present gamma, in scaled variables.
     pub y: DVector<f64>,
     gamma: f64,
     factor: f64,
@@ -311,7 +315,7 @@ pub(crate) struct CentralPath<'a> {
 }
 
 impl CentralPath<'_> {
-    /// Starts the path with Newton steps from y, which must be near the solution at `gamma`.
+    /// Starts the path at the barrier weight `gamma` with Newton steps from y, which must be near the solution there.
     pub(crate) fn new(problem: &Problem, mut y: DVector<f64>, gamma: f64) -> CentralPath<'_> {
         let (steps, _) = problem.newton(&mut y, gamma);
         CentralPath { problem, y, gamma, factor: LARGEST_GAMMA_FACTOR, steps }
@@ -319,9 +323,9 @@ impl CentralPath<'_> {
 
     /// Follows the path to the solution at a lower gamma. Returns false if no step succeeds; `y` is then the last solution.
     ///
-    /// A round with too many Newton steps had too large a factor between gammas: bodies far from their reference grow along the
-    /// path, and Newton's method makes short steps along the boundary of the cone. The round is then repeated with the root of
-    /// the factor.
+    /// If Newton's method stalls, the factor between two values of gamma was too large: bodies far from their reference grow
+    /// along the path, and Newton's method makes short steps along the boundary of the cone. The step is then repeated with the
+    /// square root of the factor.
     pub(crate) fn follow(&mut self, gamma: f64) -> bool {
         while self.gamma > gamma {
             let next = (self.gamma / self.factor).max(gamma);

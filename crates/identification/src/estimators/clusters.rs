@@ -16,14 +16,16 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// If A - k A_g is below this share of the diagonal of A, it counts as rounding.
+/// Ridge that is added to A - k A_g, relative to the diagonal of A. With it the matrix stays invertible if the difference is only
+/// rounding.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
-/// A cluster: rows that have a common error.
+/// A cluster: rows that have a common error (for example, all rows of one block of a record).
 pub struct Cluster {
     /// The columns that have non-zero entries in these rows.
     columns: Vec<usize>,
-    /// A_g = W_g' W_g and W_g' e_g, for these columns only.
+    /// `gram`: A_g = W_g' W_g. `score`: W_g' e_g. Both have only these columns. W_g, e_g: weighted rows and residuals of the
+    /// cluster.
     gram: DMatrix<f64>,
     score: DVector<f64>,
 }
@@ -62,7 +64,7 @@ impl Cluster {
 }
 
 impl Cluster {
-    /// A_g and W_g' e_g of the cluster.
+    /// A_g = W_g' W_g and W_g' e_g of the cluster. W_g, e_g: its weighted rows and residuals.
     pub fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
         (&self.gram, &self.score)
     }
@@ -73,7 +75,7 @@ fn upper(rows: &Triangle) -> DMatrix<f64> {
     DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })
 }
 
-/// The normal matrix A of all rows, with the columns of W scaled to unit norm.
+/// The normal matrix A = W'W of all weighted rows, with the columns of W scaled to unit norm.
 pub struct FullNormalMatrix {
     scale: Vec<f64>,
     gram: DMatrix<f64>,
@@ -87,7 +89,7 @@ impl FullNormalMatrix {
         FullNormalMatrix::scaled(r.tr_mul(&r), norms.collect())
     }
 
-    /// The matrix A from clusters that together contain all rows.
+    /// The normal matrix A = W'W from clusters that together contain all rows of W.
     pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> FullNormalMatrix {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
@@ -100,8 +102,8 @@ impl FullNormalMatrix {
         FullNormalMatrix { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
     }
 
-    /// The Cholesky factor of A - k A_g, or of A if `out` is `None`, with the ridge `held` on the scaled diagonal. `None` if it
-    /// is not positive definite or has NaN.
+    /// The Cholesky factor of A - k A_g. `out`: cluster g and k; `None` gives A. `held`: ridge on the scaled diagonal. Returns
+    /// `None` if the matrix is not positive definite or has NaN.
     fn without(&self, out: Option<(&Cluster, f64)>, held: f64) -> Option<Cholesky<f64, Dyn>> {
         let mut left = self.gram.clone();
         if let Some((cluster, share)) = out {
@@ -116,8 +118,8 @@ impl FullNormalMatrix {
         left.cholesky()
     }
 
-    /// The change S_g of the parameters by a cluster, with k = `share` and the ridge `held`. `None` if A - k A_g is not positive
-    /// definite.
+    /// The change of the parameters by cluster g, S_g = (A - k A_g)^-1 W_g' e_g, with k = `share` and the ridge `held`. `None` if
+    /// A - k A_g is not positive definite.
     pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
@@ -127,7 +129,7 @@ impl FullNormalMatrix {
         Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
     }
 
-    /// The variance sum_g S_g^2 of each parameter. A cluster for which S_g does not exist adds nothing.
+    /// The variance sum_g S_g^2 of each parameter, with S_g from `moved`. A cluster for which S_g does not exist adds nothing.
     pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
@@ -136,7 +138,8 @@ impl FullNormalMatrix {
         variance
     }
 
-    /// Partial leverage of each cluster on each parameter c, (A^-1 A_g A^-1)_cc / (A^-1)_cc. Each cluster must have all columns.
+    /// Partial leverage of each cluster g on each parameter c, (A^-1 A_g A^-1)_cc / (A^-1)_cc. `held`: ridge on A. Each cluster
+    /// must have all columns.
     pub fn information_shares<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());

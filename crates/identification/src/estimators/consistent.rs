@@ -29,53 +29,54 @@ use crate::estimators::barrier::{BarrierStatus, CentralPath, Problem};
 /// The prior knowledge of bodies and friction.
 #[derive(Clone, Debug)]
 pub struct Prior {
-    /// The reference of each body, in the order of the map. `None`: a ball of mass `scale`.
+    /// Reference parameters XX .. M of each body, in the order of `StandardMap::bodies`. `None`: a ball of mass `scale`.
     pub bodies: Vec<Option<Ten>>,
     /// Mass of the ball (radius of gyration 0.1 m) that replaces unknown bodies, kg.
     pub scale: f64,
-    /// Weight of the divergence from the references: nats per unit of divergence.
+    /// Weight of the log-determinant divergence from the references, nats per unit of divergence.
     pub gamma: f64,
     /// Discount s of the data: ratio of the variance of a parameter with correlated residuals to the variance with white
     /// residuals.
     pub discount: f64,
-    /// For each parameter after the base parameters, its standard deviation about zero, in its unit. Infinite: no prior.
+    /// For each parameter after the base parameters (friction), its prior standard deviation about zero, in the unit of the
+    /// parameter. Infinite: no prior.
     pub friction: Vec<f64>,
 }
 
 /// A physically consistent solution: each body has a positive definite pseudo-inertia.
 #[derive(Clone, Debug)]
 pub struct Consistent {
-    /// The standard parameters.
+    /// The standard parameters, in the order of `StandardMap::standard`.
     pub phi: Vec<f64>,
     /// The base parameters, then friction, in the order of the columns of the triangle.
     pub x: Vec<f64>,
     /// The smallest eigenvalue of the pseudo-inertia of each body.
     pub smallest_eigenvalues: Vec<f64>,
-    /// 1/2 chi^2 of the data without the prior, divided by the discount, nats.
+    /// 1/2 chi^2 of the data at the solution, divided by the discount, nats. The prior is not included.
     pub objective: f64,
     /// Suboptimality bound of `objective`, nats, compared with all bodies up to `LARGEST_BOUNDED_RATIO` times as large. `None`
     /// if the solver stalled.
     pub excess: Option<f64>,
     /// Final weight of the prior relative to its full weight. It is 1 if the data do not contradict the prior.
     pub prior_share: f64,
-    /// The state in which the iteration ended.
+    /// How Newton's method ended.
     pub outcome: BarrierStatus,
     /// Number of Newton steps over all values of gamma.
     pub newton_steps: usize,
 }
 
-/// The weight of the prior is decreased at least to this share, at which the suboptimality of chi^2 is bounded.
+/// The weight of the prior is decreased at least to this share of its full weight. There the suboptimality of chi^2 is bounded.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
-/// If bodies are much larger than their references, the bound may not be tight. The weight is then decreased further, down to
-/// this share. At smaller shares the rounding of the Hessian dominates.
+/// If the suboptimality bound is not tight at `BOUND_PRIOR_SHARE` (bodies much larger than their references), the weight of the
+/// prior is decreased further, down to this share. Below it, the rounding of the Hessian dominates.
 const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
-/// The bound is tight if it is at most this share of gamma times the number of logarithms.
+/// The suboptimality bound is tight if it is at most this share of gamma times the number of logarithms in the barrier.
 const TIGHT_BOUND_SHARE: f64 = 0.5;
-/// Factor of the weight of the prior from round to round.
+/// Factor by which the weight of the prior is multiplied after each solution.
 const PRIOR_SHARE_FACTOR: f64 = 0.2;
 /// Squared radius of gyration of the ball that replaces unknown bodies, m^2.
 const BALL_SQUARED_RADIUS_M2: f64 = 0.01;
-/// Reference inertia of a rotor divided by the mass of this ball, m^2.
+/// Reference inertia of a rotor divided by the mass of the ball that replaces unknown bodies, m^2.
 const ROTOR_INERTIA_PER_MASS_M2: f64 = 0.01;
 
 /// Solves for physically consistent standard parameters and friction. `triangle`: whitened data (residual of unit variance).
@@ -104,7 +105,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     }
     let (steps, mut y) = (path.steps, path.y);
     let (mut excess, mut prior_share) = (None, 1.0);
-    // Take the largest share whose chi^2/2 is within gamma (4 bodies + rotors) of the last solution.
+    // Take the largest weight of the prior whose chi^2/2 is within gamma (4 bodies + rotors) of the solution with the smallest
+    // weight.
     if let Some((last, nearest)) = shares.last() {
         let allowed = problem.quadratic(nearest) + prior.gamma * problem.barriers();
         if let Some((share, chosen)) = shares.iter().find(|(_, y)| problem.quadratic(y) <= allowed) {
@@ -129,8 +131,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     }
 }
 
-/// The matrix T of (phi, f) = T y: in y, bodies are relative to their reference, rotors relative to the ball, and friction is
-/// unscaled.
+/// The matrix T of (phi, f) = T y. phi: standard parameters, f: friction. In y, each body is relative to its reference, each
+/// rotor is relative to the inertia of the ball, and friction is unscaled.
 fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64> {
     let mut transform = DMatrix::identity(dimension, dimension);
     for (j, (_, first)) in map.bodies.iter().enumerate() {
@@ -143,7 +145,8 @@ fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64>
     transform
 }
 
-/// The matrix from (phi, f) to (X, f): standard to base parameters, followed by friction.
+/// The matrix from (phi, f) to (X, f). phi: standard parameters, X: base parameters, f: friction. `total`: number of entries of
+/// (X, f).
 fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
     let (base, standard) = map.matrix.shape();
     let mut scatter = DMatrix::zeros(total, standard + total - base);
@@ -154,7 +157,7 @@ fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
     scatter
 }
 
-/// Makes the minimisation problem from the data and the prior, in the variables y.
+/// Makes the minimisation problem from the data and the prior, in the scaled variables y. `x_of_y`: matrix from y to (X, f).
 fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatrix<f64>) -> Problem {
     let (standard, total) = (map.matrix.ncols(), triangle.columns());
     let r = DMatrix::from_fn(total + 1, total, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
@@ -174,7 +177,7 @@ fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatr
     }
 }
 
-/// The y at which all bodies equal their references and friction is zero.
+/// The y at which all bodies and rotors equal their references and friction is zero.
 fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     let mut y = DVector::zeros(dimension);
     for first in &problem.bodies {
@@ -186,15 +189,16 @@ fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     y
 }
 
-/// The pseudo-inertia of a reference body. If `body` is unknown or not positive definite: a ball of mass `scale`, kg.
+/// The pseudo-inertia of a reference body. A body that is unknown or not positive definite is replaced by a ball of mass `scale`,
+/// kg.
 fn reference(body: Option<Ten>, scale: f64) -> Matrix4<f64> {
     let given = body.map(|b| pseudo_inertia(&b)).filter(|p| p.cholesky().is_some());
     let square = BALL_SQUARED_RADIUS_M2;
     given.unwrap_or_else(|| Matrix4::from_diagonal(&nalgebra::Vector4::new(square, square, square, 1.0)) * scale)
 }
 
-/// The 10 x 10 matrix from the parameters of a relative body Q to the parameters of the body P = L Q L', for the reference P0 =
-/// L L'.
+/// The 10 x 10 matrix from the parameters of a relative body Q to the parameters of the body P = L Q L'. L: Cholesky factor of
+/// the reference, P0 = L L'.
 fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
     let l = reference.cholesky().map_or_else(Matrix4::identity, |c| c.l());
     let mut out = DMatrix::zeros(10, 10);
@@ -213,8 +217,8 @@ mod tests {
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
 
-    /// A triangle of 400 rows that determine all ten parameters of one body. `precision`: size of the entries; `noise`: standard
-    /// deviation.
+    /// A triangle of 400 rows that determine all ten parameters of one body. `precision`: standard deviation of the entries of
+    /// the rows; `noise`: standard deviation of the torque noise.
     fn measured(truth: &Ten, precision: f64, noise: f64) -> Triangle {
         let mut random = Random::new(21);
         let mut block = TriangleBuilder::new(10);
@@ -244,7 +248,7 @@ mod tests {
         assert_eq!(out.outcome, BarrierStatus::Converged);
         for i in 0..10 {
             let sigma = (ls.variance * ls.inverse[(i, i)]).sqrt();
-            // A prior with weight gamma changes the optimum by about gamma sigma.
+            // A prior with weight gamma changes the optimum by about gamma sigma (gamma: nats per unit of divergence).
             assert!((out.x[i] - ls.x[i]).abs() < 1e-3 * sigma, "{i}: {} {}", out.x[i], ls.x[i]);
         }
     }
@@ -263,8 +267,8 @@ mod tests {
         assert!(near.objective - nearer.objective <= excess + 1e-9 * near.objective, "{near:?} {nearer:?}");
     }
 
-    /// Nominal bodies are up to a thousand times too small or too large. chi^2 equals chi^2 with the correct nominal body within
-    /// the bound, and the bound is of the order of the cost of the logarithms.
+    /// The nominal body is wrong by a factor of 1e-3 to 1e3. chi^2/2 exceeds chi^2/2 with the correct nominal body by at most the
+    /// bound, and the bound is small.
     #[test]
     fn a_wrong_reference_yields_and_the_bound_holds() {
         let triangle = measured(&BODY, 100.0, 1.0);
@@ -275,13 +279,14 @@ mod tests {
             let excess = out.excess.unwrap();
             assert_eq!(out.outcome, BarrierStatus::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // There are 4 logarithms of 0.1 nats. They count twice: for the allowed excess, and for the bound itself.
+            // 0.8 = 2 x 4 logarithms x 0.1 nats: once for the allowed excess, once for the bound itself.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
     }
 
-    /// Data may determine some directions to many digits and others not at all. A'A is then too ill-conditioned for f64.
+    /// Data may determine some directions of the parameter space to many digits and others not at all. A'A is then too
+    /// ill-conditioned for f64.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
@@ -302,7 +307,7 @@ mod tests {
             assert_eq!(out.outcome, BarrierStatus::Converged, "{precision}: {out:?}");
             for direction in &directions {
                 let (found, truth) = (along(direction, &out.x), along(direction, &BODY));
-                // The bound is a few sigma, sigma = 1/sqrt(200 rows), and the rounding of the rows.
+                // Allowed error: a few sigma, with sigma = 1/sqrt(200 rows), and the rounding of the rows.
                 let expected = 1.0 / precision + 1e-12;
                 assert!((found - truth).abs() < expected, "{precision}: {found} {truth}");
             }
@@ -347,7 +352,8 @@ mod tests {
         let mut random = Random::new(5);
         let (mut a, mut b) = (TriangleBuilder::new(10), TriangleBuilder::new(10));
         for _ in 0..4 {
-            // There are four rows for ten parameters. The prior decides in the directions that the rows do not determine.
+            // Four rows for ten parameters: in the directions that the rows do not determine, the solution follows from the
+            // prior.
             let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
             let y: f64 = row.iter().zip(BODY).map(|(a, b)| a * b).sum();
             a.push(&row, y);

@@ -1,8 +1,8 @@
 //! Essential parameters: the smallest set of parameters with nearly the same residual.
 //!
-//! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero.
-//! It continues while the largest deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
-//! `growth`. It needs the triangle only, not the data.
+//! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero. It
+//! continues while this relative standard deviation exceeds `ratio` times the smallest one and the residual norm has grown by
+//! less than `growth`. It needs only the triangle (R of QR) of the rows, not the data.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::{Triangle, select};
@@ -10,7 +10,7 @@ use numerics::triangle::{Triangle, select};
 /// The limits at which elimination stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elimination {
-    /// Elimination stops if the largest relative standard deviation is at most this times the smallest.
+    /// Elimination stops if the largest relative standard deviation is at most this factor times the smallest.
     pub ratio: f64,
     /// Largest relative growth of the residual norm in total: 0.02 is 2 %.
     pub growth: f64,
@@ -33,7 +33,7 @@ pub struct Essential {
     pub solution: Solution,
     /// The values of all p parameters; zero for an eliminated parameter.
     pub x: Vec<f64>,
-    /// Residual norm divided by the residual norm with all parameters.
+    /// Residual norm with the kept parameters, divided by the residual norm with all parameters; at least 1.
     pub growth: f64,
 }
 

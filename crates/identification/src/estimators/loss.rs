@@ -21,7 +21,7 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// How much a row beyond the bound counts, in words for the output.
+    /// Words for the output that say how much a row beyond the bound counts.
     pub fn beyond(self) -> &'static str {
         match self {
             Loss::Huber => "less than fully",
@@ -62,7 +62,7 @@ impl Loss {
 mod tests {
     use super::*;
 
-    /// psi' is the derivative of psi, and the efficiency for normal noise, (mean psi')^2 / mean psi^2, is 95 %.
+    /// Checks that psi' is the derivative of psi, and that the efficiency for normal noise, (mean psi')^2 / mean psi^2, is 95 %.
     #[test]
     fn the_bounds_are_those_of_95_percent() {
         for loss in [Loss::Huber, Loss::Bisquare] {

@@ -1,4 +1,4 @@
-//! Estimators: from triangles to a solution, one estimator per file.
+//! Estimators: each file computes a solution from the triangles (R of QR) of the joints.
 
 pub mod barrier;
 pub mod clusters;

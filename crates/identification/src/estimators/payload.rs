@@ -20,8 +20,8 @@ pub struct Payload {
     pub sigma: Ten,
     /// Covariance for white noise, 10 x 10.
     pub covariance: DMatrix<f64>,
-    /// For each joint, the change of the parameters if the torques of this joint in both logs grow by 100 %. The sum over all
-    /// joints is the load itself.
+    /// For each joint, the change of the load's parameters if the torques of this joint in both logs grow by 100 %. The sum over
+    /// all joints is the load itself.
     pub by_scale: Vec<Ten>,
     /// For each of the ten parameters, whether the data determine it.
     pub determined: [bool; 10],
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// The map of a robot of one body, whose ten standard parameters are its base parameters.
+    /// The standard map of a robot of one body. Its ten standard parameters are also its base parameters.
     fn one_body() -> StandardMap {
         let standard = (0..10).map(|i| format!("P{i}")).collect();
         let matrix = DMatrix::identity(10, 10);

@@ -43,23 +43,24 @@ use crate::estimators::huber::Reweighted;
 use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::{Observation, weighted};
 
-/// The k of the module for blocks of the record.
+/// k in S_g = (A - k A_g)^-1 W_g' e_g (see the module) if the clusters g are blocks of the record.
 const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
-/// The k of the module for bands of speed and position, and for logs.
+/// k in S_g = (A - k A_g)^-1 W_g' e_g (see the module) if the clusters g are bands of speed or position, or logs.
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
-/// Two variances count as equal if the median over the parameters of |log2(ratio)| is at most this. Then their mean is used.
-/// Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and play at
-/// least 0.5.
+/// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this. Then their mean
+/// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and
+/// play at least 0.5.
 const EQUAL_OCTAVES: f64 = 0.5;
-/// Two variances count as different if this |log2(ratio)| is at least this. Then the larger one is used. Between both limits,
-/// the result is interpolated.
+/// Two variances are different if the median |log2(ratio)| is at least this. Then the larger one is used. Between `EQUAL_OCTAVES`
+/// and this, the result is interpolated.
 const DIFFERENT_OCTAVES: f64 = 1.0;
 
-/// Probability that an error is outside the interval of 1.96 sigma.
+/// Probability of an error outside the 95 % interval (1.96 sigma).
 const INTERVAL_RISK: f64 = 0.05;
 
-/// Least number of parameters for the comparison, because the ratio of a single parameter scatters by more than an octave.
+/// Least number of parameters for the comparison of two variances. The ratio for a single parameter scatters by more than an
+/// octave.
 const LEAST_COMPARED_PARAMETERS: usize = 20;
 
 /// The standard deviations of the parameters by kind of error; zero if the data determine nothing. Cluster-robust deviations are
@@ -74,12 +75,13 @@ pub struct ReplicateDeviation {
     pub by_speed: Vec<f64>,
     /// Standard deviations with the position bands of each joint as clusters.
     pub by_position: Vec<f64>,
-    /// For each log, the change of the parameters by its error. Empty if there is only one log.
+    /// For each log, S_g with the log as cluster g: the part of the error of each parameter that comes from this log. Empty if
+    /// there is only one log.
     pub moved_by_logs: Vec<Vec<f64>>,
     /// Number of correlated samples that count as one independent sample.
     ///
-    /// It is computed with k = 0, because the share that the fit has absorbed depends on the number of blocks, not on the
-    /// correlation of their samples.
+    /// It is computed with k = 0 in S_g = (A - k A_g)^-1 W_g' e_g. The correction by k depends on the number of blocks and not on
+    /// the correlation of their samples.
     pub correlated: f64,
 }
 
@@ -99,14 +101,14 @@ impl ReplicateDeviation {
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 
-    /// The standard deviation of parameter c from changes between logs: a lower bound; 0 if there is only one log.
+    /// The standard deviation of parameter c from differences between logs. It is a lower bound, and 0 if there is only one log.
     fn by_log(&self, c: usize) -> f64 {
         self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
 }
 
-/// Combines two standard deviations of each parameter: the root of the larger variance if they differ, of the mean variance if
-/// they agree.
+/// Combines two standard deviations `above` and `below` of each parameter: the root of the larger variance if they differ, and of
+/// the mean variance if they agree.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
     // With too few parameters, the variances count as different.
@@ -140,9 +142,10 @@ pub fn state_bands<'a>(
     StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The standard deviations of a fit. `weights`: by joint; `bands`: made by [`state_bands`].
+/// The standard deviations of the parameters of a fit. `weights`: weight of each joint. `bands`: made by [`state_bands`]; they
+/// must contain all rows with their residuals.
 ///
-/// `reweighted`: the robust fit, if its rows have robust weights. `bands` must contain all rows with their residuals.
+/// `reweighted`: the robust fit, if its rows have robust weights.
 pub fn replicate_deviation(
     model: &Model,
     observation: &Observation,
@@ -154,14 +157,14 @@ pub fn replicate_deviation(
     let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // In the scores of a robust fit, a residual e counts as slope w e (w: robust weight of its row), so W_g' e_g is scaled.
+    // In a robust fit, a residual e counts as slope w e (w: robust weight of its row), so W_g' e_g is multiplied by slope.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
     ReplicateDeviation { moved_by_logs, ..found }
 }
 
-/// For each log, the change of the parameters by the error of this log, times `slope`. Empty if there is only one log.
+/// For each log, the part of the error of each parameter that comes from this log, times `slope`. Empty if there is only one log.
 pub fn moved_by_logs(
     whole: &FullNormalMatrix,
     observation: &Observation,
@@ -177,8 +180,8 @@ pub fn moved_by_logs(
     observation.logs().into_iter().filter_map(moved).collect()
 }
 
-/// The standard deviations from clusters. `whole`: all rows; `parts`: blocks; `speed`, `position`: bands; `slope`: factor of the
-/// scores; `white`: standard deviations for white noise.
+/// The standard deviations by kind of error, from clusters. `whole`: all rows; `parts`: blocks; `speed`, `position`: bands;
+/// `slope`: factor of the residuals of a robust fit (1 otherwise); `white`: standard deviations for white noise.
 pub(crate) fn of_clusters(
     whole: &FullNormalMatrix,
     parts: &[Cluster],
@@ -216,7 +219,8 @@ pub fn by_band(whole: &FullNormalMatrix, bands: &[Cluster], wider: f64) -> Vec<f
     variance.into_iter().map(|v| wider * v.sqrt()).collect()
 }
 
-/// The standard deviation of each parameter for white noise, s sqrt(A^-1_cc).
+/// The standard deviation of each parameter c for white noise, s sqrt(A^-1_cc). s: standard deviation of the residual, A: normal
+/// matrix.
 pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
@@ -270,8 +274,8 @@ mod tests {
     #[test]
     fn slow_noise_is_not_taken_for_white() {
         let [white, by_part, _] = calibration(0.9);
-        // Twelve seconds contain sixty independent samples. From 150 runs the variance has an error of 12 %, and twenty blocks
-        // scatter.
+        // Twelve seconds contain sixty independent samples. The variance from 150 runs has an error of 12 %, and the variance
+        // from twenty blocks has a dispersion too.
         assert!(white < 0.2, "{white}");
         assert!((0.65..1.5).contains(&by_part), "{by_part}");
     }
@@ -292,7 +296,8 @@ mod tests {
         // The median ratio is two octaves, in either direction.
         assert_eq!(sigma([1.0, 1.0, 1.0], [2.0, 3.0, 0.9], 7), [2.0, 3.0, 1.0]);
         assert_eq!(sigma([2.0, 3.0, 0.9], [1.0, 1.0, 1.0], 7), [2.0, 3.0, 1.0]);
-        // Missing deviations by speed do not count as agreement, and white noise is the lower bound.
+        // If the deviations by speed are zero (missing), the deviations by blocks are used. Each result is at least the deviation
+        // for white noise.
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
@@ -305,8 +310,8 @@ mod tests {
         assert!((1.0..1.9).contains(&sigma), "{sigma}");
     }
 
-    /// Friction that is not in the model is equal at every pass, for any length of the record. Blocks of the record agree with
-    /// each other, but bands of speed do not.
+    /// Friction that is not in the model causes an equal error at every pass, for any length of the record. The variance by
+    /// blocks of the record is therefore too small, and the variance by bands of speed is right.
     #[test]
     fn what_the_model_lacks_is_not_averaged_away() {
         let arm = Pendulum::new();
@@ -344,7 +349,7 @@ mod tests {
         };
         let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
-            // Each log alone has an error of 0.05 x, and the result of both logs has this standard deviation.
+            // The result of each log has an error of 0.05 x, and the standard deviation of the result from both logs equals it.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
@@ -373,7 +378,7 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // A sinusoidal error is a single draw: it is near its maximum for a third of all phases.
+        // The error is sinusoidal in the phase, so it is a single draw: it is near its maximum for a third of all phases.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

@@ -1,22 +1,22 @@
-//! Sums of products of the columns of rows with each other, computed for eight rows at a time (SIMD lanes).
+//! Computes sums of products of the columns of rows with each other, for eight rows at a time (SIMD lanes).
 
 use generated::Eight;
 use numerics::reflection::add_products;
 use numerics::row_block::RowBlock;
 
-/// Sums of products of the columns of one joint: the columns on which its torque can depend, and the residual or torque as the
-/// last column.
+/// Sums of products of the columns of one joint. The columns are those on which its torque can depend, then the residual or the
+/// torque.
 #[derive(Clone)]
 pub struct RowProducts {
     places: Vec<usize>,
-    /// The sums of products of columns i <= j, column by column.
+    /// The sum of products of columns i <= j is at index j * (number of columns) + i.
     products: Vec<f64>,
     /// Rows whose products are not yet added.
     block: RowBlock,
 }
 
 impl RowProducts {
-    /// Makes empty sums for `columns` columns and the last column.
+    /// Makes empty sums for `columns` columns and one more column (residual or torque).
     pub fn new(columns: usize) -> RowProducts {
         let entries = columns + 1;
         let places = (0..entries).collect();

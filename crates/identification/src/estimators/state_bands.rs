@@ -24,7 +24,7 @@ const POSITION_BANDS: usize = 8;
 /// Number of cells of a joint. The cells of one speed band are adjacent.
 const CELLS_PER_JOINT: usize = SPEED_BANDS * POSITION_BANDS;
 
-/// The kind of a band: the property that its rows have in common.
+/// The property that the rows of a band have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BandContent {
     /// The speed of the joint is in one octave.
@@ -39,7 +39,7 @@ pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
 /// Sums of products of weighted rows for each joint and cell, with the residual as the last column.
 #[derive(Clone)]
 pub struct StateBands<'a> {
-    /// Has the largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
+    /// Observation that gives the largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
     seen: &'a Observation,
     weight: CountOf<'a>,
     /// The sums of each cell, joint by joint; `None` for a cell without rows.
@@ -47,12 +47,13 @@ pub struct StateBands<'a> {
 }
 
 impl<'a> StateBands<'a> {
-    /// Makes empty bands. `seen`: has the largest speed and the range of each joint; `weight`: gives the weight of a row.
+    /// Makes empty bands. `seen`: gives the largest speed and the range of position of each joint; `weight`: gives the weight of
+    /// a row.
     pub fn new(model: &Model, seen: &'a Observation, weight: CountOf<'a>) -> StateBands<'a> {
         StateBands { seen, weight, cells: vec![None; model.n() * CELLS_PER_JOINT] }
     }
 
-    /// One cluster per band: the speed bands of all joints, and the position bands of all joints.
+    /// Makes one cluster per band. Returns the speed bands of all joints, then the position bands of all joints.
     pub fn clusters(self, model: &Model) -> [Vec<Cluster>; 2] {
         let columns = |j: usize| model.layout.joints[j].columns.clone();
         let mut of = [Vec::new(), Vec::new()];

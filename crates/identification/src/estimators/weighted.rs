@@ -18,13 +18,13 @@ pub enum Weights {
     None,
     /// Rows are divided by the standard deviation of the residual of their joint: weighted least squares.
     Joint,
-    /// Weights of `Joint`, with smaller weights for outliers: robust regression with Huber's loss.
+    /// As `Joint`, but outliers have smaller weights: robust regression with Huber's loss.
     Huber,
     /// Starts from the solution of `Huber`. Large outliers have weight zero (Tukey's bisquare loss).
     Bisquare,
 }
 
-/// The texts of a choice of weights, and its losses.
+/// The words and losses of one choice of weights.
 struct WeightsChoice {
     word: &'static str,
     method: &'static str,
@@ -89,9 +89,9 @@ impl Weights {
     }
 }
 
-/// Number of reweighting iterations of WLS.
+/// Number of solutions after which the weights of WLS are computed anew.
 const REWEIGHTING_ROUNDS: usize = 3;
-/// Least mean square residual relative to the mean square torque, at the level of rounding.
+/// Least mean square residual that is used for a weight, divided by the mean square torque. It is at the level of rounding.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 
 /// Solves the triangles of the joints with these weights. Returns the solution, and the weight of each joint, 1/(N m) (1/N), or
@@ -108,7 +108,7 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     (solve(&weighted(joints, &w)), w)
 }
 
-/// 1 / rms of the residual of a joint; 1 for a joint without rows or without torque.
+/// 1 / rms of the residual of a joint, 1/(N m) (1/N); 1 for a joint without rows or without torque.
 fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     let (total, residual) = joint.squares(x);
     // Without this floor, a residual at the level of rounding would give the joint a huge weight.

@@ -15,7 +15,7 @@ pub const DRAWN_SPANS: usize = 720;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// Largest number of spans.
+    /// Largest number of spans of this line.
     most: usize,
     /// Number of samples per span.
     length: usize,
@@ -196,11 +196,11 @@ mod tests {
         }
         let times = |e: &Envelope| e.spans().iter().map(|s| (s.t, s.end)).collect::<Vec<_>>();
         assert_eq!(times(&whole), times(&broken));
-        // Twenty seconds contain forty intervals at rest, and each is a gap between segments.
+        // Twenty seconds contain forty intervals at rest. Each is a gap between two segments of the line.
         assert_eq!((whole.pieces().len(), broken.pieces().len()), (1, 40));
         for pair in broken.pieces().windows(2) {
             let gap = pair[1][0].t - pair[0].last().unwrap().end;
-            // A rest takes 0.2 s, minus a span at both ends.
+            // A rest takes 0.2 s. The gap is shorter by one span at both ends.
             assert!(gap > 0.1, "{gap}");
         }
     }

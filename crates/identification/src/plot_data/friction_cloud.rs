@@ -17,7 +17,7 @@ const LAW_POINTS_PER_SIDE: usize = 60;
 pub struct FrictionCloud {
     /// The first point (speed, torque) that fell into each cell, by indices of the cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
-    /// Exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque|.
+    /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque| so far.
     size: (i32, i32),
     range: (f64, f64),
 }
@@ -31,7 +31,7 @@ impl FrictionCloud {
         let reach = (self.range.0.max(speed.abs()), self.range.1.max(torque.abs()));
         if reach != self.range {
             self.range = reach;
-            // The grid covers positive and negative values.
+            // The factor 2: the grid covers positive and negative values.
             let exponent =
                 |extent: f64| (2.0 * extent.max(SMALLEST_AXIS_EXTENT) / MAX_CELLS_PER_AXIS as f64).log2().ceil() as i32;
             let size = (exponent(reach.0), exponent(reach.1));
@@ -55,8 +55,8 @@ impl FrictionCloud {
     }
 }
 
-/// The friction law of joint j at speeds from -speed to speed, rad/s (m/s), without load and acceleration: points (speed,
-/// torque in N m (N)). Empty if the model has no friction.
+/// The friction law of joint j at speeds from -speed to speed, rad/s (m/s), at zero load and acceleration: points (speed, torque
+/// in N m (N)). Empty if the model has no friction.
 ///
 /// `x`: the parameters that follow the base parameters.
 pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
@@ -101,7 +101,7 @@ mod tests {
             cloud.push(speed, 0.3 * speed + speed.signum() + 0.05 * random.normal());
         }
         let points = cloud.points();
-        // The points lie on a line, with at least one point in each column of cells.
+        // The points lie on a line, so there are about as many points as columns of cells.
         let (cells, count) = (MAX_CELLS_PER_AXIS as usize, points.len());
         assert!((cells / 2..20 * cells).contains(&count), "{count}");
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));

@@ -43,7 +43,7 @@ pub struct Information {
 /// The state of a computation of [`Information`], record by record.
 pub(super) struct InformationSums {
     columns: Vec<usize>,
-    /// The matrix C, row by row.
+    /// The matrix C = (W'W)^-1 of all weighted rows, p x p, row by row.
     inverse: Vec<f64>,
     /// Weights of the rows, one per joint.
     weights: Vec<f64>,
@@ -52,7 +52,8 @@ pub(super) struct InformationSums {
 }
 
 impl InformationSums {
-    /// Empty sums, with C from the triangles of the joints of all logs. `duration`: length of the time axis, s.
+    /// Makes empty sums. `joints`: one triangle per joint with the rows of all logs, from which C is computed. `duration`: length
+    /// of the common time axis, s.
     pub(super) fn new(model: &Model, joints: &[Triangle], options: &Options, duration: f64) -> InformationSums {
         let (Solution { determined, inverse, .. }, weights) = fit(joints, options.weights);
         let p = model.p();
@@ -71,7 +72,7 @@ impl InformationSums {
         InformationSums { columns, inverse, weights, found, instant: 0 }
     }
 
-    /// Adds a record. `shift`: to add to its times to get the common time axis, s.
+    /// Adds the partial leverages of a record. Its time plus `shift`, s, is the time on the common axis of all logs.
     pub(super) fn add(&mut self, model: &Model, states: &States, shift: f64) {
         let (n, p) = (model.n(), model.p());
         for r in 0..states.len() {

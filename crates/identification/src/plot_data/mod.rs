@@ -33,7 +33,8 @@ use crate::signals::records::{Records, SourceRecords};
 /// Gap between two logs on their common axis, as a share of the duration of all logs.
 const GAP_BETWEEN_LOGS_SHARE: f64 = 0.01;
 
-/// Total number of spans of one kind of line over all joints: enough to zoom into a short log.
+/// Number of spans of one kind of line (such as the measured torque), summed over all joints. A span has the smallest and largest
+/// value of several samples. The number is large enough to zoom into a short log.
 const SPANS_OF_ALL_JOINTS: usize = 12_000;
 /// Largest number of spans of a line over time.
 const MOST_SPANS_PER_LINE: usize = 4000;
@@ -45,9 +46,9 @@ pub struct PlotData {
     pub logs: Vec<LogSpan>,
     /// Plot data of each joint, one per coordinate.
     pub joints: Vec<JointPlotData>,
-    /// Number of samples of each joint, after decimation.
+    /// Number of samples of each joint over all logs, after decimation.
     pub samples: usize,
-    /// Leverage of rows and correlation of parameters.
+    /// Partial leverage of rows on parameters, and correlation of parameters.
     pub information: Information,
 }
 
@@ -75,8 +76,8 @@ pub struct JointPlotData {
     pub measured: Envelope,
     /// The predicted torque over time: Y X, friction and couplings.
     pub predicted: Envelope,
-    /// The nominal torque with fitted friction over time; `None` if the description has no inertials. This line, measured
-    /// and predicted torque, residual and position have equal spans in all joints.
+    /// The nominal torque with fitted friction over time; `None` if the description has no inertials. The lines `measured`,
+    /// `predicted`, `nominal`, `residual` and `course` of all joints have equal spans.
     pub nominal: Option<Envelope>,
     /// The residual over time: measured minus predicted torque; NaN in unused rows.
     pub residual: Envelope,
@@ -116,7 +117,7 @@ pub struct JointPlotData {
     pub friction_law: Vec<(f64, f64)>,
 }
 
-/// The sums and lines of one joint while logs are read.
+/// The plot data of one joint and the sums from which it is finished, while logs are read.
 struct Gathered {
     plot_data: JointPlotData,
     squares: [f64; 6],
@@ -127,8 +128,8 @@ struct Gathered {
     torque_spectrum: Spectrum,
 }
 
-/// Makes the plot data of logs that parameters `x` of the linear model predict. `options`: options of the estimate, with its
-/// cut-off; `described`: nominal base parameters, if known.
+/// Makes plot data of logs and of the torques that the model predicts with parameters `x`. `options`: options of the estimate,
+/// with its cut-off; `described`: nominal base parameters, if known.
 ///
 /// Fails if a log cannot be read.
 pub fn plot_data(
@@ -222,7 +223,7 @@ impl Gathered {
         }
     }
 
-    /// Starts a record, which breaks the lines. `period`: sample time, s.
+    /// Starts a record: interrupts all lines. `period`: time between samples, s.
     fn begin(&mut self, period: f64) {
         let joint = &mut self.plot_data;
         let together = [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course];

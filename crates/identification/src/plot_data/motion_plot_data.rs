@@ -30,19 +30,19 @@ pub struct MotionPlotData {
     pub borders: Vec<f64>,
     /// Path of the tip in the first period and the blends; `None` if positions of links are unknown.
     pub tip: Option<EndEffectorPath>,
-    /// The certificate: each limit with its proof.
+    /// The certificate: each limit with the largest value of the motion and its proof.
     pub certificate: Vec<CertificateRow>,
     /// Further notes on the motion, in sentences.
     pub notes: Vec<String>,
-    /// Properties that the certificate does not cover.
+    /// Properties of the motion that the certificate does not cover.
     pub left_out: Vec<LeftOut>,
     /// Height of the floor, m; `None` if unknown.
     pub floor: Option<f64>,
     /// The lowest point that moving links reach; `None` if unknown.
     pub lowest: Option<LowestPoint>,
-    /// Margins of the certificate, and stopping distances; `None` if unknown.
+    /// Margins of the certificate (limit minus largest value), and stopping distances; `None` if unknown.
     pub margins: Option<Margins>,
-    /// Whether the certificate was computed from the motion and the model, not read from a file.
+    /// Whether the certificate was computed from the motion and the model. False: it was read from a file.
     pub is_found_anew: bool,
 }
 
@@ -55,7 +55,7 @@ pub struct JointCourse {
     pub is_prismatic: Option<bool>,
     /// The limits that the motion respects.
     pub limits: CoordinateLimits,
-    /// Lines over time, with the kind of each: position, velocity, acceleration, jerk; then torque and power if known.
+    /// Lines over time with their kinds: position, velocity, acceleration, jerk; then torque and power if known.
     pub positions: Vec<(LimitKind, Envelope)>,
 }
 
@@ -147,7 +147,7 @@ impl MotionPlotData {
                     course.push(t, value);
                 }
             }
-            // The path repeats in all other periods.
+            // The path of the tip is computed for the blends and the first period only, because it repeats in all other periods.
             if let Some(tip) = tip.as_ref().filter(|_| t <= blend + period || t >= duration - blend) {
                 points.push(tip.place(&state.iter().map(|x| x[0]).collect::<Vec<_>>()));
             }

@@ -1,4 +1,4 @@
-//! Writes measured and predicted torques, sample by sample.
+//! Computes measured and predicted torques sample by sample, and writes them as CSV or Parquet.
 
 use std::fmt::Write;
 

@@ -101,8 +101,8 @@ impl Spectrum {
     }
 }
 
-/// The noise of each measured torque: the median root of its spectral density above twice the cut-off, N m/sqrt(Hz). `None`
-/// if the sampling rate of the log is too low.
+/// The noise of each measured torque: median of the root spectral density above twice the cut-off, N m/sqrt(Hz). `None` if the
+/// sampling rate of the log is too low.
 ///
 /// This is the true noise only if the driver has not filtered the torque.
 ///
@@ -155,8 +155,8 @@ mod tests {
         spectrum.begin(period);
         (0..100_000).for_each(|_| spectrum.push(sigma * random.normal()));
         let expected = (2.0 * sigma * sigma * period).sqrt();
-        // With about eight hundred segments, the relative error of a squared bin is 1/sqrt(800). The first bin is lower
-        // because the mean is subtracted.
+        // There are about eight hundred segments, so the relative error of a squared bin is 1/sqrt(800). The first bin is not
+        // compared: it is lower because the mean is subtracted.
         for (hz, root) in &spectrum.density()[1..127] {
             assert!((root / expected - 1.0).abs() < 0.1, "{hz} {root} {expected}");
         }
@@ -181,7 +181,7 @@ mod tests {
         let alone = of(&[(0.002, 0.3, 100_000)]);
         assert_eq!(of(&[(0.002, 0.3, 100_000), (0.01, 9.0, 20_000)]), alone);
         let after = of(&[(0.01, 9.0, 20_000), (0.002, 0.3, 100_000)]);
-        // The two spectra are from different random noise: each bin is known to 1/sqrt(4 * 800).
+        // Tolerance: the spectra have different random noise, and each bin is known to 1/sqrt(4 * 800).
         assert!(after.iter().zip(&alone).all(|(a, b)| a.0 == b.0 && (a.1 / b.1 - 1.0).abs() < 0.15), "{after:?}");
         assert_ne!(of(&[(0.002, 0.3, 100_000), (0.002001, 0.3, 20_000)]), alone);
     }

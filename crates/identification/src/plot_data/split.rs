@@ -51,8 +51,8 @@ impl JointTorque {
     }
 }
 
-/// Splits the torques that parameters `x` predict for a record. `take(r, joints)` is called for each sample r with its
-/// joints. `described`: nominal value for each column of the model.
+/// Splits the torques that parameters `x` predict for a record. Calls `take(r, joints)` for each sample r with the torques of all
+/// joints. `described`: nominal value of each parameter of the model; `None` if unknown.
 pub fn split(
     model: &Model,
     x: &[f64],

@@ -1,23 +1,23 @@
-//! Typical magnitudes of the columns of a regressor when all joints move. They are the reference for the columns of a
-//! record.
+//! Computes the typical magnitude of each column of a regressor when all joints move. The columns of a record are compared with
+//! it.
 //!
-//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares
-//! scales columns to unit norm, so without this reference rounding would determine their parameters.
+//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares scales
+//! columns to unit norm, so without this comparison rounding would determine their parameters.
 
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column is neglected if it is below this share of its typical magnitude. With rounding of 1e-15, a larger column has at
-/// least seven correct digits. If right angles are written with six digits in a log, columns are 1e-7 or more: such a small
-/// column is small in every block, and is kept.
+/// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a larger
+/// column has at least seven correct digits. A joint that is held at a right angle, with six digits in the log, has columns of
+/// 1e-7 or more. Such a column is small in all blocks, and is kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// Number of random states at which the columns are evaluated.
 const REFERENCE_STATES: usize = 15;
 
-/// The typical magnitude of each base column: the largest entry over coordinates, and of it the median over random states.
-/// In these, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). Near a singularity of a
-/// loop a column has no upper bound, but the median is not affected. A state at which no loop closes counts as zero.
+/// The typical magnitude of each base column: its largest entry over the coordinates, as median over random states. In these,
+/// each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median stays finite near a
+/// singularity of a loop, where a column has no upper bound. A state at which no loop closes counts as zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);

@@ -1,4 +1,4 @@
-//! Reduces states to triangles: the observation matrix, block by block.
+//! Computes the observation matrix from states, block by block, and reduces it to triangles (R of QR).
 
 mod column_sizes;
 pub mod observation;

@@ -18,7 +18,7 @@ use processor::{in_parallel, threads};
 use crate::rows::column_sizes::{NEGLIGIBLE_COLUMN_SHARE, column_sizes};
 use crate::signals::records::Records;
 
-/// Row weights as a function of the residual: `weight(j, tau - W x)` for a row of joint j.
+/// Row weights that depend on the residual: `weight(j, tau - W x)` is the factor of a row of joint j.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
     /// Parameters x with which the residual is computed.
@@ -27,12 +27,12 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// With fewer samples than this, starting threads takes longer than it saves. A log of twenty thousand rows has about this
-/// number.
+/// Least number of samples for which threads are started. With fewer samples the start takes longer than it saves. A log of
+/// twenty thousand rows has about this number of samples after decimation.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
-/// Makes one triangle per joint from the samples in `range`. `weight`: row weights, if any; `least`: base columns with an
-/// rms up to this are set to zero.
+/// Makes one triangle per joint from the samples in `range`. `weight`: factors of the rows; `None`: 1. `least`: for each base
+/// column, the rms up to which the column is set to zero.
 fn part_of_rows(
     model: &Model,
     states: &States,
@@ -70,7 +70,7 @@ fn part_of_rows(
                 }
                 for &place in &model.layout.joints[j].places {
                     for (x, factor) in group[place].0.iter_mut().zip(factors) {
-                        // An unused row may contain NaN, and 0 * NaN is NaN.
+                        // An unused row may contain NaN, and 0 * NaN is NaN. So its entries are set to zero.
                         *x = if factor == 0.0 { 0.0 } else { factor * *x };
                     }
                 }
@@ -82,14 +82,14 @@ fn part_of_rows(
     finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
-/// For each base column, the rms up to which it is neglected: columns of joints at standstill contain only rounding.
+/// For each base column, the rms up to which the column is set to zero. Columns of joints at standstill contain only rounding.
 fn negligible(model: &Model, states: &States) -> Vec<f64> {
     let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let sizes = column_sizes(model.regressor, most(&states.dq), most(&states.ddq));
     sizes.into_iter().map(|size| NEGLIGIBLE_COLUMN_SHARE * size).collect()
 }
 
-/// The triangles of the rows, one per block of the record and joint, and the ranges of the motion.
+/// The triangles (R of QR) of the rows, one per block of the record and joint, and the range, speed and torque of each joint.
 #[derive(Clone, Debug, Default)]
 pub struct Observation {
     /// The triangles: `parts[k][j]` for block k of the record and joint j.
@@ -102,8 +102,8 @@ pub struct Observation {
     pub speed: Vec<f64>,
     /// Largest magnitude of the torque of each coordinate, N m (N).
     pub effort: Vec<f64>,
-    /// Bandwidth of each coordinate: frequency, Hz, below which 95 % of the energy of its velocity lies, in the fastest
-    /// record.
+    /// Bandwidth of each coordinate, Hz: 95 % of the energy of its velocity lies below this frequency. The largest value of all
+    /// records.
     pub f95: Vec<f64>,
     /// For each coordinate, the number of samples that are not used because it is at standstill.
     pub still: Vec<usize>,
@@ -111,7 +111,7 @@ pub struct Observation {
     pub cutoff: f64,
 }
 
-/// Records with a side task: during the first pass over them, their rows are computed, because another pass would cost more.
+/// Wraps records so that the first pass over them also computes the rows. A separate pass would read and filter the logs again.
 pub struct SinglePass<'a, R: ?Sized> {
     model: &'a Model<'a>,
     records: &'a R,
@@ -141,16 +141,16 @@ impl<R: Records + ?Sized> Records for SinglePass<'_, R> {
     }
 }
 
-/// Largest number of blocks. If there are more, they are merged in pairs.
+/// Largest number of blocks of an observation. If there are more, neighbours are merged in pairs.
 const MAX_BLOCKS: usize = 64;
 
 impl Observation {
-    /// Computes the rows of one record, in `parts` contiguous blocks of equal length.
+    /// Computes the triangles of one record, in `parts` contiguous blocks of equal length.
     pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
         Observation::of_rows(model, states, parts, None)
     }
 
-    /// Computes the rows of all records, with row weights if given.
+    /// Computes the triangles of all records, with row weights if given.
     ///
     /// Fails if there is no record, or if one cannot be read.
     pub fn of_records<R: Records + ?Sized>(
@@ -169,8 +169,8 @@ impl Observation {
         all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
     }
 
-    /// Computes the rows of records during the pass that `look` makes over them, and returns the result of `look` too. The
-    /// rows are `None` if `look` makes no pass.
+    /// Runs `look` on the records and computes their triangles during its first pass. Returns the result of `look` and the
+    /// triangles. The triangles are `None` if `look` makes no pass.
     ///
     /// Fails if a record cannot be read, or if `look` fails.
     pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
@@ -183,7 +183,7 @@ impl Observation {
         Ok((found, beside.rows.into_inner()))
     }
 
-    /// Computes the rows of one record in `parts` blocks, with row weights if given.
+    /// Computes the triangles of one record in `parts` blocks, with row weights if given.
     fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
@@ -247,7 +247,7 @@ impl Observation {
         }
     }
 
-    /// For each of several logs, its number and the triangles of its joints; empty if there is only one log.
+    /// If there are several logs: the number of each log and the triangles of its joints. Empty if there is only one log.
     pub fn logs(&self) -> Vec<(usize, Vec<Triangle>)> {
         let mut numbers = self.log_of.clone();
         numbers.dedup();
@@ -263,7 +263,7 @@ impl Observation {
         Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
     }
 
-    /// A copy without the triangles.
+    /// A copy of the ranges and log numbers, without the triangles.
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),
@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn parts_are_merged_within_their_log() {
         let (arm, model) = pendulum();
-        // Pairs (number of logs, number of blocks of each). With more than 64 logs, blocks of two logs are merged.
+        // Pairs: number of logs, number of blocks per log. With more than 64 logs, blocks of different logs are merged.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);
@@ -352,7 +352,7 @@ mod tests {
         let model = Model::new(&slide, &friction, &[]);
         let units: Vec<String> = model.parameters[3..].iter().map(|p| p.unit().to_string()).collect();
         assert_eq!(units, ["N s/m", "N", "kg"]);
-        // 0.2 m is a full stroke of a prismatic joint; 0.2 rad is little for a revolute one. No other joint is faster.
+        // A range of 0.2 m is a full stroke of a prismatic joint, but 0.2 rad is little motion for a revolute one.
         let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
         assert_eq!(crate::estimate::remarks::little_motion(&model, &observation), [false]);
         assert_eq!(crate::estimate::remarks::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);

@@ -15,10 +15,10 @@ use crate::signals::records::Records;
 
 /// A sum over rows and their residuals, such as squares or products.
 pub trait ResidualSum: Clone + Send + Sync {
-    /// Adds up to eight samples.
+    /// Adds a group of up to eight samples with their residuals.
     fn add(&mut self, model: &Model, group: &ResidualGroup);
 
-    /// Appends `next`, the sum over the samples that follow.
+    /// Appends `next`, the sum over the samples that follow. Blocks are appended in the order of time.
     fn append(&mut self, next: Self);
 
     /// Ends a record: called after all its samples have been added.
@@ -42,7 +42,7 @@ impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
     }
 }
 
-/// Number of samples of a block.
+/// Approximate number of samples of a block. Each block is summed separately.
 const SAMPLES_PER_BLOCK: usize = 8192;
 
 /// Computes the sums over all records with the residuals of parameters `x`, starting from `empty`.

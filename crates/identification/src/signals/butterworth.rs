@@ -37,7 +37,7 @@ impl Butterworth {
             sections.push(Section { b: [w / d, w / d, 0.0], a: [(w - 1.0) / d, 0.0] });
         }
         for k in 0..order / 2 {
-            // Poles w exp(+-i (pi - angle)) of the analogue filter.
+            // The analogue filter has the poles w exp(+-i (pi - angle)).
             let angle = std::f64::consts::PI * (2 * k + 1 + order % 2) as f64 / (2 * order) as f64;
             let damping = if order % 2 == 1 { 2.0 * angle.cos() } else { 2.0 * angle.sin() };
             let d = 1.0 + damping * w + w * w;
@@ -56,10 +56,10 @@ impl Butterworth {
         FORGOTTEN_EFFECT_RATIO.ln() / decay
     }
 
-    /// Filters signals of one length without phase shift. Signals shorter than two samples are returned unchanged.
+    /// Filters signals of equal length without phase shift. Signals shorter than two samples are returned unchanged.
     ///
-    /// Each sample depends on the previous one. So filtering `SIGNALS_PER_PASS` signals in SIMD lanes takes hardly longer than
-    /// one signal.
+    /// Each filtered sample depends on the previous one, so a single signal cannot use SIMD lanes. `SIGNALS_PER_PASS` signals in
+    /// parallel lanes take hardly longer than one signal.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for group in signals.chunks_mut(SIGNALS_PER_PASS) {
             let Some((all, pad)) = self.forward(group) else { break };
@@ -168,7 +168,7 @@ struct FilterRun {
 }
 
 impl FilterRun {
-    /// Starts a filter in the steady state for a constant signal `first`.
+    /// Starts a filter in the steady state that a constant signal `first` would reach.
     fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> FilterRun {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
@@ -246,7 +246,7 @@ type State = [[f64; SIGNALS_PER_PASS]; 2];
 
 /// Allowed orders of a low-pass.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=20;
-/// Factor by which the effect of the start of a signal decays in the memory of a filter.
+/// Factor by which the effect of the start of a signal must decay. It defines the memory of a filter.
 const FORGOTTEN_EFFECT_RATIO: f64 = 1e12;
 
 /// Number of signals that are filtered together, one per SIMD lane.
@@ -298,16 +298,16 @@ mod tests {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
         let passed = f.zero_phase(vec![line.clone()]).remove(0);
-        // The ends are not compared, because the fifteen samples of padding are shorter than the transient.
+        // The ends are not compared: the padding of fifteen samples is shorter than the transient of the filter.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();
         let peak = f.zero_phase(vec![wave]).remove(0)[1000..3000].iter().copied().fold(0.0, f64::max);
-        // With 100 samples per period the peak is on a sample.
+        // With 100 samples per period, the peak of the sine is a sample.
         assert!((peak - 0.5).abs() < 1e-6, "{peak}");
     }
 
-    /// Filters one signal by the filter equations: the sections one after the other, forward and backward.
+    /// Reference implementation: filters one signal, one section after the other, forward and backward.
     fn alone(f: &Butterworth, x: &[f64]) -> Vec<f64> {
         let (n, pad) = (x.len(), (3 * (f.order + 1)).min(x.len() - 1));
         let mut y: Vec<f64> = (1..=pad).rev().map(|i| 2.0 * x[0] - x[i]).collect();

@@ -1,7 +1,7 @@
 //! The bandwidth of a motion, and the default cut-off of the low-pass.
 //!
-//! The rule is f_c = 20 f_95, but at most a fifth of the sampling rate. Below f_95 lies 95 % of the energy of the velocity of a
-//! joint; the largest f_95 of all joints is used. The factor of 20 has two reasons. The torques contain harmonics of the motion
+//! The rule is f_c = 20 f_95, but at most a fifth of the sampling rate. 95 % of the energy of the velocity of a joint lies below
+//! f_95; the largest f_95 of all joints is used. The factor of 20 has two reasons. The torques contain harmonics of the motion
 //! (Coulomb friction, products of velocities), which the model explains. And the fourth-order low-pass distorts signals well
 //! below its cut-off.
 //!
@@ -18,8 +18,8 @@
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! At this cut-off the twice differentiated noise of joint j is a hundredth of its acceleration. Such noise biases inertias
-//! towards zero by the square of this ratio.
+//! Here N_j is the energy of the noise and h the sample time (defined below). At this cut-off the twice differentiated noise of
+//! joint j is a hundredth of its acceleration. Such noise biases inertias towards zero by the square of this ratio.
 //!
 //! The energy is summed over all records that are fitted together. So all have one cut-off, and a short record, or a joint at
 //! standstill in one record, has a small influence:
@@ -51,30 +51,31 @@ pub struct FrequencyContent {
 /// The cut-off is at most this share of the sampling rate.
 const HIGHEST_CUTOFF_SHARE: f64 = 0.2;
 
-/// The cut-off is this times the highest f95 of the joints.
+/// The default cut-off is this factor times the highest f95 of the joints.
 const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
-/// Defines f95 of a joint: below this frequency lies this share of the energy of its velocity.
+/// f95 of a joint is the frequency below which this share of the energy of its velocity lies.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// A joint counts if its energy is at least this share of the largest energy of a joint (a tenth of the speed).
+/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of a joint (a tenth of the
+/// speed).
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
-/// Below the cut-off, the energy of the noise of the acceleration may be at most this share of the energy of the acceleration.
+/// Largest allowed energy of the filtered acceleration noise, divided by the energy of the acceleration.
 const NOISE_ENERGY_SHARE: f64 = 1e-4;
 
-/// Least cut-off for slow motions, Hz. On measured robots (cobot6, UR10e) the parameters with a lower cut-off predict other
-/// motions worse. A higher one does not improve the prediction of slow motions.
+/// Least cut-off for slow motions, Hz. On measured robots (cobot6, UR10e), parameters identified with a lower cut-off predict
+/// other motions worse. A higher cut-off does not improve the prediction of slow motions.
 const SLOW_CUTOFF_HZ: f64 = 4.0;
 
-/// Motion below this frequency is never chatter, Hz. No robot is moved faster than this on purpose.
+/// Motion below this frequency is never chatter, Hz. No commanded motion of a robot has higher frequencies.
 const SLOWEST_CHATTER_HZ: f64 = 10.0;
 
 /// Motion above [`SLOWEST_CHATTER_HZ`] is chatter if its position energy is below this share of the position energy of the joint
-/// that moves most.
+/// with the largest one.
 const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
-/// Because of noise the cut-off is never below this times the f95 of all joints together. With a factor of 3 the filter would
-/// distort the motion itself.
+/// If the cut-off is lowered because of noise, it is at least this factor times the f95 of all joints together. With a factor of
+/// 3 the filter would distort the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
 /// Number of samples per transform: a power of two, about a minute at 1 kHz.
@@ -95,7 +96,7 @@ struct JointEnergy {
     motion: Energy,
     /// Energy of the chatter of the drive, by frequency.
     chatter: Energy,
-    /// Noise factor, rad^2 s^2: times f^5 it gives the energy of the noise of the acceleration up to a frequency f, Hz.
+    /// Noise factor, rad^2 s^2. Multiplied by f^5 it is the energy of the acceleration noise up to the frequency f, Hz.
     noise: f64,
 }
 
@@ -103,7 +104,7 @@ struct JointEnergy {
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
     joints: Vec<JointEnergy>,
-    /// Positions that are not transformed yet, one series per joint. `period`: time between them, s.
+    /// Positions that are not transformed yet, one series per joint. `period`: time between samples, s.
     waiting: Vec<Vec<f64>>,
     period: f64,
     /// Highest allowed cut-off: a fifth of the lowest sampling rate, Hz.
@@ -118,7 +119,8 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
     energy.content()
 }
 
-/// The frequency content and default cut-off of a noise-free motion, to which encoder noise is added by calculation.
+/// The frequency content and default cut-off of a noise-free motion with encoder noise. The noise is added to the spectrum and
+/// not to the samples.
 ///
 /// `deviation`: standard deviations of the noise, rad (m), one per joint.
 pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
@@ -132,7 +134,7 @@ pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) ->
 }
 
 impl MotionEnergy {
-    /// Adds positions, `period` s apart, that continue the previous positions. Before a new record, call `end_record`.
+    /// Adds positions, sampled every `period` s, that continue the previous positions. Before a new record, call `end_record`.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = HIGHEST_CUTOFF_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
@@ -151,7 +153,7 @@ impl MotionEnergy {
         }
     }
 
-    /// Limits the cut-off to a fifth of the rate of the torques, which are sampled every `period` s.
+    /// Limits the cut-off to a fifth of the sampling rate of the torques. `period`: time between their samples, s.
     pub(crate) fn sample_efforts(&mut self, period: f64) {
         self.highest = self.highest.min(HIGHEST_CUTOFF_SHARE / period);
     }
@@ -182,7 +184,7 @@ impl MotionEnergy {
         FrequencyContent { f95, cutoff: cutoff.min(noisy.max(MIN_CUTOFF_FREQUENCY_RATIO * self.f95_of_all())) }
     }
 
-    /// Separates the chatter of the drives from the motion.
+    /// Moves the chatter of the drives (fast vibration without change of position) from the motion energy into its own sum.
     fn set_chatter_apart(&mut self) {
         let largest = self.joints.iter().map(|joint| position_energy(joint.motion.iter())).fold(0.0, f64::max);
         for joint in &mut self.joints {
@@ -303,11 +305,11 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // The motion of this joint at 8 Hz, coupled to another joint, is 0.01 rad peak to peak.
+        // The motion of this joint at 8 Hz is caused by another joint. It is 0.01 rad peak to peak.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
-        // The tolerance is one bin of a record of 8 s in both directions.
+        // Allowed difference: one frequency bin (1/8 Hz, record of 8 s) in both directions.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
@@ -322,7 +324,7 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise of one record is estimated to a few per cent, and its fifth root more accurately. A bin is 0.05 Hz.
+            // The noise energy of one record is known to a few per cent. Its fifth root is more accurate. A bin is 0.05 Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }

@@ -1,19 +1,19 @@
-//! The derivative dx/dt of a sampled signal by central differences; at both ends by one-sided differences.
+//! Computes the derivative dx/dt of a sampled signal by central differences, and by one-sided differences at both ends.
 //!
-//! On a uniform clock with period h they are of fourth order,
+//! On a uniform clock with period h the central differences are of fourth order,
 //!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
 //! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every estimated inertia by
-//! 0.5 %. On other clocks they are of second order, with the step a before the sample and b after it, like
+//! 0.5 %. On other clocks they are of second order. With the step a before the sample and b after it, they equal
 //! `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
-/// Clock steps with at most this relative difference count as equal, because times are written with rounded numbers.
+/// Clock steps with at most this relative difference are equal. Times in logs are rounded.
 const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 
 /// Computes derivatives of signals on one clock. The clock is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h, h: mean step of the five samples around each sample, from the third sample to the third last, s.
+    /// 12 h for the third to the third last sample, s. h: mean clock step of the five samples around the sample.
     twelve_steps: Vec<f64>,
     /// Indices of samples that need second order: two at each end, and those with unevenly spaced neighbours.
     uneven: Vec<usize>,

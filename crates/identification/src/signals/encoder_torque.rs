@@ -1,8 +1,8 @@
-//! The contribution of encoder noise to the residuals of an identification.
+//! Computes how encoder noise contributes to the residuals of an identification.
 //!
-//! Position noise with standard deviation s per sample causes an acceleration noise of rms s w^2 / sqrt 5 below the cut-off w,
-//! rad/s, because the mean of the fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A this is the
-//! torque noise of joint i,
+//! Position noise with standard deviation s per sample is differentiated twice. Below the cut-off w, rad/s, its mean density
+//! equals the density of white acceleration noise with standard deviation s w^2 / sqrt 5 per sample, because the mean of the
+//! fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A this is the torque noise of joint i,
 //!
 //! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5.
 //!
@@ -45,7 +45,7 @@ mod tests {
     use experiments::simulate::dynamics::RegressorDynamics;
     use random::Random;
 
-    /// The expected value is computed from the spectrum of white noise: the rms of its second derivative below the cut-off,
+    /// The expected torque noise is computed from the spectrum of white noise: rms of its second derivative below the cut-off,
     /// times the inertia.
     #[test]
     fn it_is_the_noise_of_the_acceleration() {
@@ -67,7 +67,8 @@ mod tests {
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }
         }
-        // The content below the cut-off corresponds to white noise of this rms per sample up to half the rate.
+        // The torque noise below the cut-off has the density of white noise (up to half the sampling rate) with this rms per
+        // sample.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
         // About a hundred bins determine the sum, so its square has an error of 10 % and its root 5 %. Four times this is
         // allowed.

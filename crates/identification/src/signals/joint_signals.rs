@@ -1,4 +1,4 @@
-//! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
+//! Converts the signals of a log into states: filtered positions, velocities, accelerations and torques.
 //!
 //! q and tau are filtered with a zero-phase low-pass (`butterworth`). dq is the measured velocity with the same filter, or the
 //! central difference of q. ddq is the central difference of dq. Then every `decimate`-th sample is kept, except near the ends.
@@ -25,7 +25,7 @@ use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, po
 use crate::signals::standstill::{rest, standstill};
 use crate::signals::velocity_check::check_velocity;
 
-/// The signals of a log on the joint side: the log after its transmission was applied.
+/// The signals of a log at the joints, after the transmission between log and joints was applied.
 pub struct JointSignals {
     /// The log from which the signals come. Only its time is used; its other series were moved into the fields below.
     pub log: Log,
@@ -37,7 +37,7 @@ pub struct JointSignals {
     pub ddq: Option<Vec<Vec<f64>>>,
     /// Torques of the joints, N m (N), one series per coordinate.
     pub tau: Vec<Vec<f64>>,
-    /// Motors that turn with several joints, and elements between joints.
+    /// Motors that turn with several joints, and elastic or dissipative elements between joints.
     pub couplings: Vec<Coupling>,
 }
 
@@ -69,7 +69,8 @@ impl JointSignals {
         Ok(t)
     }
 
-    /// The indices of the samples of the motion, and of the torques. `None` if every row is a sample.
+    /// The rows that are samples of the motion, and the rows that are samples of the torques. `None`: every row is a sample.
+    /// Other rows only repeat the previous value.
     fn own_places(&self, signal: &Signal) -> [Option<Vec<usize>>; 2] {
         let [motion, effort] = are_seldom(&self.log).map(|is_seldom| is_seldom && !signal.own_clock);
         let rates = self.dq.iter().chain(&self.ddq).flatten();
@@ -81,7 +82,7 @@ impl JointSignals {
     /// Converts the signals into states: filters, differentiates and decimates them.
     ///
     /// `friction`: terms whose columns are computed first and then filtered. `content`: frequency content of all logs that are
-    /// fitted together; `None`: that of this log is used.
+    /// fitted together; `None`: the content of this log is used.
     ///
     /// Fails if a cut-off is not below half the sampling rate, or if a requested measured signal is absent.
     pub fn states(
@@ -92,7 +93,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // If the rows come from two sources, derivatives cannot be compared. The log check reports this.
+        // If the rows come from two sources, velocities cannot be compared with positions. The log check reports such rows.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -105,10 +106,10 @@ impl JointSignals {
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
-        // Load-dependent friction needs the torque after the filter of reversals.
+        // Load-dependent friction needs the torque after the low-pass for reversals.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
         let differences = Differences::new(&t);
-        // Without a filter the direction is the sign of the velocity at the sample.
+        // Without a filter, the direction of motion is the sign of the velocity at the sample.
         let rounded = signal.filtered_sign && signal.order > 0;
         let wide = match &dq {
             _ if !rounded => None,
@@ -176,15 +177,16 @@ impl Pass {
     }
 }
 
-/// If the velocity is differentiated, its sign is taken after a low-pass with a default cut-off f of at most this share of the
-/// sampling rate (or the torques' cut-off, if higher). Noise grows with f^(3/2): above, encoder steps change the sign many times.
+/// Largest default cut-off of the low-pass before sign(dq), divided by the sampling rate, if dq is differentiated from positions.
+/// It is at least the cut-off of the torques. The noise of dq grows with f^(3/2); with a higher cut-off, encoder steps would
+/// change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
-/// If the cut-off for reversals is above this share of the sampling rate, the velocity is not filtered.
+/// If the cut-off of the low-pass before sign(dq) is above this share of the sampling rate, the velocity is not filtered.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
 
 /// The low-passes for the signals of a log.
 struct Filters {
-    /// The low-pass for positions and velocities.
+    /// The low-pass for positions, velocities and accelerations.
     motion: Pass,
     /// The low-pass for torques and friction columns.
     effort: Pass,
@@ -197,7 +199,7 @@ struct Filters {
 
 impl Filters {
     /// Makes the low-passes for these options. `rule`: default cut-off, Hz; `period`: time between samples, s; `differentiated`:
-    /// whether the velocity is differentiated from positions. Fails if a cut-off or order is invalid.
+    /// whether the velocity is differentiated from positions. Fails if a cut-off or the order is invalid.
     fn new(signal: &Signal, rule: f64, period: f64, differentiated: bool) -> Result<Filters, String> {
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(rule) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
@@ -230,7 +232,7 @@ struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
     friction: &'a [FrictionTerm],
-    /// Torques after the filter of reversals, N m (N). `None`: no friction term needs them.
+    /// Torques after the low-pass for reversals, N m (N). `None`: no friction term needs them.
     load: Option<Vec<Vec<f64>>>,
     differences: &'a Differences<'a>,
     period: f64,
@@ -238,7 +240,7 @@ struct Filtering<'a> {
 }
 
 impl Filtering<'_> {
-    /// States with the filtered q, dq and ddq, and with the rows that are used.
+    /// The states without torques and friction: filtered q, dq and ddq at the chosen samples, and whether each row is used.
     fn motion(&self, q: Vec<Vec<f64>>, dq: CoordinateSeries, ddq: CoordinateSeries) -> Result<States, String> {
         let signal = self.signal;
         let q = self.filters.motion.pass(q);
@@ -274,12 +276,13 @@ impl Filtering<'_> {
         }
     }
 
-    /// The chosen samples of the series, after the filter of the torques.
+    /// The chosen samples of the series, after the low-pass of the torques.
     fn rounded(&self, x: Vec<Vec<f64>>) -> Vec<f64> {
         self.filters.effort.pass_at(x, self.chosen)
     }
 
-    /// Directions and friction columns: computed from a lightly filtered velocity `wide`, then filtered like the torques.
+    /// The directions of motion and the friction columns. They are computed from the lightly filtered velocity `wide`, one series
+    /// per joint, and then filtered like the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speed = |r: usize| c.speed(|k| wide[k][r]);
@@ -302,14 +305,14 @@ impl Filtering<'_> {
 /// One series per coordinate. `None`: not measured.
 type CoordinateSeries = Option<Vec<Vec<f64>>>;
 
-/// The directions and friction columns of a record, like the fields of [`States`] with these names.
+/// Direction of motion and friction columns of a record, in the shapes of the fields of [`States`] with these names.
 struct Directions {
     direction: Vec<f64>,
     motor_direction: Vec<f64>,
     friction: Vec<FilteredFriction>,
 }
 
-/// The directions without a filter: the signs of the velocities of n joints and of coupled motors at the samples.
+/// The directions if no filter is used: the signs of the velocities of the n joints and of the coupled motors, sample by sample.
 fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(|k| dq[k]))).collect::<Vec<f64>>();
     Directions {
@@ -319,11 +322,11 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     }
 }
 
-/// With fewer samples, no second thread is started, because the start takes longer than it saves.
+/// Least number of samples for a second thread. With fewer samples the start of a thread takes longer than it saves.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
-/// The times of the uniform clock to which signals are resampled, s. `None`: the signals keep their own clock. `places`: indices
-/// of the samples of the motion, if not every row is a sample. Fails if the clock is unusable.
+/// The times of the uniform clock to which the signals are resampled, s. `None`: the signals keep their own clock. `places`: rows
+/// that are samples of the motion, if not every row is a sample. Fails if the clock is unusable.
 fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
     let is_seldom = are_seldom(log)[0] && !signal.own_clock;
     if (log.report.clock.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
@@ -344,7 +347,7 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
 
 /// Adds the motion of a log to `energy`. `q`: joint positions, rad (m), one series per coordinate.
 ///
-/// A row that repeats all positions of the previous row is a missed sample. Its positions are interpolated.
+/// A row that repeats all positions of the previous row is a missed sample. Its positions are interpolated first.
 pub(crate) fn add_motion(
     log: &Log,
     mut q: Vec<Vec<f64>>,

@@ -1,4 +1,4 @@
-//! From a log to states: transmission, filters, derivatives, and the rows that are used.
+//! Converts a log into states: transmission, filters, derivatives, and the rows that are used.
 
 pub mod butterworth;
 pub mod cutoff;

@@ -1,4 +1,4 @@
-//! The spectrum of the positions of one joint: the energy of its motion, and the noise of its encoder.
+//! Computes the spectrum of the positions of one joint: the energy of its motion, and the noise of its encoder.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -10,14 +10,15 @@ use numerics::fft::RealToComplex;
 /// have the order of the frequencies.
 pub(crate) type Energy = BTreeMap<u64, f64>;
 
-/// A bin counts as motion if it exceeds the mean noise of a bin by this factor.
+/// A frequency bin counts as motion if its squared amplitude exceeds the mean noise of a bin by this factor.
 const MOTION_TO_NOISE_RATIO: f64 = 20.0;
-/// The spectrum of the motion is used up to 1/5 of the sampling rate. Above, differentiated noise would exceed the motion.
+/// The spectrum of the motion is used up to 1/5 of the sampling rate. At higher frequencies, differentiated noise would exceed
+/// the motion.
 const HIGHEST_MOTION_BIN_DIVISOR: usize = 5;
-/// The upper half of the band, from 1/4 of the sampling rate on, contains only noise.
+/// Frequencies above 1/4 of the sampling rate (upper half of the band) contain only noise.
 const LOWEST_NOISE_BIN_DIVISOR: usize = 4;
 
-/// A joint with a smaller range of motion, rad (m), is at rest. Its positions are noise.
+/// A joint with a smaller range of positions, rad (m), is at rest. Its positions contain only noise.
 pub(crate) const REST_RANGE: f64 = 1e-3;
 
 /// A joint whose range is below this many standard deviations of its noise is also at rest. The range of a million samples of
@@ -30,7 +31,8 @@ pub(crate) fn excursion(q: &[f64]) -> f64 {
     high - low
 }
 
-/// The frequencies at which the joint moves, as bit patterns in Hz, with the energy of velocity, rad^2/s (m^2/s). `period`: s.
+/// The frequencies at which the joint moves (as bit patterns, Hz), each with the energy of the velocity there, rad^2/s (m^2/s).
+/// `period`: time between samples, s.
 pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let n = fft.len();
     // The line through both ends is subtracted, so that the periodic continuation has no jump.
@@ -65,13 +67,14 @@ pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
         return 0.0;
     }
     let squares: Vec<f64> = spectrum[n / LOWEST_NOISE_BIN_DIVISOR..].iter().map(|c| c.norm_sqr()).collect();
-    // The sum of the squares of the window is 3 n / 8.
+    // The sum of the squared window values is 3 n / 8.
     mean_square(&squares) / (0.375 * n as f64)
 }
 
-/// The mean square of the noise of a bin, estimated from the median of the bins.
+/// The mean square of the noise of a bin, computed from the median of the bins.
 ///
-/// The squares of the bins of white noise have an exponential distribution. Spectral lines hardly change their median.
+/// The squares of the bins of white noise have an exponential distribution, with mean = median / ln 2. Spectral lines hardly
+/// change the median.
 fn mean_square(squares: &[f64]) -> f64 {
     let mut squares = squares.to_vec();
     let middle = squares.len() / 2;
@@ -104,8 +107,8 @@ pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
 
-/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Times f^5 it is the energy of the noise of n accelerations, h s
-/// apart, up to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2.
+/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Multiplied by f^5 it is the energy of the noise of n accelerations up
+/// to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2; `count`: n; `period`: sample time h, s.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }

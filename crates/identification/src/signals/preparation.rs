@@ -1,4 +1,4 @@
-//! From a log to the records of an identification. There is one record for each segment between gaps of the clock.
+//! Converts a log into the records of an identification: one record for each segment between gaps of the clock.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::regressor::{Regressor, predict_load};
@@ -17,16 +17,18 @@ pub struct Preparation {
     pub transmission: Transmission,
     /// The options for filters, derivatives, clock and window.
     pub signal: Signal,
-    /// Friction terms whose columns are computed first and then filtered; without terms that are linear in the motion.
+    /// Friction terms whose columns are computed first and then filtered. Terms that are linear in the motion are not needed
+    /// here.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters that predict the load in load-dependent friction. Empty without such friction.
+    /// Base parameters from which the load (torque without friction) in load-dependent friction is computed. Empty without such
+    /// friction.
     pub load: Vec<f64>,
     /// The frequency content of all logs that are fitted together. `None`: not known.
     pub content: Option<FrequencyContent>,
 }
 
 impl Preparation {
-    /// A copy for logs with this frequency content. If the options have no cut-off, it follows from the content.
+    /// A copy for logs with this frequency content. If the options have no cut-off, the default cut-off of the content is used.
     pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
         if self.signal.order > 0 {
             self.signal.cutoff.get_or_insert(content.cutoff);
@@ -47,7 +49,7 @@ impl Preparation {
         Ok(())
     }
 
-    /// A copy with the frequency content of these logs, which are fitted together.
+    /// A copy with the frequency content of these logs together, so that all have the same default cut-off.
     ///
     /// Fails if a log does not fit the transmission.
     pub fn for_logs(&self, logs: &[Log]) -> Result<Preparation, Error> {
@@ -77,7 +79,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// The states of a log like `states`, but an empty list if no sample remains.
+/// The states of a log, one record for each segment between gaps. Unlike `states`, it returns an empty list if no sample remains.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: Log,
@@ -102,7 +104,8 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Limit of a signal, larger than any signal of a robot in any unit. Squares of much larger numbers would overflow.
+/// Largest accepted value of a signal. No signal of a robot is larger in any unit, and squares of much larger numbers would
+/// overflow.
 const IMPOSSIBLE_SIGNAL: f64 = 1e100;
 
 /// Largest angle of a joint, rad: a thousand turns. Cables limit a joint between links to a few turns, and a rotor before its
@@ -126,7 +129,7 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
     Ok(())
 }
 
-/// The coordinates that have no drive and are moved from outside.
+/// Indices of the coordinates that have no drive and are moved from outside.
 fn prescribed(log: &Log) -> Vec<usize> {
     let suspects = log.report.suspect.iter().enumerate();
     suspects.filter(|(_, suspect)| suspect.undriven == Some(NoTorqueReason::Prescribed)).map(|(k, _)| k).collect()
@@ -169,7 +172,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     Ok(states)
 }
 
-/// Sets the log number of all records.
+/// Sets the log number `number` in all records of a log.
 pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
     records.iter_mut().for_each(|states| states.log = number);
     records

@@ -1,9 +1,9 @@
-//! The records of an identification. Their states are in memory, or are recomputed in every pass if there are too many.
+//! The records of an identification. Their states are kept in memory, or are computed again in every pass if there are too many.
 //!
-//! The states of a log of several blocks (`logs::LogStream`) do not depend on the source of its blocks. States of the first
-//! blocks are kept in memory, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are recomputed in every
-//! pass. Eight million rows of six joints fit with default decimation. The second pass also keeps the thinned samples for
-//! the test of faults, which then needs no pass of its own.
+//! A log that is read in several blocks (`logs::LogStream`) gives the same states as a log in memory. The states of the first
+//! blocks are kept, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are computed again in every pass. Eight
+//! million rows of six joints fit into memory with default decimation. The second pass also keeps the thinned samples for the
+//! test of faults, which then needs no separate pass.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -54,17 +54,17 @@ pub struct SourceRecords<'a> {
 
 struct Stream<'a> {
     log: &'a LogStream,
-    /// Index of the log, from 0.
+    /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Overlap of a block with its neighbours, s.
+    /// Time by which a block overlaps its neighbours, s. Within it the filter has not settled.
     overlap: f64,
 }
 
 enum RecordSource<'a> {
     Held(Vec<States>),
-    /// The states of the first blocks, the number of these blocks, and the stream that recomputes the states of the other
-    /// blocks.
+    /// `0`: states of the first blocks. `1`: number of these blocks. `2`: stream that computes the states of the other blocks
+    /// again.
     Streamed(Vec<States>, usize, Stream<'a>),
 }
 
@@ -76,12 +76,12 @@ impl<'a> SourceRecords<'a> {
         SourceRecords::new_within(regressor, logs, preparation, MAX_HELD_BYTES)
     }
 
-    /// Whether some states are recomputed in every pass.
+    /// Whether some states are computed again in every pass, because they do not fit into memory.
     pub fn are_made_anew(&self) -> bool {
         self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// Makes the records of logs. `held`: largest memory for logs of several blocks and their states, bytes.
+    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and their states, bytes.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -106,7 +106,8 @@ impl<'a> SourceRecords<'a> {
                         if is_whole {
                             left -= bytes;
                             blocks += 1;
-                            // The copy uses memory that the signals of the block have freed. This avoids fragmentation.
+                            // The copy uses memory that the signals of this block have freed, which avoids fragmentation of the
+                            // memory.
                             records.extend(of_block.iter().cloned());
                         }
                         is_whole
@@ -123,7 +124,7 @@ impl<'a> SourceRecords<'a> {
 /// Largest memory for long logs and their states, bytes. With working memory the total is 700 MiB.
 const MAX_HELD_BYTES: usize = 1 << 29;
 
-/// The preparation with the frequency content of all logs together, which sets the cut-off.
+/// A copy of `preparation` with the frequency content of all logs together, from which the default cut-off follows.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
     let mut energy = MotionEnergy::default();
     logs.iter().try_for_each(|log| add_motion(log, preparation, &mut energy))?;
@@ -146,7 +147,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// Makes a stream. Its decimation is fixed here, so that it is equal in all blocks.
+    /// Prepares a log for reading in blocks. The decimation is fixed here, so that it is equal in all blocks.
     fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -157,7 +158,7 @@ impl<'a> Stream<'a> {
         Stream { log, number, preparation, overlap }
     }
 
-    /// Computes the states of each block from block `first` on and calls `take` with them, until `take` returns false.
+    /// Computes the states of each block from block number `first` on, and calls `take` with them until `take` returns false.
     fn each(
         &self,
         regressor: &dyn Regressor,
@@ -236,7 +237,7 @@ mod tests {
         path
     }
 
-    /// Opens a log. It is read in blocks of 2000 rows if not all rows fit into `held`.
+    /// Opens a log. It is read in blocks of 2000 rows if `held` is below 20,000 rows, else as a whole.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0
@@ -271,7 +272,8 @@ mod tests {
                 // The effect of the start of the filter has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // The clusters of a streamed log are blocks of its blocks: about fifty draws instead of twenty.
+                // A streamed log has about fifty clusters instead of twenty, because each of its blocks is divided. So its sigma
+                // differs.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);
@@ -345,8 +347,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // The cut-off changes in steps of twenty bins: of 30 s for the whole, of 12 s and 18 s for the segments before and
-        // after the gap.
+        // The default cut-off is twenty times the frequency of a bin. Bin width: 1/30 Hz for the whole log (30 s), 1/12 and 1/18
+        // Hz for its segments before and after the gap.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }
@@ -365,12 +367,12 @@ mod tests {
         });
         let (held, streamed) = (open(&path, 20_000), open(&path, 1000));
         let (held, streamed) = (held.report(), streamed.report());
-        // Rest is searched in steps of 0.05 s, from the start of each block.
+        // The log check searches rest in steps of 0.05 s, from the start of each block.
         let close = |a: f64, b: f64| (a - b).abs() < 0.1;
         let lengths = |r: &LogReport| [r.rest.total, r.rest.after, r.rest.before, r.clock.duration];
         let (a, b) = (lengths(streamed), lengths(held));
         assert!(a.iter().zip(b).all(|(a, b)| close(*a, b)), "{streamed}{held}");
-        // A repeat across the end of a block is not detected: at most one for each of the ten blocks.
+        // A row that repeats the last row of the previous block is not detected: at most one in each of the ten blocks.
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };
         let (rest, repeated) = (held.rest, held.repeated);

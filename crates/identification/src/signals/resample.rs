@@ -1,12 +1,12 @@
-//! Resampling of a log to a uniform clock, by linear interpolation.
+//! Resamples a log to a uniform clock by linear interpolation.
 
-/// Largest number of resampled samples. More samples mean a wrong rate, not a long log.
+/// Largest number of resampled samples. If there are more, the requested rate is wrong.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
-/// Relative margin against rounding, so that a whole number of periods is counted as whole.
+/// Relative margin that is added to a number of periods before rounding down. It keeps a whole number whole in spite of rounding.
 const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
-/// Times in steps of `period`, s, from the first time of `t` up to at most the last. `None` if there were fewer than two times,
-/// or too many.
+/// Times in steps of `period`, s, from the first time of `t` up to at most its last time. `None` if this gives fewer than two
+/// times, or too many.
 pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
     let steps = ((last - first) / period * (1.0 + WHOLE_PERIOD_MARGIN)).floor();
@@ -14,8 +14,8 @@ pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// The samples x at times t, interpolated linearly at the times `at`; beyond the ends the first or last sample. `t` and `at`
-/// increase.
+/// Interpolates the samples x at times t linearly at the times `at`. Before and after t it returns the first or last sample. `t`
+/// and `at` must increase.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

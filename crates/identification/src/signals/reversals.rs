@@ -1,12 +1,12 @@
-//! Friction columns with a jump or kink at reversals, computed before the filter of the torques.
+//! Computes friction columns with a jump or kink at reversals, before the low-pass of the torques.
 //!
-//! The filter smooths the jump of a torque at a reversal. A column f(dq) is smoothed equally only if f is computed from a
+//! The low-pass smooths the jump of a torque at a reversal. A column f(dq) is smoothed equally only if f is computed from a
 //! lightly filtered velocity and the column is then filtered. A column from the filtered velocity would differ: a filtered
 //! velocity changes sign earlier or later, and more slowly, than the joint.
 //!
-//! A row at time t represents its cell [t - h/2, t + h/2], h: sample time. The velocity is linear on either side of t. With F
-//! the antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a). F = abs(v) for the sign, and F = w
-//! ln cosh(v/w) for tanh(v/w). The sign at the samples alone would shift every reversal by up to half a sample.
+//! A row at time t represents its cell [t - h/2, t + h/2], h: sample time. The velocity is linear on either side of t. With F the
+//! antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a). F = abs(v) for the sign, and F = w ln
+//! cosh(v/w) for tanh(v/w). The sign at the samples alone would shift every reversal by up to half a sample.
 //!
 //! | term | column before the filter; s: mean sign |
 //! |---|---|
@@ -18,11 +18,12 @@
 
 use linear_model::friction::terms::{FrictionTerm, sign};
 
-/// The mean direction of each row, from -1 to 1: the mean sign of the velocities v over its cell.
+/// The mean direction of each row, from -1 to 1: the mean sign of the velocity v over the cell of the row, half a sample before
+/// and after it.
 pub fn directions(v: &[f64]) -> Vec<f64> {
     let mean = |a: f64, b: f64| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) };
     let direction = |i: usize| match v.get(i.wrapping_sub(1)..i + 2) {
-        // Rows without a reversal, which are most rows.
+        // Most rows have no reversal: their direction is the sign of v.
         Some(&[before, at, after]) if before * at > 0.0 && at * after > 0.0 => sign(at),
         _ => cell_mean(v, i, mean),
     };
@@ -52,17 +53,18 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
-/// If a velocity interval is narrower than this times w, the mean of tanh is its value in the middle. The rounding of the
-/// quotient would be larger.
+/// If |b - a| of a velocity interval is below this share of w, the mean of tanh(v/w) over it is the value in the middle. For so
+/// small an interval, the rounding of the difference quotient would be larger than this approximation.
 const NARROW_INTERVAL_RATIO: f64 = 1e-3;
 
-/// The mean over the cell of each row. `mean`: gives the mean from a velocity to another.
+/// The mean of a function f of the velocity over the cell of each row (half a sample before and after it). `mean(a, b)`: mean of
+/// f over the velocities from a to b.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..v.len()).map(|i| cell_mean(v, i, &mean)).collect()
 }
 
-/// The mean over the cell of row i: half the mean from the start of the cell to the sample, plus half the mean from the sample
-/// to the end.
+/// The mean of a function of the velocity over the cell of row i: the average of its means over the half cell before and the half
+/// cell after the sample.
 fn cell_mean(v: &[f64], i: usize, mean: impl Fn(f64, f64) -> f64) -> f64 {
     let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
     let after = 0.5 * (v[i] + v[(i + 1).min(v.len() - 1)]);
@@ -87,7 +89,7 @@ mod tests {
     fn a_reversal_is_where_it_is() {
         for shift in [0.0, 0.13, 0.5, 0.77] {
             let v: Vec<f64> = (0..21).map(|i| 0.3 * (i as f64 - 10.0 + shift)).collect();
-            // The joint moves forward from sample 10 - shift on. The half cells at both ends are left out.
+            // The joint moves forward from sample 10 - shift on. The half cells at both ends of the sum are left out.
             let sum: f64 = directions(&v)[1..20].iter().sum();
             assert!((sum - 2.0 * shift).abs() < 1e-12, "{shift} {sum}");
             let narrow: f64 = columns(FrictionTerm::SmoothCoulomb(1e-4), &v, &v)[0][1..20].iter().sum();
@@ -102,7 +104,7 @@ mod tests {
         for (a, b, w) in [(-0.01, 0.03, 0.005), (0.2, 0.21, 0.1), (0.02, 0.020001, 0.05), (-3.0, -2.0, 1e-3)] {
             let at = |i: usize| ((a + (b - a) * (i as f64 + 0.5) / 4000.0) / w).tanh();
             let mean = (0..4000).map(at).sum::<f64>() / 4000.0;
-            // The bound is the error of the midpoint rule with 4000 steps.
+            // Allowed error: error of the midpoint rule with 4000 steps.
             assert!((mean_tanh(a, b, w) - mean).abs() < 1e-6, "{a} {b} {w}");
         }
     }

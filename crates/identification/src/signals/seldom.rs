@@ -8,21 +8,22 @@ use logs::{Log, LogReport};
 
 use crate::signals::signal_options::Signal;
 
-/// Time between the samples of a prepared log, s: from the requested rate, or else from the rate of the positions.
+/// Time between the samples of a prepared log, s: 1 / requested rate, or else the time between new positions.
 pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
     let seldom = report.refresh.seldom_motion(report.clock.period).filter(|_| !signal.own_clock);
     let period = seldom.unwrap_or(report.clock.period);
     signal.rate.map_or(period, |rate| 1.0 / rate)
 }
 
-/// The row indices at which at least one series changes. `None` if each row is a sample.
+/// The indices of the rows at which at least one series has a new value. `None` if `is_seldom` is false, because each row is then
+/// a sample.
 pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
     let rows = group.first().filter(|_| is_seldom)?.len();
     let places: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
     (places.len() > 1).then_some(places)
 }
 
-/// Whether the positions of a log have a lower sampling rate than its rows, and whether the torques have.
+/// Two flags: whether the positions of a log have a lower sampling rate than its rows, and whether the torques have.
 pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
     let (refresh, period) = (&log.report.refresh, log.report.clock.period);
     [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]
@@ -47,7 +48,7 @@ mod tests {
     /// A log of a pendulum at 500 Hz with new positions every `motion` rows and new torques every `effort` rows.
     fn log(motion: usize, effort: usize) -> Log {
         let arm = Pendulum::new();
-        // Angle and torque at row r, which is the first row of a new value.
+        // Angle and torque of the pendulum at the time of row r.
         let at = |r: usize| {
             let t = 2e-3 * r as f64;
             let (a, b) = ((2.0 * t).sin_cos(), (5.1 * t).sin_cos());
@@ -79,7 +80,7 @@ mod tests {
             energy.content()
         };
         let (a, b) = (cutoff(&fresh), cutoff(&held));
-        // The tolerance is one bin of 16 s in both directions.
+        // Allowed difference: one frequency bin (1/16 Hz, record of 16 s) in both directions.
         assert!((a.f95[0] - b.f95[0]).abs() <= 0.126, "{a:?} {b:?}");
         let signal = Signal { cutoff: Some(10.0), decimate: Some(1), ..Signal::default() };
         let preparation = Preparation { signal, ..Preparation::default() };

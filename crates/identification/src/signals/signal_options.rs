@@ -9,15 +9,16 @@ use crate::signals::butterworth::Butterworth;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Signal {
-    /// Cut-off of the low-pass for positions and velocities, Hz. `None`: by the rule of `cutoff`.
+    /// Cut-off of the low-pass for positions and velocities, Hz. `None`: the default cut-off, computed by module `cutoff`.
     pub cutoff: Option<f64>,
     /// Cut-off of the low-pass for torques, Hz. `None`: the cut-off for positions.
     pub effort_cutoff: Option<f64>,
     /// Order of the low-pass; 0: no filter.
     pub order: usize,
-    /// Every n-th sample is kept. `None`: n for ten samples per period of the cut-off.
+    /// Decimation n: every n-th sample is kept. `None`: n for ten samples per period of the cut-off.
     pub decimate: Option<usize>,
-    /// Rate of the uniform clock for resampling, Hz. `None`: the rate of the log, and only if its clock is not uniform.
+    /// Rate of the uniform clock for resampling, Hz. `None`: a log with a uniform clock is not resampled, and another log gets
+    /// its mean rate.
     pub rate: Option<f64>,
     /// Whether the log keeps its own clock, even if this is not uniform.
     pub own_clock: bool,
@@ -25,9 +26,9 @@ pub struct Signal {
     pub velocity: Velocity,
     /// Source of the accelerations ddq.
     pub acceleration: Velocity,
-    /// Time dropped at each end, s. `None`: one period of the cut-off, three if velocities are differentiated.
+    /// Time dropped at each end of a record, s. `None`: one period of the cut-off, or three if velocities are differentiated.
     pub border: Option<f64>,
-    /// Interval of the samples that are used. `None`: all samples.
+    /// Interval of the log whose samples are used. `None`: all samples.
     pub window: Option<Window>,
     /// Speed below which rows of a joint are dropped, rad/s (m/s); 0: no row is dropped. `None`: if the model has dry friction,
     /// the rows of a joint at standstill (`standstill`) are dropped.
@@ -37,7 +38,8 @@ pub struct Signal {
     /// Whether the columns of dry friction are computed from a velocity with a higher cut-off, and then filtered like the
     /// torques. Then the filter smooths the jumps of the columns and of the torques at reversals equally.
     pub filtered_sign: bool,
-    /// Cut-off of the velocity for `filtered_sign`, Hz. `None`: `REVERSAL_CUTOFF_RATIO` times the cut-off for torques.
+    /// Cut-off of the velocity for `filtered_sign`, Hz. `None`: `REVERSAL_CUTOFF_RATIO` times the cut-off for torques, but
+    /// limited if the velocity is differentiated from positions.
     pub reversal_cutoff: Option<f64>,
 }
 
@@ -65,22 +67,23 @@ impl Default for Signal {
 /// Ratio of the cut-off of the velocity for reversals to the cut-off for torques.
 pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
-/// Longest delay, s. A delay is caused by a logger and is shorter than a second.
+/// Longest accepted delay, s. A delay is caused by a logger and is shorter than a second.
 const LONGEST_DELAY_S: f64 = 1.0;
 /// Default number of samples per period of the cut-off.
 const SAMPLES_PER_CUTOFF_PERIOD: f64 = 10.0;
-/// Margin so that a whole number of samples is counted as whole, although the clocks of two logs differ in the last digits.
+/// Margin that is added to a number of samples before rounding down. It keeps a whole number whole, although the clocks of two
+/// logs differ in the last digits.
 const WHOLE_SAMPLE_MARGIN: f64 = 1e-6;
 /// Default time dropped at each end if velocities are differentiated, in periods of the cut-off.
 const DIFFERENTIATED_BORDER_PERIODS: f64 = 3.0;
-/// Number of samples added to the memory of a signal, for differences and interpolation.
+/// Number of samples that are added to the memory of the filter, for differences and interpolation.
 const MEMORY_MARGIN_SAMPLES: f64 = 8.0;
 
-/// Returns `seconds` if it is a possible delay of torques relative to positions, s.
+/// Returns `seconds` if it is a possible delay of the torques relative to the positions (magnitude below 1 s).
 ///
 /// Otherwise fails; the message states the expected range.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
-    // This is false for NaN too.
+    // For NaN this is false too.
     let is_possible = seconds.abs() < LONGEST_DELAY_S;
     is_possible.then_some(seconds).ok_or_else(|| {
         format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY_S} and {LONGEST_DELAY_S} are expected")
@@ -88,21 +91,22 @@ pub fn possible_delay(seconds: f64) -> Result<f64, String> {
 }
 
 impl Signal {
-    /// The n of "every n-th sample is kept": from `decimate`, or for ten samples per period of `cutoff`, Hz. `period`: s.
+    /// Decimation n: every n-th sample is kept. It is `decimate`, or else gives ten samples per period of `cutoff`, Hz. `period`:
+    /// time between samples, s.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
         let samples = 1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff * period);
         let by_cutoff = if cutoff > 0.0 { (samples + WHOLE_SAMPLE_MARGIN) as usize } else { 1 };
         self.decimate.unwrap_or(by_cutoff).max(1)
     }
 
-    /// Time dropped at each end, s. The filter extrapolates the signal there, and differentiation doubles the error. `cutoff`:
-    /// Hz.
+    /// Time dropped at each end of a record, s. The filter extrapolates the signal there, and differentiation doubles the error.
+    /// `cutoff`: Hz.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { DIFFERENTIATED_BORDER_PERIODS } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
     }
 
-    /// Time after which the effect of the ends of a signal is negligible, s. `cutoff`: Hz; `period`: s.
+    /// Time after which the effect of the ends of a record is negligible, s. `cutoff`: Hz; `period`: time between samples, s.
     pub(crate) fn memory(&self, cutoff: f64, period: f64) -> f64 {
         let slowest = match (self.order, self.effort_cutoff) {
             (0, _) => 0.0,

@@ -1,4 +1,4 @@
-//! Detection of standstill of a joint.
+//! Detects when a joint is at standstill.
 //!
 //! Stiction is not in the model. A joint at rest can carry any torque up to its Coulomb friction, so its rows are wrong. A slow
 //! reversal is not a standstill. With constant acceleration the joint spends half of the time in the quarter of its path that is
@@ -9,24 +9,24 @@ use std::ops::Range;
 /// A joint is at standstill if it stays within [`STANDSTILL_BAND`] for this time, s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the position band of a standstill, rad (m). It is a speed of 1e-3 rad/s (m/s) times [`STANDSTILL_SPAN_S`].
+/// Width of the position band of a standstill, rad (m): the path in [`STANDSTILL_SPAN_S`] at 1e-3 rad/s (m/s), the speed of the
+/// band.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// Path to the turning point of a reversal with constant acceleration from the speed of the band to its negative, divided by
-/// this speed times the duration.
+/// A reversal with constant acceleration from speed v to -v in time T has a path of this factor times v T to its turning point.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
-/// Least path to the turning point, relative to a reversal with constant acceleration. With less it is a standstill.
+/// Least path to the turning point of a reversal, divided by the path with constant acceleration. With less it is a standstill.
 const LEAST_DEPTH_SHARE: f64 = 0.6;
 
-/// The share of the path that counts as near the turning point.
+/// A position is near the turning point if it is within this share of the path from it.
 const TURNING_PATH_SHARE: f64 = 0.25;
 
-/// Largest share of the time that a reversal spends near the turning point: half for constant acceleration, plus a margin for a
-/// changing one.
+/// Largest share of its time that a reversal spends near the turning point: half for constant acceleration, plus a margin for a
+/// changing one. With more it is a standstill.
 const REVERSAL_TIME_SHARE: f64 = 0.6;
 
-/// For each sample of a position q, rad (m), whether the joint is at standstill. `period`: s.
+/// For each sample of a position q, rad (m), whether the joint is at standstill. `period`: time between samples, s.
 ///
 /// The joint is at standstill in a span in which its position stays within the band. Adjacent spans are merged. A merged span
 /// that is a reversal is not a standstill.
@@ -72,7 +72,7 @@ fn mark(q: &[f64], slow: Range<usize>, span: usize, still: &mut [bool]) {
     still[slow].fill(!is_turn);
 }
 
-/// Whether a slow range is a reversal at its smallest (`sign` 1) or largest position (-1), without a rest there.
+/// Whether the samples q are a reversal without rest, at the smallest position (`sign` 1) or at the largest position (`sign` -1).
 fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     let depth = |x: f64| sign * x;
     let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
@@ -87,8 +87,8 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     within(TURNING_PATH_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
-/// For each of n joints that is at standstill in all samples: sets its rates to zero and its positions to their mean. Otherwise
-/// their noise would determine parameters that depend only on the motion of this joint. Returns `used`.
+/// Finds the joints that are at standstill in all samples, sets their rates to zero and their positions to the mean, and returns
+/// `used`. Otherwise noise would determine parameters that depend only on the motion of such a joint. `n`: number of joints.
 pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
     let samples = used.len() / n.max(1);
@@ -141,7 +141,8 @@ mod tests {
             standstill(&q, period).iter().filter(|s| **s).count() as f64 * period
         };
         assert_eq!(still_time(0.0), 0.0);
-        // Five or six reversals in 60 s. For a second before and after, the swing is below 1e-3 rad/s, the speed of the band.
+        // There are five or six reversals in 60 s. For a second before and after each rest, the joint is slower than 1e-3 rad/s,
+        // the speed of the band.
         for rest in [1.0, 2.0] {
             let found = still_time(rest);
             assert!((5.0 * rest..6.0 * (rest + 2.5)).contains(&found), "{rest}: {found}");

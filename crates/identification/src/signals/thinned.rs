@@ -1,4 +1,4 @@
-//! Every m-th sample of records, for computations that are too slow for all samples.
+//! Selects every m-th sample of records, for computations that are too slow for all samples.
 
 use std::cell::{Cell, RefCell};
 
@@ -13,7 +13,7 @@ pub const MOST_THINNED_SAMPLES: usize = 3000;
 pub struct ThinnedSamples {
     /// Number of samples of all records before thinning.
     pub count: usize,
-    /// The m of "every m-th sample".
+    /// Decimation m: every m-th sample is selected.
     pub every: usize,
     /// For each record: the number of samples of all records before it, and its thinned samples.
     pub records: Vec<(usize, States)>,
@@ -48,8 +48,8 @@ impl ThinnedSamples {
     }
 }
 
-/// Collects thinned samples during passes over recomputed records. The first pass counts the samples, and the second keeps
-/// [`MOST_THINNED_SAMPLES`] of them.
+/// Selects samples while records are computed again in successive passes. The first pass counts the samples, and the second pass
+/// keeps at most [`MOST_THINNED_SAMPLES`] of them.
 #[derive(Default)]
 pub(crate) struct SecondReader {
     count: Cell<Option<usize>>,
@@ -57,7 +57,7 @@ pub(crate) struct SecondReader {
 }
 
 impl SecondReader {
-    /// Runs a pass. `each`: iterates over the states of all records, which are passed on to `take`.
+    /// Runs one pass. `each`: iterates over the states of all records; they are passed on to `take`.
     pub(crate) fn pass(
         &self,
         each: impl FnOnce(&mut dyn FnMut(&States)) -> Result<(), Error>,
@@ -80,8 +80,7 @@ impl SecondReader {
         Ok(())
     }
 
-    /// The thinned samples. `None` if no pass has collected them, or if another number than [`MOST_THINNED_SAMPLES`] is asked
-    /// for.
+    /// The selected samples. `None` if no pass has collected them yet, or if `most` is not [`MOST_THINNED_SAMPLES`].
     pub(crate) fn found(&self, most: usize) -> Option<ThinnedSamples> {
         self.thinned.borrow().clone().filter(|_| most == MOST_THINNED_SAMPLES)
     }
@@ -122,7 +121,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
 mod tests {
     use super::*;
 
-    /// Three records whose samples contain their own index.
+    /// Three records. Each signal of a sample equals the index of the sample.
     fn records() -> Vec<States> {
         let of = |range: std::ops::Range<usize>| {
             let t: Vec<f64> = range.map(|r| r as f64).collect();

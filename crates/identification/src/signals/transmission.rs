@@ -57,7 +57,7 @@ pub struct TransmissionElement {
 }
 
 impl TransmissionElement {
-    /// The error text if the element is invalid for a robot of n joints. `None` if it is valid.
+    /// The reason why the element is invalid for a robot of n joints, as text. `None` if it is valid.
     fn fault(&self, n: usize) -> Option<String> {
         let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
         let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
@@ -142,7 +142,8 @@ impl Transmission {
         Ok(())
     }
 
-    /// The matrix R, and its inverse if the positions of the log are those of the motors.
+    /// The matrix R (gear ratios and couplings), n x n, and its inverse. The inverse is `None` if the positions of the log are
+    /// those of the joints.
     fn matrices(&self, n: usize) -> Result<(DMatrix<f64>, Option<DMatrix<f64>>), Error> {
         self.check(n)?;
         let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
@@ -219,8 +220,8 @@ impl Transmission {
     }
 }
 
-/// The angles of the joints, unwrapped. A turn of a joint is many turns of its motor. So a jump by a turn of the joint is
-/// visible only here and not in the log.
+/// The angles of the joints, rad, unwrapped. The log was unwrapped by turns of the motor, and a turn of a joint is many turns of
+/// its motor. A jump by a turn of the joint is therefore removed here. `to_joint`: R^-1; `None`: q belongs to the joints already.
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);

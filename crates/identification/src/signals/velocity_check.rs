@@ -5,23 +5,25 @@
 
 use logs::{Error, GAP_PERIODS};
 
-/// Number of spans into which a log is divided.
+/// Number of time spans into which a log is divided, in each of which position and velocity are compared.
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// A slope within this relative distance of a conversion factor between units is explained by this wrong unit.
+/// If the slope is within this relative distance of a conversion factor between two units, this wrong unit is the explanation.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
 /// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).
 const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
-/// Slopes within this range can be explained by noise and are accepted.
+/// Slopes of the fit in this range can be explained by noise, and are accepted.
 const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
-/// A joint is checked only if its positions explain at least this share of the squared integrals of velocity.
+/// A joint is checked only if the fit b = s a explains at least this share of sum b^2. a: change of position over a span, b:
+/// integral of the velocity.
 const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
-/// Fails if the velocity of a joint is not the derivative of its position; the message names the first such joint. `period`: s.
+/// Fails if the measured velocity of a joint is not the derivative of its position; the message names the first such joint.
+/// `period`: time between samples, s.
 pub(crate) fn check_velocity(
     file: &str,
     coordinates: &[String],

@@ -1,4 +1,4 @@
-//! An experiment: a motion with its record, cut to the used samples.
+//! An experiment: a motion with its record, which is cut to the samples that are used.
 
 use std::ops::Range;
 
@@ -13,17 +13,17 @@ pub struct SpectralExperiment {
     pub trajectory: ExcitingTrajectory,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// Currents, A, or torques, N m, if the log has torques; one series per coordinate.
+    /// Currents, A (torques, N m, if the log has torques), one series per coordinate.
     pub current: Vec<Vec<f64>>,
     /// Number of samples of each time window.
     pub windows: Vec<usize>,
-    /// Contribution of a known load to the base parameters. Empty without a load.
+    /// Contribution of a known load to the base parameters, one entry per base parameter. Empty without a load.
     pub load: Vec<f64>,
 }
 
 impl SpectralExperiment {
-    /// Cuts a record, which starts with the motion, to the windows. `None` if it is shorter than the motion or has another
-    /// number of coordinates.
+    /// Cuts a record to the time windows of the motion. The record must start with the motion. `None` if it is shorter than the
+    /// motion or has another number of coordinates.
     pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
         let windows: Vec<Range<usize>> = trajectory.windows();
         let end = windows.iter().map(|w| w.end).max()?;
@@ -61,8 +61,8 @@ impl SpectralExperiment {
         }
     }
 
-    /// The joint with the largest relative scatter of its position, and this scatter: standard deviation about the mean period,
-    /// divided by the standard deviation of the mean period. `None` for a sweep and for a single period.
+    /// Relative scatter of a position: standard deviation of the samples about the mean period, divided by the standard deviation
+    /// of the mean period. Returns the joint with the largest value. `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -82,7 +82,7 @@ impl SpectralExperiment {
     }
 }
 
-/// Noise of each coordinate: standard deviations of a single sample.
+/// Noise of the record of each coordinate: standard deviations of a single sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
     /// Noise of the positions, rad, one per coordinate.
@@ -98,8 +98,7 @@ impl NoiseLevels {
         NoiseLevels::pooled(experiments, |x, _, period| (scatter(x, period), (x.len() - period) as f64))
     }
 
-    /// The measured noise of the harmonics up to `highest`, Hz. It does not contain chatter of a controller at higher
-    /// frequencies.
+    /// The measured noise in the harmonics up to `highest`, Hz. Chatter of a controller at higher frequencies is not part of it.
     pub fn of_band(experiments: &[SpectralExperiment], highest: f64) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, experiment, period| {
             let harmonics = harmonics(highest, period, experiment.trajectory.sample_time);
@@ -108,8 +107,8 @@ impl NoiseLevels {
         })
     }
 
-    /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level`: gives the noise level and the
-    /// degrees of freedom from a series, its experiment and its period.
+    /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level`: gives the noise level and its
+    /// degrees of freedom from a series, its experiment and its period in samples.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
@@ -139,7 +138,7 @@ impl NoiseLevels {
     }
 }
 
-/// Margin against rounding, so that an integer product is counted as integer.
+/// Margin that is added to a product before rounding down. It keeps an integer product an integer in spite of rounding.
 const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
 
 /// Number of harmonics up to the frequency `f`, Hz, but not more than `period` samples resolve. `h`: sample time, s.
@@ -147,7 +146,7 @@ pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
     ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
 
-/// The mean period of each series, `period` samples.
+/// The mean period of each series: the mean over all periods of `period` samples.
 pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
     series.iter().map(|s| fold(s, period)).collect()
 }

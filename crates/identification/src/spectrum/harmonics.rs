@@ -48,7 +48,7 @@ pub struct JointSpectrum {
     pub(crate) sample_time: f64,
     /// Number of the highest harmonic that is kept in the motion.
     pub(crate) kept: usize,
-    /// Position q, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, unit of the current.
+    /// Position q, velocity, acceleration and current (`drive`) over one mean period: rad, rad/s, rad/s^2, unit of the current.
     q: Vec<f64>,
     dq: Vec<f64>,
     ddq: Vec<f64>,
@@ -72,7 +72,7 @@ impl Default for Band {
     }
 }
 
-/// The mean period of the motion of an experiment, up to the highest kept harmonic. `None` for a sweep.
+/// The mean period of the measured motion of an experiment, with its harmonics up to the highest kept one. `None` for a sweep.
 pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
     let period = experiment.period()?;
     let h = experiment.trajectory.sample_time;
@@ -80,7 +80,7 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: of the experiment; `motion`: its
+/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: number of the experiment; `motion`: its
 /// [`mean_period`].
 pub(crate) fn joint_spectra(
     index: usize,
@@ -93,12 +93,12 @@ pub(crate) fn joint_spectra(
     let h = experiment.trajectory.sample_time;
     let seconds = period as f64 * h;
     let highest = harmonics(band.equations, period, h);
-    // The currents are averaged over all periods; the motion already is.
+    // The currents are averaged over all periods here. The motion is already averaged.
     let current = folded(&experiment.current, period);
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
-    // One spectrum per moving joint. A locked joint has none, because its friction is not identifiable.
+    // Each moving joint has one spectrum. A locked joint has none, because its friction is not identifiable.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {
@@ -138,16 +138,15 @@ impl JointSpectrum {
         self.frequency.resize(count + quadratures(f, current).count(), f);
     }
 
-    /// Sets the rows to the spectra of the regressor columns of this joint. `columns`: over one period, N m per unit.
+    /// Sets `rows` to the spectra of the regressor columns of this joint. `columns`: their values over one period, N m per unit.
     pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
         self.rows = self.rows_of(columns, 1);
         let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(load).collect();
     }
 
-    /// The spectra of series over one period, `[row][series]`, in the order of the rows.
-    ///
-    /// `power` is 1 for torques at the samples, and 2 for means over their cells.
+    /// The spectra of series over one period, `[row][series]`, in the order of `rows`. `power`: exponent of sinc in the
+    /// correction of the sampling; 1 for torques at the samples, 2 for means over their cells.
     pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
         self.spectrum_of(series, |f| hold(f * self.sample_time, power))
     }
@@ -174,19 +173,19 @@ impl JointSpectrum {
         shape.fill(&self.dq, &self.ddq, &drive, self.sample_time)
     }
 
-    /// Rows of ripple with `periods` per turn: cos and sin as torques, N m per N m, then cos and sin as shares of the torque, N
-    /// m.
+    /// Rows of ripple with `periods` per turn, four columns: cos and sin as torques (N m per N m), then cos and sin as shares of
+    /// the torque (N m per unit).
     pub(crate) fn ripple_rows(&self, periods: f64, gain: f64) -> Vec<Vec<f64>> {
         let (sin, cos): (Vec<f64>, Vec<f64>) = self.q.iter().map(|q| (periods * q).sin_cos()).unzip();
         let of_torque = |wave: &[f64]| wave.iter().zip(&self.drive).map(|(w, c)| -w * c * gain).collect();
         let shares: Vec<Vec<f64>> = vec![of_torque(&cos), of_torque(&sin)];
         let mut rows = self.rows_of(&[cos, sin], 1);
-        // The recorded torque needs no correction for the zero-order hold.
+        // The share is multiplied by the recorded torque, so the zero-order hold needs no correction.
         rows.iter_mut().zip(self.spectrum_of(&shares, |_| 1.0)).for_each(|(row, shares)| row.extend(shares));
         rows
     }
 
-    /// Rows of the torque of a spring with a stiffness of 1 N m/rad.
+    /// Rows of a spring at this joint with a stiffness of 1 N m/rad.
     pub(crate) fn position_rows(&self) -> Vec<Vec<f64>> {
         self.rows_of(std::slice::from_ref(&self.q), 1)
     }
@@ -226,7 +225,7 @@ impl JointSpectrum {
         self.felt(self.joint, parameters)
     }
 
-    /// The entry of the inertia matrix for this joint and joint l, with a known load, kg m^2.
+    /// The entry of the inertia matrix in the row of this joint and the column of joint l, with a known load, kg m^2.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)
@@ -242,8 +241,8 @@ impl JointSpectrum {
         (self.dq.iter().map(|v| v * v).sum::<f64>() / self.dq.len().max(1) as f64).sqrt()
     }
 
-    /// Standard deviation of the right-hand side of each row as torque, N m. `parameters` convert the noise of the position into
-    /// torque. `None`: only the noise of the torque counts. `gain`: N m per unit of current.
+    /// Standard deviation of the right-hand side of each row as torque, N m. `parameters`: base parameters, which convert
+    /// position noise into torque noise; `None`: only the noise of the torque counts. `gain`: N m per unit of current.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
         let per_acceleration: f64 = parameters
@@ -253,22 +252,24 @@ impl JointSpectrum {
     }
 }
 
-/// For x below this the factor of [`hold`] is 1 up to rounding.
+/// If x is below this, the correction factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
-/// The one or two rows of a Fourier coefficient c: real and imaginary part; at zero frequency the real part divided by sqrt 2.
+/// The rows of a Fourier coefficient c at frequency `f`: real part, imaginary part. At zero frequency only the real part divided
+/// by sqrt 2.
 fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
     let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
     std::iter::once(first).chain(second)
 }
 
-/// The correction factor of the sampling: cos x / sinc^power x, x = pi `cycles`; `cycles`: frequency in cycles per sample.
+/// The correction factor of the sampling, cos x / sinc^power x with x = pi `cycles`. `cycles`: frequency in cycles per sample.
 fn hold(cycles: f64, power: i32) -> f64 {
     let x = std::f64::consts::PI * cycles;
     if x.abs() < SMALLEST_HOLD_ANGLE { 1.0 } else { x.cos() * (x / x.sin()).powi(power) }
 }
 
-/// The columns per acceleration, `[j][l][c]`: entry of row j and parameter c of Y(q, 0, e_l) - Y(q, 0, 0).
+/// Columns of the regressor per unit of acceleration: `[j][l][c]` is row j, parameter c of Y(q, 0, e_l) - Y(q, 0, 0). e_l: unit
+/// acceleration of joint l.
 fn acceleration_columns(regressor: &dyn Regressor, q: &[f64]) -> Vec<Vec<Vec<f64>>> {
     let (n, p) = (q.len(), regressor.parameters().len());
     let (zero, mut unit) = (vec![0.0; n], vec![0.0; n]);

@@ -1,4 +1,5 @@
-//! Identification from the records of a plan, by the rows of the paper or by RIST-MH, with known or unknown drive gains.
+//! Identifies parameters from the records of a plan, by the rows of the paper (`paper`) or by RIST-MH, with known or unknown
+//! drive gains.
 //!
 //! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`). The common scale then
 //! follows from known gains or from a known load. A parameter is not significant if its 95 % interval contains zero. A parameter
@@ -25,12 +26,12 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 use crate::spectrum::words::{misfit_remarks, size_words};
 
-/// The method of identification, with its equations.
+/// The method of identification from experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
-    /// The method of the paper: one harmonic, real or imaginary part only, no friction columns.
+    /// The method of the paper (see `paper`): per harmonic one row, its real or its imaginary part, without friction columns.
     Paper,
-    /// The equations of `Paper`; the drive gains are estimated by total least squares.
+    /// The rows of `Paper`, with drive gains estimated by total least squares.
     TotalLeastSquares,
     /// RIST-MH: all harmonics, with friction coefficients as nuisance parameters.
     Harmonic,
@@ -51,7 +52,7 @@ impl SpectralMethod {
 pub struct SpectralFit {
     /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters, with the standard deviations of `estimate`, row by row.
+    /// Covariance of the base parameters, row by row. Its diagonal has the standard deviations of `estimate`.
     pub covariance: Vec<Vec<f64>>,
 }
 
@@ -91,7 +92,7 @@ pub fn identify_spectrum(
         };
         return Ok(SpectralFit::of(estimate, regressor, &inverse));
     }
-    // If a gain is unknown, the rows are made in currents, that is with gains of 1.
+    // If a gain is unknown, the rows are computed for currents, with all gains set to 1.
     let one = vec![1.0; regressor.coordinates().len()];
     let inverse = match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
@@ -125,7 +126,8 @@ pub fn identify_spectrum(
 }
 
 impl SpectralFit {
-    /// Makes the result. Its covariance has the correlations of `inverse`, whose first rows belong to the base parameters.
+    /// Makes the result. The covariance has the correlations of `inverse` and the standard deviations of `estimate`. The first
+    /// rows of `inverse` belong to the base parameters.
     fn of(estimate: Estimate, regressor: &dyn Regressor, inverse: &DMatrix<f64>) -> SpectralFit {
         let base = estimate.parameters.iter().take(regressor.parameters().len());
         let sigma: Vec<f64> = base.map(|p| p.sigma.unwrap_or(0.0)).collect();
@@ -153,15 +155,16 @@ fn with_paper_gains(
     Ok(found.covariance)
 }
 
-/// A doubt for the user if gains follow from a load: only 55 to 61 % of the 95 % intervals from the rows of the paper contained
-/// the true value, because friction leaks into the rows.
+/// Warning for the user if the gains follow from a known load. In simulations only 55 to 61 % of the 95 % intervals contained the
+/// true value, because friction leaks into the rows of the paper.
 fn narrow_by_load(experiments: &[SpectralExperiment]) -> Option<String> {
     let is_loaded = experiments.iter().any(|experiment| !experiment.load.is_empty());
     is_loaded
         .then(|| "the intervals of this method are too narrow where a load gives the gains: [method=rist-mh]".into())
 }
 
-/// A sentence for the user if friction drifts more than in any drive. Then friction explains an effect that the model lacks.
+/// Warning for the user if the estimated friction drifts more than the friction of any drive. Then friction explains an effect
+/// that the model lacks.
 fn drifting(found: &HarmonicEstimate) -> Option<String> {
     let percent = 100.0 * found.drift_spread;
     (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
@@ -172,8 +175,8 @@ fn drifting(found: &HarmonicEstimate) -> Option<String> {
     })
 }
 
-/// An estimated parameter with the standard deviation for white noise. This is right here, because the rows of an experiment are
-/// few and uncorrelated.
+/// An estimated parameter with its standard deviation for white noise. White noise is assumed here because the rows of an
+/// experiment are few and uncorrelated.
 fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) -> Identified {
     let unit = parameter.unit();
     match determined {
@@ -237,7 +240,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // The standard deviation also contains the effects that the model lacks.
+        // If the model lacks effects, the standard deviation contains their contribution too.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -268,7 +271,7 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     }
 }
 
-/// Inflates the standard deviations of parameters and gains, in the order of [`with_gains`], if chi^2 exceeds the noise.
+/// If chi^2 exceeds the noise, inflates the standard deviations of parameters and gains, in the order of [`with_gains`].
 fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
@@ -279,7 +282,7 @@ fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// If friction drifts by more than this from experiment to experiment, relative, it is more than between warm and cold drives.
+/// Drift of friction from experiment to experiment, relative, that is larger than between warm and cold drives.
 const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
@@ -340,7 +343,7 @@ fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Resul
     gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
-/// A sentence for the user on the origin of the common scale of an estimate with unknown gains.
+/// A sentence for the user that names the source of the common scale (known gains or a load) if gains are unknown.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -355,7 +358,7 @@ fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &
     format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
 }
 
-/// Converts the rows of blocks in currents into equations of each joint, divided by their standard deviations.
+/// Converts rows in currents into equations of each joint. Each row is divided by its standard deviation. `n`: number of joints.
 fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     let mut equations = vec![JointEquations::default(); n];
     for b in blocks {
@@ -369,7 +372,8 @@ fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     equations
 }
 
-/// Sets the residuals in an estimate from the rows of blocks. `gain`: N m per unit of the right-hand sides.
+/// Sets the residuals of an estimate from the rows of `blocks` and the parameters `x`. `gain`: N m per unit of the right-hand
+/// sides.
 fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -388,7 +392,8 @@ fn paper_residuals(
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
-/// Sets the residuals of each joint in an estimate: of the fit, and of each experiment predicted from the other experiments.
+/// Sets two residuals of each joint in an estimate: the residual of the fit, and the residual of each experiment predicted from
+/// the other experiments.
 ///
 /// y = tau - (1 + u) C f - ends - effects is the torque of the bodies (u: drift, C f: friction). Drift and ends belong to one
 /// experiment, so they keep their values of the whole fit.
@@ -404,7 +409,7 @@ fn harmonic_residuals(
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
         let ends = s.end_columns();
-        // Residual y - D X of each row: of the fit to all experiments, and of the fit without the experiment of the row.
+        // Two residuals y - D X of each row: from the fit to all experiments, and from the fit without the experiment of the row.
         for r in 0..s.rows.len() {
             let torque = gain[s.joint] * s.current[r] - s.known[r];
             let of_bodies = |x: &[f64]| {

@@ -1,4 +1,5 @@
-//! Identification by spectral analysis: the method of the paper [Vandanjon, Gautier, Desbats 1995] and RIST-MH.
+//! Identifies parameters from the spectra of periodic experiments: the method of the paper [Vandanjon, Gautier, Desbats 1995] and
+//! RIST-MH.
 
 pub mod experiment;
 pub mod harmonics;

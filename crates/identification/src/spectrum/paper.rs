@@ -1,13 +1,14 @@
-//! The estimator of the paper [Vandanjon, Gautier, Desbats 1995]: least squares on rows of Sp.
+//! The estimator of the paper [Vandanjon, Gautier, Desbats 1995]: least squares on rows of the operator Sp(m, v) = Re(m conj v) /
+//! |v|^2, m, v: spectra of a signal and of a motion.
 //!
-//! W X = Y has one row per harmonic (real or imaginary part only), and the centred rows of gravity. Without weights, the rows
-//! are normalised as in the paper: each is divided by |v|, and the gravity rows of e samples by sqrt(e), so that both are means.
-//! With weights, each row is divided by the standard deviation of its right-hand side.
+//! W X = Y has one row per harmonic (real or imaginary part only), and the centred rows of gravity. Without weights, a row of Sp
+//! is used unchanged, and the gravity rows of e samples are divided by sqrt(e), so that their weight does not depend on e. With
+//! weights, each row is divided by the standard deviation of its right-hand side.
 //!
-//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3].
+//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3]; rho: residual, W: r x p.
 //!
-//! Friction has no columns here. The rows are designed to be orthogonal to friction. This holds only as far as the motion
-//! follows its reference. `rist_mh` does not need this orthogonality.
+//! Friction has no columns here. The rows are designed to be orthogonal to friction. This holds only as far as the motion follows
+//! its reference. `rist_mh` does not need this orthogonality.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
@@ -17,17 +18,17 @@ use numerics::triangle::TriangleBuilder;
 
 use crate::spectrum::experiment::SpectralExperiment;
 
-/// The choice of the weights of the rows.
+/// The choice of the weights of the rows of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
-    /// All rows have equal weight.
+    /// All spectral rows have equal weight.
     Equal,
     /// Each row is divided by the standard deviation of its right-hand side.
     Noise,
 }
 
-/// Makes the rows of the paper for an experiment. `gain`: N m per unit of the recorded currents; `noise`: standard deviations of
-/// the torques, N m.
+/// Makes the rows of the paper for one experiment. `gain`: N m per unit of the recorded currents; `noise`: standard deviation of
+/// the torque of each joint, N m.
 pub fn paper_rows(
     experiment: &SpectralExperiment,
     regressor: &dyn Regressor,
@@ -45,8 +46,8 @@ pub fn paper_rows(
     block.with_known(&experiment.load)
 }
 
-/// Least squares on the rows of several experiments. `periodic[i]`: whether experiment i is periodic; `samples[i]`: its number
-/// of samples.
+/// Least squares on the rows of several experiments. `periodic[i]`: whether experiment i is periodic (no sweep); `samples[i]`:
+/// number of its samples.
 pub fn paper_estimate(
     blocks: &[EquationBlock],
     periodic: &[bool],

@@ -21,17 +21,17 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Number of samples dropped at each end of a motion, because the circular differences wrap around there.
+/// Number of samples dropped at each end of a motion. The circular differences are wrong there, because they join end and start.
 const BORDER_SAMPLES: usize = 30;
-/// Largest number of samples of a plot.
+/// Largest number of samples of a plotted torque.
 const SAMPLES_PER_PLOT: usize = 400;
-/// Order of the low-pass.
+/// Order of the low-pass for positions and torques.
 const LOW_PASS_ORDER: usize = 4;
-/// Largest lag of the autocorrelations, in samples half a period of the cut-off apart.
+/// Largest lag of the autocorrelation. The samples are half a period of the cut-off apart.
 const LARGEST_LAG: usize = 50;
 /// Half of the 95 % interval of a normal variable, in standard deviations.
 const INTERVAL_SIGMAS: f64 = 1.96;
-/// Numbers of a plot are rounded to multiples of 1 / this, finer than any screen.
+/// Numbers of a plot are rounded to multiples of 1 / this, which is finer than a pixel.
 const PLOT_ROUNDING: f64 = 1e4;
 
 /// Measured and predicted torques of one joint in one motion, N m (N), over time, s. `friction`: columns of asymmetric
@@ -55,7 +55,8 @@ struct JointSums {
 }
 
 impl JointSums {
-    /// Adds a motion. `cutoff`: of the low-pass, in cycles per sample. Returns |tau - predicted|^2 and |tau|^2 of the motion.
+    /// Adds a motion. `cutoff`: cut-off of the low-pass, cycles per sample. Returns |tau - predicted|^2 and |tau|^2 of the
+    /// motion.
     fn add(&mut self, c: &Compared, predicted: &[f64], cutoff: f64) -> (f64, f64) {
         let residual: Vec<f64> = c.tau.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
@@ -64,7 +65,7 @@ impl JointSums {
         self.total += whole;
         self.rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         self.count += residual.len();
-        // One sample per half period of the cut-off is used, because the filter correlates closer samples.
+        // Only one sample per half period of the cut-off is used, because the low-pass makes closer samples correlated.
         let step = (0.5 / cutoff).ceil() as usize;
         self.outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
         (left, whole)
@@ -77,15 +78,15 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            // A motion with fewer than four thinned samples has no lag.
+            // If a motion has fewer than four thinned samples, it has no lag and does not count.
             not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }
     }
 }
 
-/// Compares the measured torques of `records`, each with its name, with torques predicted from `parameters`. `gain`: N m per
-/// unit of the record; `cutoff`: of the low-pass, Hz.
+/// Compares the measured torques of `records`, each with its name, with the torques predicted from `parameters`. `gain`: N m per
+/// unit of the record; `cutoff`: cut-off of the low-pass, Hz.
 ///
 /// Fails if a record is too short or too slow for the low-pass, or if its series have different lengths.
 pub fn validate_motions(
@@ -159,7 +160,7 @@ fn compare(
             format!("a series of {other} samples and one of {count}; all joints of a motion need the same number");
         return Err(Error::at(name, 0, found));
     }
-    // The zero-phase filter does not shift position and torque against each other. The ends of the filtered signals are cut off.
+    // The filter has zero phase, so position and torque keep their relative time. The ends of the filtered signals are cut off.
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();
@@ -190,7 +191,7 @@ fn predicted(c: &Compared, friction: &[f64]) -> Vec<f64> {
     (0..c.tau.len()).map(of).collect()
 }
 
-/// For each lag, 1 if the autocorrelation is outside the 95 % band of white noise, else 0.
+/// For each lag, 1 if the autocorrelation of x is outside the 95 % band of white noise, else 0.
 fn not_white(x: &[f64]) -> Vec<f64> {
     let n = x.len();
     let mean = x.iter().sum::<f64>() / n.max(1) as f64;
@@ -214,7 +215,8 @@ mod tests {
     use experiments::simulate::dynamics::torque;
     use random::Random;
 
-    /// Records of point-to-point motions with friction and noise; the drive gain is 2 N m/A.
+    /// Records of three point-to-point motions with friction and noise. `noise`: standard deviation of the torque, N m. The drive
+    /// gain is 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {
         let mut random = Random::new(4);
         let mut one = |i: usize| {
@@ -270,8 +272,8 @@ mod tests {
         }
     }
 
-    /// Over both motions, the rms is half of sqrt((3^2 + 4^2 + 12^2) / 3), and the relative error is 1/2: half of each torque is
-    /// predicted.
+    /// Half of each torque is predicted. So the relative error over both motions is 1/2, and the rms residual is half of
+    /// sqrt((3^2 + 4^2 + 12^2) / 3).
     #[test]
     fn residuals_are_those_of_all_samples() {
         let mut sums = JointSums::default();
@@ -292,7 +294,7 @@ mod tests {
             let tau: Vec<f64> = (0..n).map(|_| random.normal()).collect();
             let compared = Compared { t: vec![0.0; n], rigid: vec![0.0; n], friction: vec![], tau };
             let mut sums = JointSums::default();
-            // One sample per half period at 0.05 cycles per sample: one of ten.
+            // At 0.05 cycles per sample, half a period is ten samples: every tenth sample is used.
             sums.add(&compared, &vec![0.0; n], 0.05);
             sums.validation("q1", Unit::TORQUE, vec![])
         };

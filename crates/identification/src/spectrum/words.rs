@@ -1,4 +1,4 @@
-//! Texts on effects other than friction: their sizes, and the remedy for an effect that the model lacks.
+//! Texts on effects other than friction: the size of an effect, and the option that adds a missing effect to the model.
 
 use linear_model::regressor::Regressor;
 
@@ -73,7 +73,7 @@ pub(crate) fn size_words(
     }
 }
 
-/// The words of the command line that add the effects of a cause to the model.
+/// The option of the command line that adds the effects of a cause to the model. Empty without effects.
 fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
     let mut words: Vec<String> = Vec::new();
@@ -106,7 +106,8 @@ pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     )
 }
 
-/// Sentences on the misfit of a model: the joints whose chi^2 exceeds the noise, and the cause.
+/// Sentences for the user if the model does not fit: the joints whose chi^2 per degree of freedom exceeds the noise, and the
+/// cause.
 pub(crate) fn misfit_remarks(misfit: &Misfit, cause: Option<&Cause>, regressor: &dyn Regressor) -> Vec<String> {
     let cause = cause.map(|cause| cause_sentence(cause, regressor));
     let beside = format!("where noise alone gives up to {NOISE_CHI_SQUARE}");

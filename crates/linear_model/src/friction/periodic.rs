@@ -21,12 +21,12 @@
 
 use crate::parameter::FrictionParameter;
 
-/// The friction columns of a joint: which terms, and their velocities.
+/// The choice of the friction columns of a joint, with the velocities in them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
     /// Velocity w over which the sign changes, rad/s.
     pub rest_velocity: f64,
-    /// Whether there are columns for Coulomb friction that grows with the load.
+    /// Whether the columns include Coulomb friction that grows with the load.
     pub load: bool,
     /// Stribeck velocity v_s, rad/s. `None`: no Stribeck columns.
     pub stribeck: Option<f64>,
@@ -79,11 +79,12 @@ impl FrictionShape {
     }
 }
 
-/// If the velocity changes by less than this in a cell, in units of 2 w, it counts as constant. The rounding of the quotient
-/// would be larger than the change.
+/// If the change of the velocity in a cell, divided by 2 w, is below this, the velocity is constant in the formula. The rounding
+/// of the quotient would be larger than the effect of the change.
 const SMALL_CELL_CHANGE: f64 = 1e-3;
 
-/// s+: the mean of (1 + tanh((v + a s)/w))/2 over s in [-h/2, h/2].
+/// s+: mean of (1 + tanh((v + a s)/w))/2 over times s in [-h/2, h/2]. v: velocity, a: acceleration, h: sample time, w: velocity
+/// over which the sign changes.
 fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
     let half = 0.5 * a * h / w;
     let x = v / w;
@@ -114,7 +115,7 @@ mod tests {
             let steps = 4000;
             let at = |i: usize| 0.5 * (1.0 + ((v + a * h * ((i as f64 + 0.5) / steps as f64 - 0.5)) / w).tanh());
             let mean = (0..steps).map(at).sum::<f64>() / steps as f64;
-            // The bound is the error of the midpoint rule with 4000 steps.
+            // Allowed error: error of the midpoint rule with 4000 steps.
             assert!((positive_share(v, a, h, w) - mean).abs() < 1e-7, "{v} {a}");
         }
         assert_eq!(positive_share(1e3, 1e5, h, w), 1.0);

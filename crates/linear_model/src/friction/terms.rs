@@ -27,7 +27,8 @@ use crate::parameter::FrictionParameter;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JointTerm {
-    /// Coulomb friction that grows with the predicted load: FL abs(Y x0) sign(dq).
+    /// Coulomb friction that grows with the load: FL abs(Y x0) sign(dq). Y x0: torque without friction, predicted by an earlier
+    /// fit x0.
     Load,
     /// Stribeck friction FT exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
@@ -59,7 +60,8 @@ impl JointTerm {
         }
     }
 
-    /// The entry of its column at one sample. `load`: torque of the bodies predicted by an earlier fit, N m (N).
+    /// The entry of its column at one sample. `load`: torque without friction, predicted by an earlier fit, N m (N); `direction`:
+    /// sign of dq, possibly filtered.
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
         match self {
@@ -105,7 +107,7 @@ impl FrictionTerm {
     ///
     /// Fails if there is no such term; the message lists the words.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
-        // The term of a single joint.
+        // A word with @ is a term of a single joint.
         if let Some((term, number)) = text.split_once('@') {
             let number: usize =
                 number.parse().ok().filter(|n| *n > 0).ok_or_else(|| {
@@ -125,7 +127,7 @@ impl FrictionTerm {
             };
             return Ok(At(number, term));
         }
-        // A term of all joints, followed by its speed if it has one.
+        // A word without @ is a term of all joints, followed by its speed if it has one.
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -185,20 +187,20 @@ impl FrictionTerm {
         }
     }
 
-    /// Whether it is a term of a single joint.
+    /// Whether it is a term of a single joint (and not of all joints).
     #[inline]
     pub fn is_of_one_joint(self) -> bool {
         matches!(self, At(..))
     }
 
-    /// Whether the torque of the term jumps at a reversal. Such a term can hold a joint at standstill.
+    /// Whether the torque of the term jumps at a reversal (dry friction). Such a torque can hold a joint at standstill.
     #[inline]
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
             || matches!(self, At(_, JointTerm::Load | JointTerm::Stribeck(_)))
     }
 
-    /// Whether the columns must be computed from unfiltered velocities and then filtered.
+    /// Whether the columns must be computed from lightly filtered velocities and then filtered like the torques.
     ///
     /// This is needed if they are neither linear in the motion nor equal to the direction.
     #[inline]
@@ -207,8 +209,8 @@ impl FrictionTerm {
     }
 
     /// Writes the entries of the columns of one joint at one sample, in the order of `parameters`. `direction`: sign(dq), or the
-    /// sign after the filter of the torques, between -1 and 1. `tau`: the measured torque; for a term of a single joint, the
-    /// torque of the bodies predicted by an earlier fit, N m (N).
+    /// sign after the low-pass of the torques, between -1 and 1. `tau`: measured torque, N m (N); for a term of a single joint,
+    /// the torque without friction that an earlier fit predicts.
     #[inline]
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
@@ -217,7 +219,7 @@ impl FrictionTerm {
             (Offset, [o]) => *o = 1.0,
             (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
             (Asymmetric, [vp, cp, vn, cn]) => {
-                // These are 1 for dq > 0 and for dq < 0, respectively, with the filter of the sign.
+                // `forward` is 1 for dq > 0 and `backward` is 1 for dq < 0. With a filtered sign, both are between 0 and 1.
                 let (forward, backward) = (0.5 * (1.0 + direction), 0.5 * (1.0 - direction));
                 (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
             }
@@ -250,8 +252,9 @@ impl fmt::Display for FrictionTerm {
     }
 }
 
-/// Checks friction terms for a robot with `n` joints. Fails if a term is for a joint that does not exist, or if two terms have a
-/// parameter with the same name.
+/// Checks the friction terms of a robot with `n` joints.
+///
+/// Fails if a term is for a joint that does not exist, or if two terms have a parameter with the same name.
 pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
     for (i, term) in terms.iter().enumerate() {
         if let At(number, _) = term
@@ -274,7 +277,7 @@ pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// The number of friction columns of joint j, counted from 0.
+/// The number of friction columns of joint j (counted from 0).
 pub fn columns_of(terms: &[FrictionTerm], j: usize) -> usize {
     terms.iter().map(|term| term.parameters_of(j).len()).sum()
 }

@@ -1,4 +1,4 @@
-//! The findings of the cleaning of a log, and the corrections.
+//! The report on the cleaning of a log: which rows were used, and which faults were found or corrected.
 
 use std::fmt;
 
@@ -13,86 +13,87 @@ use crate::cleaning::undriven::NoTorqueReason;
 /// The report of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogReport {
-    /// Rows of the file.
+    /// Number of rows in the file.
     pub rows: usize,
-    /// Number of used rows.
+    /// Number of rows that are used.
     pub kept: usize,
-    /// Rows that are left out.
+    /// The rows that are not used, with the reasons.
     pub left_out: LeftOutRows,
-    /// The columns that it was read from.
+    /// The columns of the file that are used.
     pub columns: ReadColumns,
-    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has a torque.
+    /// For each coordinate, the reason why it has no torque; `None` if it has a torque.
     pub undriven: Vec<Option<NoTorqueReason>>,
-    /// The range of the goals, one per coordinate, where the efforts are goals of position servos.
+    /// For each coordinate, the range of the goals. Empty unless the efforts are goals of position servos.
     pub goals: Vec<GoalSpan>,
-    /// Rows with more or fewer cells than the header.
+    /// Number of rows with more or fewer cells than the header.
     pub ragged: usize,
-    /// Used rows in which every signal except the time equals the row before.
+    /// Number of used rows in which every signal except the time equals its value in the previous row.
     pub repeated: usize,
-    /// Time between new values.
+    /// Time between new values of the signals, s.
     pub refresh: Refresh,
-    /// The clock of the kept rows.
+    /// The clock of the used rows.
     pub clock: Clock,
-    /// Number of jumps by a turn in the positions, which were removed.
+    /// Number of jumps by a full turn in the positions. They were removed.
     pub wrapped: usize,
-    /// Findings in each coordinate's signals that no robot can produce.
+    /// For each coordinate, findings in its signals that no robot can produce.
     pub suspect: Vec<Suspect>,
-    /// Durations at rest.
+    /// Durations at rest, s.
     pub rest: RestTimes,
 }
 
-/// Names of the columns that a log was read from, one per coordinate, with a leading `-` where the sign is changed.
+/// Names of the columns that were read. Each list has one name per coordinate; a `-` before a name means that the sign of the
+/// numbers was changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadColumns {
     /// Columns of the positions.
     pub position: Vec<String>,
-    /// Columns of the velocities, if any.
+    /// Columns of the velocities; `None` if there are none.
     pub velocity: Option<Vec<String>>,
-    /// Columns of the accelerations, if any.
+    /// Columns of the accelerations; `None` if there are none.
     pub acceleration: Option<Vec<String>>,
-    /// Columns of the torques, currents or goals; coordinates without one have none.
+    /// Columns of the torques, currents or goals. A coordinate without such a column has no entry.
     pub effort: Vec<String>,
 }
 
-/// Rows that are left out, and the episodes found by a column or by the clock.
+/// Numbers of rows that are not used, and numbers of episodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LeftOutRows {
-    /// Rows in which a number is missing, NaN or infinite.
+    /// Number of rows with a missing, NaN or infinite number.
     pub not_finite: usize,
-    /// Line of the first of them.
+    /// Line of the first row with such a number; `None` if there is none.
     pub first_not_finite: Option<usize>,
-    /// Rows in which the clock has the time of the row before.
+    /// Number of rows with the same time as the previous row.
     pub clock_repeated: usize,
-    /// Rows in which the time is before the time of an earlier row.
+    /// Number of rows with a time before the largest time of the earlier rows.
     pub clock_backwards: usize,
-    /// The first line in which the clock runs backwards.
+    /// Line of the first row with a time before the largest earlier time; `None` if there is none.
     pub first_backwards: Option<usize>,
-    /// Rows in which the time is before the time of the row before.
+    /// Number of rows with a time before the time of the previous row.
     pub clock_steps_back: usize,
-    /// Episodes that begin where the column of the episode number changes.
+    /// Number of new episodes that were found because the episode number changed.
     pub episodes_by_column: usize,
-    /// Episodes that begin where the clock restarts; the first row of each is left out.
+    /// Number of new episodes that were found because the clock restarted. The first row of each is not used.
     pub episodes_by_clock: usize,
 }
 
-/// A clock that runs backwards in a larger share of the rows is not jitter: the file has two runs.
+/// If the clock runs backwards in a larger share of the rows, the cause is not jitter: the file contains two runs.
 const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 
-/// Shares of the rows with a step back of the clock where two clocks alternate: the share of the slower source, up to a
-/// half. A clock that counts down steps back in all rows.
+/// If the clock steps back in this share of the rows, the rows of two clocks alternate. The share is the share of the slower
+/// source, at most one half. A clock that counts down steps back in all rows.
 const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
-/// A clock that repeats its time in a larger share of the rows is not the time.
+/// If the time is repeated in a larger share of the rows, the column is not the time.
 const MAX_REPEATED_SHARE: f64 = 0.5;
 
 impl LogReport {
-    /// A report of this number of rows, all used, with a period of `period` s.
+    /// A report on `rows` rows that are all used. `period`: time between rows, s.
     pub fn uniform(rows: usize, period: f64) -> LogReport {
         let duration = rows.saturating_sub(1) as f64 * period;
         let clock = Clock { duration, period, longest_step: period, uniform: true, gaps: 0 };
         LogReport { rows, kept: rows, clock, ..LogReport::default() }
     }
 
-    /// Adds the next block of the same file, which starts `step` s after the end of this one.
+    /// Adds the report on the next block of the same file. The block starts `step` s after the end of this one.
     pub(crate) fn append(&mut self, next: &LogReport, step: f64) {
         if self.kept < 2 {
             let counts = std::mem::replace(self, next.clone());
@@ -103,7 +104,7 @@ impl LogReport {
         self.count(next);
     }
 
-    /// Adds the counts of another block, without its clock.
+    /// Adds the counts of another report; the clock is not changed.
     pub(crate) fn count(&mut self, other: &LogReport) {
         self.rows += other.rows;
         self.kept += other.kept;
@@ -123,7 +124,7 @@ impl LogReport {
         }
     }
 
-    /// Refuses a whole file that is not a log; `time` is the header of its clock.
+    /// Fails if the file is not a usable log. `time`: header of the clock column, for messages.
     pub(crate) fn check(&self, file: &str, time: &str) -> Result<(), Error> {
         if self.rows == 0 {
             return Err(Error::at(file, 1, "there is a header but no row of numbers below it"));
@@ -137,7 +138,7 @@ impl LogReport {
         self.goals.iter().try_for_each(|goal| goal.check(file))
     }
 
-    /// Most rows must have the right number of cells, and enough rows must be usable.
+    /// Fails if more than half of the rows have a wrong number of cells, or if fewer than [`MIN_ROWS`] rows are usable.
     fn check_rows(&self, file: &str) -> Result<(), Error> {
         let LogReport { rows, kept, ragged, left_out: LeftOutRows { not_finite, .. }, .. } = self;
         let message = if *ragged > rows / 2 {
@@ -154,7 +155,7 @@ impl LogReport {
 }
 
 impl LeftOutRows {
-    /// Adds the counts of another block.
+    /// Adds the counts of another block of the log.
     fn count(&mut self, other: &LeftOutRows) {
         self.not_finite += other.not_finite;
         self.first_not_finite = self.first_not_finite.or(other.first_not_finite);
@@ -166,11 +167,11 @@ impl LeftOutRows {
         self.episodes_by_clock += other.episodes_by_clock;
     }
 
-    /// Refuses a clock that runs backwards or repeats its time in many rows.
+    /// Fails if the clock runs backwards or repeats its time in many rows.
     fn check(&self, file: &str, time: &str, rows: usize) -> Result<(), Error> {
         let refused = |line: Option<usize>, message: String| Err(Error::at(file, line.unwrap_or(0), message));
         let LeftOutRows { clock_steps_back, clock_repeated, first_backwards, .. } = self;
-        // With two runs in one file the clock steps back once, and all later rows are behind.
+        // If a file contains two runs, the clock steps back only once, but the times of all later rows are too small.
         if INTERLEAVED_BACKWARD_SHARES.contains(&(*clock_steps_back as f64 / rows as f64)) {
             let message = format!(
                 "column `{time}` runs back and forth in {clock_steps_back} of {rows} rows, here first: two publishers on one \
@@ -179,8 +180,8 @@ impl LeftOutRows {
             );
             return refused(*first_backwards, message);
         }
-        // A clock may run backwards in a few rows; if it does so in many, it is not the time. The first rows of an episode
-        // counted as backwards before the episode was recognised.
+        // The clock may run backwards in a few rows because of jitter. The first rows of each episode were also counted, before
+        // the episode was recognised, so they are subtracted.
         let slips = self.clock_backwards.saturating_sub(self.episodes_by_clock);
         if slips as f64 > LARGEST_BACKWARD_SHARE * rows as f64 {
             let message = format!(
@@ -200,7 +201,7 @@ impl LeftOutRows {
 impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let left_out = &self.left_out;
-        // Every episode after the first was counted at its begin.
+        // The counts contain every episode except the first.
         writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock.in_words())?;
         for (begun, why) in [
             (left_out.episodes_by_column, "the column that numbers them changes"),
@@ -215,7 +216,7 @@ impl fmt::Display for LogReport {
             format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)");
         let episodes = left_out.episodes_by_column + left_out.episodes_by_clock;
         let line = left_out.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
-        // Only counts above zero have a line.
+        // Writes one line for each count above zero.
         for (count, one, more, what) in [
             (left_out.not_finite, "row", "rows", format!("left out: a number is missing or infinite{line}")),
             (left_out.clock_repeated, "row", "rows", "left out: the clock repeats".into()),
@@ -229,7 +230,7 @@ impl fmt::Display for LogReport {
                 writeln!(f, "{count} {} {what}", if count == 1 { one } else { more })?;
             }
         }
-        // Sentences of signals that are updated less often than rows, of suspects, and of rest.
+        // Writes the sentences on slow signals, on suspicious signals and on rest.
         self.refresh.sentence(self.clock.period).iter().try_for_each(|s| writeln!(f, "{s}"))?;
         self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
         self.rest.sentence(self.clock.duration).iter().try_for_each(|s| writeln!(f, "{s}"))

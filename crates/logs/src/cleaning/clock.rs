@@ -1,4 +1,4 @@
-//! The steps of a log's clock.
+//! Statistics of the clock of a log: its duration, period and gaps.
 
 use crate::Error;
 
@@ -7,32 +7,32 @@ use crate::Error;
 pub struct Clock {
     /// Time from the first to the last sample, s.
     pub duration: f64,
-    /// Median step, s.
+    /// Median step between samples, s.
     pub period: f64,
-    /// Longest step, s.
+    /// Longest step between samples, s.
     pub longest_step: f64,
     /// Whether every step is within 1 % of the median.
     pub uniform: bool,
-    /// Steps longer than [`GAP_PERIODS`] periods.
+    /// Number of steps longer than [`GAP_PERIODS`] periods.
     pub gaps: usize,
 }
 
-/// A step of more than this multiple of the median is a gap: there is no interpolation across it.
+/// A step of more than this multiple of the median step is a gap. Signals are not interpolated across a gap.
 pub const GAP_PERIODS: f64 = 10.0;
 
-/// Largest step, s, of a clock that is taken to be in s without a unit in its header.
+/// A clock without a unit in its header is assumed to be in s if its median step is at most this, s.
 pub(crate) const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
-/// Smallest step, s, of a clock in the right unit: no robot is sampled faster.
+/// The smallest possible median step, s, because no robot is sampled faster. A smaller step means a wrong unit.
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
-/// Least number of samples for filtering and differentiation.
+/// Smallest number of samples for filtering and differentiation.
 pub(crate) const MIN_ROWS: usize = 50;
-/// Greatest deviation of a step of a uniform clock from the median, as a share of the median.
+/// A clock is uniform if no step differs from the median step by more than this fraction of the median.
 const UNIFORM_STEP_TOLERANCE: f64 = 0.01;
 
 impl Clock {
-    /// From samples at strictly increasing times, s; `None` where there is no step.
+    /// The clock of samples at strictly increasing times `t`, s. `None` if there are fewer than two samples.
     pub(crate) fn of(t: &[f64]) -> Option<Clock> {
         let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
         let duration = t.last()? - t.first()?;
@@ -44,7 +44,8 @@ impl Clock {
         Some(Clock { duration, period, longest_step, uniform, gaps })
     }
 
-    /// Adds the next block of the same file, which starts `step` s after the end of this one. A block of one sample has no clock.
+    /// Adds the clock of the next block of the same file, which starts `step` s after the end of this one. `next` is `None` if
+    /// the block has only one sample.
     pub(crate) fn append(&mut self, next: Option<&Clock>, step: f64) {
         self.uniform &= even(step, self.period) && next.is_none_or(|n| n.uniform && even(n.period, self.period));
         self.longest_step = self.longest_step.max(step).max(next.map_or(0.0, |n| n.longest_step));
@@ -52,8 +53,8 @@ impl Clock {
         self.duration += step + next.map_or(0.0, |n| n.duration);
     }
 
-    /// Refuses a median step that is impossible in the unit of the header, and a clock with too many gaps; `kept`: number of used
-    /// rows.
+    /// Fails if the median step is impossible in the unit of the header, or if the clock has too many gaps. `kept`: number of
+    /// used rows.
     pub(crate) fn check(&self, file: &str, time: &str, kept: usize) -> Result<(), Error> {
         let refused = |message: String| Err(Error::at(file, 0, message));
         let Clock { duration, period, gaps, .. } = self;
@@ -73,7 +74,7 @@ impl Clock {
                  s, `{time}_s`"
             ));
         }
-        // Between gaps there are fewer rows than can be filtered.
+        // If there are so many gaps, the intervals between gaps have too few rows for filtering.
         if gaps * MIN_ROWS > kept {
             let mean = duration / (kept - 1) as f64;
             return refused(format!(

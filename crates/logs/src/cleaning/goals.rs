@@ -1,32 +1,33 @@
-//! Goals of position servos, and their errors.
+//! Checks the goals of position servos, and converts them to position errors.
 //!
-//! A servo with the goal q_g has the torque k (q_g - q), k its gain in N m/rad, while it is at no limit and does not integrate. A
-//! signal that does not change with the joint, or never differs from its position, is no goal.
+//! The torque of a servo with the goal q_g is k (q_g - q), if it is at no limit and has no integral term. q: position; k: gain,
+//! N m/rad. A signal is not a goal if it is constant while the joint moves, or if it always equals the position.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::Error;
 
-/// Share of the range of a joint below which all errors of its goals are rounding: no encoder resolves less.
+/// If all position errors are below this fraction of the joint's range, they are only rounding, because no encoder has a finer
+/// resolution.
 const ROUNDING_SHARE: f64 = 1e-4;
-/// Greatest sag, rad (m), of a servo that holds one goal.
+/// Largest deviation of a position from a constant goal, rad (m).
 const LARGEST_SAG: f64 = 0.2;
 
-/// The range of the goals of a joint, over a log or a block of it.
+/// Ranges of goals and positions of a joint, over a log or a block of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GoalSpan {
     header: String,
-    /// Lowest and highest goal; `None` before the first.
+    /// Lowest and highest goal, rad (m); `None` if there is no goal yet.
     goal: Option<[f64; 2]>,
-    /// Lowest and highest position; `None` before the first.
+    /// Lowest and highest position, rad (m); `None` if there is no position yet.
     position: Option<[f64; 2]>,
-    /// Largest distance of a goal from its position, rad (m).
+    /// Largest absolute position error (goal minus position), rad (m).
     error: f64,
 }
 
 impl GoalSpan {
-    /// Replaces goals by their errors, modulo whole turns: a position that jumps by a turn may or may not have a goal that jumps
-    /// with it.
+    /// Replaces the goals by position errors (goal minus position), and removes whole turns from the errors: a position may jump
+    /// by a turn without its goal.
     pub(crate) fn take(&mut self, header: &str, position: &[f64], goal: &mut [f64]) {
         let span = |x: &[f64]| {
             x.iter().filter(|x| x.is_finite()).fold(None, |span: Option<[f64; 2]>, &x| {
@@ -45,7 +46,7 @@ impl GoalSpan {
         self.append(&GoalSpan { header: header.into(), goal: goals, position: positions, error });
     }
 
-    /// Adds another block of the log.
+    /// Adds the ranges of another block of the log.
     pub(crate) fn append(&mut self, other: &GoalSpan) {
         let whole = |a: Option<[f64; 2]>, b: Option<[f64; 2]>| match (a, b) {
             (Some(a), Some(b)) => Some([a[0].min(b[0]), a[1].max(b[1])]),
@@ -57,7 +58,7 @@ impl GoalSpan {
         self.error = self.error.max(other.error);
     }
 
-    /// Refuses a signal that is no goal; a coordinate without a drive has none.
+    /// Fails if the signal cannot be a goal. A coordinate without a drive has no goals and passes.
     pub(crate) fn check(&self, file: &str) -> Result<(), Error> {
         let (Some([low, high]), Some([from, to])) = (self.goal, self.position) else { return Ok(()) };
         let header = &self.header;
@@ -107,7 +108,7 @@ mod tests {
             let message = span(&position, &goal).0.check("log.csv").unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("goal_a"), "{message}");
         }
-        // A servo that holds its position still sags a little, and blocks of a log are combined.
+        // These errors are accepted: a servo that holds its position has a small error. The ranges of two blocks are combined.
         assert!(span(&[0.25, 0.28, 0.29], &[0.3; 3]).0.check("log.csv").is_ok());
         let (mut first, _) = span(&[0.0, 1.0], &[0.3, 0.3]);
         first.append(&span(&[1.0, 0.0], &[0.9, 0.1]).0);

@@ -1,25 +1,25 @@
-//! Rows of a second source between the rows of the first: two publishers on one topic.
+//! Finds rows of a second source between the rows of the first, for example from two publishers on one topic.
 //!
-//! A row is foreign where a signal jumps and returns: x_r is far from x_(r-1) and x_(r+1), and these two are near each other. In
-//! a row of another source half of all torques and velocities do so at once. A spike is rare, a coarse encoder affects one joint
-//! at a time, and a chattering loop affects the torques alone.
+//! A row r is foreign if a signal x jumps there and returns: x_r is far from x_(r-1) and x_(r+1), and these two are near each
+//! other. In a row of another source, half of all torques and velocities do so together. Other causes are excluded: a spike is
+//! rare, a coarse encoder affects one joint at a time, and a limit cycle of the controller affects only the torques.
 
-/// Least jump of a signal, in its standard deviations.
+/// Smallest jump of a signal, in standard deviations of the signal.
 const MIN_JUMP_SIGMAS: f64 = 0.5;
-/// Greatest distance after the return, as a share of the jump.
+/// After the return, the signal differs from its value before the jump by at most this fraction of the jump.
 const MAX_RETURN_SHARE: f64 = 0.1;
-/// Least share of foreign rows. Noise alone reaches a twentieth in one signal, and less in several at once.
+/// Smallest share of foreign rows. Noise alone gives up to 5 % in one signal, and less in several signals together.
 const FOREIGN_ROWS_SHARE: f64 = 0.15;
-/// Share of the foreign rows with zero torques above which the second source writes zeros.
+/// If the torques are zero in more than this share of the foreign rows, the second source writes zeros.
 const ZERO_SHARE: f64 = 0.9;
-/// Least number of rows for a decision.
+/// Smallest number of rows for a decision.
 const MIN_ROWS_FOR_SOURCES: usize = 100;
 
-/// Number of foreign rows, and whether their torques are all zero; zero rows where they are too few for another source.
+/// Number of foreign rows, and whether their torques are all zero. Zero rows if there are too few for a second source.
 ///
-/// Where two sources alternate, each row is foreign to its neighbours; half of the rows are counted.
+/// If the rows of two sources alternate, every row differs from its neighbours, so half of the rows are counted.
 ///
-/// Without velocities a row counts only if its torques are all zero, because torques alone may chatter.
+/// Without velocities, a row counts only if its torques are all zero, because torques may also alternate for other reasons.
 pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]) -> (usize, bool) {
     let rows = efforts.first().map_or(0, Vec::len);
     if rows < MIN_ROWS_FOR_SOURCES {
@@ -27,7 +27,7 @@ pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]
     }
     let are_zero = |r: usize| efforts.iter().all(|x| x[r] == 0.0);
     let torques = leaving(efforts);
-    // Every foreign row is visible in the torques.
+    // A foreign row is always visible in the torques, so these are tested first.
     if (torques.iter().filter(|count| **count > 0).count() as f64) < FOREIGN_ROWS_SHARE * rows as f64 {
         return (0, false);
     }
@@ -45,11 +45,11 @@ pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]
     }
     let zeros = foreign.iter().filter(|r| are_zero(**r)).count();
     let count = foreign.len().min(rows / 2);
-    // Where rows alternate, half of them are zero.
+    // If the rows of two sources alternate, half of the foreign rows are zero.
     if zeros as f64 > ZERO_SHARE * count as f64 { (zeros, true) } else { (count, false) }
 }
 
-/// For each row, the number of series that jump there and return.
+/// For each row, the number of signals that jump there and return.
 fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
     let mut leaving = vec![0; group.first().map_or(0, Vec::len)];
     for x in group {
@@ -65,7 +65,7 @@ fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
     leaving
 }
 
-/// A sum in eight SIMD lanes: in a single sum each addition waits for the one before.
+/// The sum of `of(x)` in eight SIMD lanes. In a single sum, each addition would wait for the previous one.
 fn sum(x: &[f64], of: impl Fn(f64) -> f64) -> f64 {
     let (eights, rest) = x.as_chunks::<8>();
     let mut lanes = [0.0; 8];
@@ -83,7 +83,7 @@ mod tests {
         2.0 * ((12.9898 * i as f64 + seed).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
     }
 
-    /// Two signals of a motion, with noise.
+    /// Two signals of a motion, with added noise.
     fn signals(seed: f64) -> Vec<Vec<f64>> {
         let of =
             |k: usize, i: usize| (0.01 * (k + 1) as f64 * i as f64 + seed).sin() + 0.02 * chance(i, seed + k as f64);
@@ -94,7 +94,7 @@ mod tests {
     fn rows_of_a_second_source_are_counted() {
         let (speed, torque) = (signals(1.0), signals(2.0));
         assert_eq!(foreign_rows(Some(&speed), &torque), (0, false));
-        // Zeros, or another scale and an offset, in every second and in every third row.
+        // In every second or third row, the values are replaced by zeros, or by scaled values with an offset.
         for every in [2, 3] {
             for (scale, offset) in [(0.0, 0.0), (0.1, 3.0)] {
                 let mixed = |x: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {

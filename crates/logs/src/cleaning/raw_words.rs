@@ -1,8 +1,8 @@
-//! Register words that were read without their sign: two's complement, or a sign bit.
+//! Finds signals of register words that were read without their sign: two's complement, or a sign bit.
 //!
-//! A servo writes -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). Read as unsigned numbers,
-//! such a signal is never negative. Where it changes its sign it jumps by nearly the whole word; with the sign corrected it does
-//! not jump.
+//! A servo stores -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). If it is read as an
+//! unsigned number, the signal is never negative, and jumps by nearly the whole range of the word at each change of sign. The
+//! signal does not jump after its sign is corrected.
 
 use std::fmt;
 
@@ -10,47 +10,47 @@ use serde::Serialize;
 
 use crate::cleaning::turns::extremes;
 
-/// The sign representation of a word: a power of two, and the value of a count, in the unit of the series.
+/// How a register word represents the sign. `count`: value of one count, in the unit of the series.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RawWord {
     /// Negative numbers have 2^bits counts added to them.
     TwosComplement {
-        /// Bits of the word.
+        /// Number of bits of the word.
         bits: i32,
-        /// One count.
+        /// Value of one count.
         count: f64,
     },
     /// Negative numbers are stored as their magnitude plus 2^bit counts.
     SignBit {
-        /// The bit of the sign.
+        /// Number of the sign bit.
         bit: i32,
-        /// One count.
+        /// Value of one count.
         count: f64,
     },
 }
 
-/// Numbers of bits of register words.
+/// Possible numbers of bits of a register word.
 const WORD_BITS: std::ops::RangeInclusive<i32> = 7..=32;
 
-/// Least number of sign changes for a decision.
+/// Smallest number of sign changes for a decision.
 const MIN_SIGN_CHANGES: usize = 4;
-/// Least jump of the series at its sign changes, as a share of the word.
+/// Smallest median jump of the unsigned series at its sign changes, as a fraction of the word's range.
 const MIN_JUMP_BEFORE: f64 = 0.5;
-/// Greatest jump there after the sign is corrected, as a share of the word.
+/// Largest median jump at these samples after the sign is corrected, as a fraction of the word's range.
 const MAX_JUMP_AFTER: f64 = 0.1;
-/// Least number of distinct values on either side of zero: a valve that is open or closed has one on each.
+/// Smallest number of distinct values on each side of zero. It excludes a valve that is open or closed: one value per side.
 const MIN_DISTINCT_VALUES: usize = 8;
-/// Greatest distance of a value from a whole count, in counts.
+/// A value counts as a whole number of counts if it differs by at most this, in counts.
 const COUNT_ROUNDING: f64 = 1e-3;
-/// Least jump that may be a sign change, as a share of the largest value.
+/// Smallest jump that may be a sign change, as a fraction of the largest value.
 const MIN_JUMP_OF_LARGEST: f64 = 0.25;
 
 impl RawWord {
-    /// The word of a series; `None` where the series is signed, or not a word.
+    /// The word type of a series; `None` if the series has negative numbers, or is not made of register words.
     pub(crate) fn of(x: &[f64]) -> Option<RawWord> {
         let (low, high) = extremes(x);
-        // Only a signal without negative numbers can have an unread sign.
+        // A series with negative numbers was read with its sign, so only series without negative numbers are examined.
         if !(low >= 0.0 && high.is_finite())
             || x.windows(2).filter(|w| (w[1] - w[0]).abs() > MIN_JUMP_OF_LARGEST * high).count() < MIN_SIGN_CHANGES
         {
@@ -58,14 +58,14 @@ impl RawWord {
         }
         let count = count_of(x)?;
         let power = |bits: i32| count * 2f64.powi(bits);
-        // The smallest word that holds the largest number.
+        // Two's complement is tried first, with the smallest number of bits that can hold the largest value.
         let word = WORD_BITS.clone().find(|bits| power(*bits) > high + 0.5 * count);
         let word = word.map(|bits| RawWord::TwosComplement { bits, count });
         let bits = WORD_BITS.rev().filter(|bit| power(*bit) <= high).map(|bit| RawWord::SignBit { bit, count });
         word.into_iter().chain(bits).find(|word| word.explains(x))
     }
 
-    /// The signed number that a word represents.
+    /// The signed number for a number x of the series.
     pub fn signed(self, x: f64) -> f64 {
         let size = self.size();
         match self {
@@ -75,13 +75,13 @@ impl RawWord {
         }
     }
 
-    /// The word, or its sign bit, in the unit of the series.
+    /// The range of the word (two's complement), or the value of its sign bit, in the unit of the series.
     fn size(self) -> f64 {
         let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = self;
         count * 2f64.powi(bits)
     }
 
-    /// Whether the jumps of a series are sign changes of this word.
+    /// Whether the jumps of a series are changes of sign with this word type.
     fn explains(self, x: &[f64]) -> bool {
         let size = self.size();
         let changes = x.windows(2).filter(|w| (self.signed(w[0]) < 0.0) != (self.signed(w[1]) < 0.0));
@@ -108,7 +108,8 @@ impl RawWord {
     }
 }
 
-/// The count of which all numbers of a series are multiples: the smallest difference of two of them; `None` if there is none.
+/// The value of one count: all numbers of the series are multiples of it, and it is the smallest difference of two numbers.
+/// `None` if there is no such value.
 fn count_of(x: &[f64]) -> Option<f64> {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -119,11 +120,11 @@ fn count_of(x: &[f64]) -> Option<f64> {
 }
 
 impl fmt::Display for RawWord {
-    /// The correction, in counts: the numbers of the file may be in another unit.
+    /// Writes the correction in counts, because the numbers of the file may be in another unit.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = *self;
         let whole = 2f64.powi(bits);
-        // Where a count is one, the numbers are counts.
+        // If one count has the value one, the numbers of the file are counts.
         let counts = if count == 1.0 { "" } else { " counts" };
         match self {
             RawWord::TwosComplement { .. } => {
@@ -152,7 +153,7 @@ fn significant(x: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Counts of a current that changes its sign.
+    /// A motor current in counts that changes its sign.
     fn counts() -> Vec<f64> {
         (0..2000).map(|i| 0.01 * f64::from(i)).map(|t| (300.0 * t.sin() + 90.0 * (3.1 * t).cos()).round()).collect()
     }
@@ -167,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_word_without_its_sign_is_found_and_undone() {
-        // A count of one, and one of 2.69 mA in A.
+        // One count is 1, or 2.69 mA in A.
         for scale in [1.0, 2.69e-3] {
             for (read, said) in [(complement as fn(f64) -> f64, "two's complement"), (sign_bit, "that bit is the sign")]
             {

@@ -1,45 +1,45 @@
-//! The time between new values: a signal of 125 Hz in a log of 500 Hz has each value in four rows.
+//! Determines the time between new values of a signal: in a log of 500 Hz, a signal of 125 Hz has each value in four rows.
 //!
-//! The rows between two changes of a group of signals are a run. Where nearly all runs have one length, that length is the time
-//! between new values. Rest gives a single long run. A coarse encoder gives runs of all lengths, or steps of one count each; in
-//! both cases the signal is not slower than the log.
+//! The rows between two changes of a group of signals are a run. If nearly all runs have the same length, this length is the
+//! time between new values. Rest is a single long run. A coarse encoder gives runs of all lengths, or steps of one count; then
+//! the signal is not slower than the log.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// Time between new values of the signals of a log, s. The step of the clock where every row is new; zero where it cannot be
-/// determined.
+/// Time between new values of the signals of a log, s. It equals the period of the clock if every row is new. It is zero if it
+/// could not be determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Refresh {
-    /// Time between new positions, velocities and accelerations.
+    /// Time between new positions, velocities and accelerations, s.
     pub motion: f64,
-    /// Time between new torques or currents.
+    /// Time between new torques or currents, s.
     pub effort: f64,
 }
 
-/// Least number of changes for a decision.
+/// Smallest number of runs for a decision.
 const MIN_RUNS: usize = 20;
 
-/// Least share of the runs with the usual length. Runs that end by chance reach a third.
+/// Smallest share of runs with the usual length. If runs end by chance, the share is at most a third.
 const STEADY_SHARE: f64 = 0.8;
 
-/// Least ratio of the median step of a series to its smallest; below it the steps are counts of an encoder.
+/// Smallest ratio of the median step of a series to its smallest step. With a smaller ratio, the steps are encoder counts.
 const MIN_STEP_RATIO: f64 = 4.0;
 
-/// Relative difference below which two times are equal.
+/// Two times count as equal if their relative difference is below this.
 const SAME_TIME: f64 = 0.1;
 
-/// Ratio of the time between new values to the period of the rows above which values are less frequent than rows.
+/// A signal is slower than the log if its time between new values exceeds this multiple of the log's period.
 const MIN_SLOW_RATIO: f64 = 1.5;
 
 impl Refresh {
-    /// From the signals of a log with `period` s between its rows.
+    /// The times of the signals `motion` and `effort` of a log. `period`: time between rows, s.
     pub(crate) fn of(motion: &[&[f64]], effort: &[&[f64]], period: f64) -> Refresh {
         Refresh { motion: between_changes(motion, period), effort: between_changes(effort, period) }
     }
 
-    /// Combines it with the times of the next block of the same log.
+    /// Combines these times with the times of the next block of the same log.
     pub(crate) fn append(&mut self, next: &Refresh) {
         let join = |a: f64, b: f64| match (a, b) {
             (0.0, x) | (x, 0.0) => x,
@@ -49,17 +49,17 @@ impl Refresh {
         *self = Refresh { motion: join(self.motion, next.motion), effort: join(self.effort, next.effort) };
     }
 
-    /// The time between new positions, s, where it exceeds the period of the rows, `period` s.
+    /// The time between new positions, s; `None` if every row has a new one. `period`: time between rows, s.
     pub fn seldom_motion(&self, period: f64) -> Option<f64> {
         Some(self.motion).filter(|time| *time > MIN_SLOW_RATIO * period)
     }
 
-    /// The time between new efforts, s, where it exceeds the period of the rows, `period` s.
+    /// The time between new efforts, s; `None` if every row has a new one. `period`: time between rows, s.
     pub fn seldom_effort(&self, period: f64) -> Option<f64> {
         Some(self.effort).filter(|time| *time > MIN_SLOW_RATIO * period)
     }
 
-    /// The sentence of the report; `None` where every row is new.
+    /// The sentence of the report on slow signals; `None` if every row is new.
     pub(crate) fn sentence(&self, period: f64) -> Option<String> {
         let rate = |time: f64| format!("{:.4} times a second", Hertz(1.0 / time));
         match (self.seldom_motion(period), self.seldom_effort(period)) {
@@ -89,7 +89,7 @@ impl fmt::Display for Hertz {
     }
 }
 
-/// The time between changes of a group of series, s.
+/// The time between changes of a group of series, s; zero if there are too few changes.
 fn between_changes(group: &[&[f64]], period: f64) -> f64 {
     let rows = group.first().map_or(0, |x| x.len());
     let changes: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
@@ -100,7 +100,7 @@ fn between_changes(group: &[&[f64]], period: f64) -> f64 {
     let mut sorted = runs.clone();
     let middle = sorted.len() / 2;
     let usual = *sorted.select_nth_unstable(middle).1;
-    // Where the clocks of signal and log differ, a run of two may be followed by a run of three.
+    // If the signal has another clock than the log, the length of its runs alternates, for example between two and three rows.
     let near = if usual == 2 { 2..=3 } else { usual - (usual / 4).max(1).min(usual - 1)..=usual + (usual / 4).max(1) };
     let steady: Vec<usize> = runs.iter().copied().filter(|run| near.contains(run)).collect();
     if usual < 2 || (steady.len() as f64) < STEADY_SHARE * runs.len() as f64 || !is_finer_than_counts(group, &changes) {
@@ -109,7 +109,7 @@ fn between_changes(group: &[&[f64]], period: f64) -> f64 {
     period * steady.iter().sum::<usize>() as f64 / steady.len() as f64
 }
 
-/// Whether some series of a group changes by more than single counts where the group changes.
+/// Whether some series of the group changes by more than single encoder counts.
 fn is_finer_than_counts(group: &[&[f64]], changes: &[usize]) -> bool {
     group.iter().any(|x| {
         let mut steps: Vec<f64> = changes.iter().map(|&r| (x[r] - x[r - 1]).abs()).filter(|s| *s > 0.0).collect();
@@ -123,12 +123,12 @@ fn is_finer_than_counts(group: &[&[f64]], changes: &[usize]) -> bool {
 mod tests {
     use super::*;
 
-    /// Numbers between -1 and 1 without correlation.
+    /// Pseudo-random numbers between -1 and 1.
     fn chance(i: usize, seed: f64) -> f64 {
         2.0 * ((12.9898 * i as f64 + seed).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
     }
 
-    /// A signal with a new value every `held` rows.
+    /// A signal that gets a new value every `held` rows.
     fn held(rows: usize, held: usize, seed: f64) -> Vec<f64> {
         (0..rows).map(|r| r - r % held).map(|r| (0.003 * r as f64).sin() + 1e-3 * chance(r, seed)).collect()
     }
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(said, "new positions come 125 times a second, new torques 20 times a second: those are their rates");
         let both = of(&held(4000, 4, 1.0), &held(4000, 4, 2.0)).sentence(2e-3).unwrap();
         assert_eq!(both, "new values come 125 times a second: that is the rate of this log");
-        // At rest nothing changes; the changes before and after determine the time.
+        // During rest no value changes. The changes before and after the rest determine the time.
         let mut rested = held(4000, 4, 3.0);
         let at = rested[1999];
         rested[2000..3000].fill(at);

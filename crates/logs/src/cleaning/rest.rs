@@ -1,8 +1,8 @@
-//! The duration of rest in a log.
+//! Finds how long the robot is at rest in a log.
 
-/// Greatest speed of a joint at rest, rad/s, over [`REST_SPAN_S`].
+/// Largest speed of a joint at rest, rad/s, averaged over [`REST_SPAN_S`].
 const REST_SPEED_RAD_S: f64 = 1e-3;
-/// Time over which the speed at rest is averaged, s.
+/// Time over which the speed is averaged, s.
 const REST_SPAN_S: f64 = 0.05;
 
 /// Durations of rest, s.
@@ -17,7 +17,8 @@ pub struct RestTimes {
 }
 
 impl RestTimes {
-    /// Evaluated in spans of [`REST_SPAN_S`]. The remainder after the last span counts as its continuation.
+    /// Evaluates the positions `q` at the times `t`, s, in intervals of [`REST_SPAN_S`]. Samples after the last whole interval
+    /// count as rest if this interval is at rest.
     pub(crate) fn of(t: &[f64], q: &[Vec<f64>]) -> RestTimes {
         let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
         for r in 1..t.len() {
@@ -42,19 +43,19 @@ impl RestTimes {
         match before {
             Some(before) => RestTimes { before, after, total },
             None if total > 0.0 => RestTimes { before: all, after: all, total: all },
-            // Shorter than a span: not determined.
+            // The log is shorter than one interval, so rest is not determined.
             None => RestTimes::default(),
         }
     }
 
-    /// Whether a log of this duration, s, is at rest throughout.
+    /// Whether the whole log is at rest. `duration`: its length, s.
     fn is_throughout(&self, duration: f64) -> bool {
         self.total > 0.0 && self.before >= duration
     }
 
-    /// Adds the rest of the next block of the same file, which starts `step` s after the end of this one; durations in s.
+    /// Adds the rest of the next block of the same file. The block starts `step` s after the end of this one. Durations in s.
     pub(crate) fn append(&mut self, duration: f64, next: &RestTimes, next_duration: f64, step: f64) {
-        // If the joints are at rest on both sides of the seam, they are at rest across it.
+        // If the joints are at rest at the end of one block and at the start of the next, they are at rest between the blocks.
         let seam = if self.after > 0.0 && next.before > 0.0 { step } else { 0.0 };
         if self.is_throughout(duration) {
             self.before += seam + next.before;
@@ -63,7 +64,7 @@ impl RestTimes {
         self.total += seam + next.total;
     }
 
-    /// The sentence for a log of this duration, s; `None` where it never rests.
+    /// The sentence of the report on rest, for a log of this duration, s; `None` if the robot is never at rest.
     pub(crate) fn sentence(&self, duration: f64) -> Option<String> {
         if self.is_throughout(duration) {
             return Some("at rest throughout".into());

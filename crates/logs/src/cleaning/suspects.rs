@@ -1,5 +1,5 @@
-//! Finds signals that no robot can produce: jumps, torques that were not measured, words read without their sign, rows of a
-//! second source.
+//! Finds signals that no robot can produce: jumps of positions, torques that were not measured, words read without their sign,
+//! rows of a second source.
 
 use std::fmt;
 
@@ -9,35 +9,35 @@ use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::{extremes, may_be_wrapped, unwrap_angle};
 use crate::cleaning::undriven::NoTorqueReason;
 
-/// Findings in the signals of one coordinate.
+/// Suspicious findings in the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Suspect {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Jumps of the position, without jumps by a turn.
+    /// Number of jumps of the position, without jumps by a full turn.
     pub jumps: usize,
-    /// The reason why it has no torque; `None`: it has one.
+    /// The reason why the coordinate has no torque; `None` if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undriven: Option<NoTorqueReason>,
-    /// The torque or current of every row, where it is constant.
+    /// The value of the torque or current if it is equal in all rows; otherwise `None`.
     pub constant: Option<f64>,
-    /// Share of the rows with the torque at its limits, where that share is significant.
+    /// Share of the rows in which the torque is at its largest or smallest value; `None` if the share is not significant.
     pub saturated: Option<f64>,
-    /// The word of the torques, where they were read without their sign.
+    /// The word type of the torques if they were read without their sign; otherwise `None`.
     pub raw_effort: Option<RawWord>,
-    /// The word of the velocities, where they were read without their sign.
+    /// The word type of the velocities if they were read without their sign; otherwise `None`.
     pub raw_velocity: Option<RawWord>,
-    /// Rows of another source between the rows of this one.
+    /// Number of rows from a second source.
     pub foreign_rows: usize,
-    /// Whether the torques of those rows are zero.
+    /// Whether the torques in the rows of the second source are all zero.
     pub foreign_are_zero: bool,
-    /// Smallest and largest position, as logged, rad (m).
+    /// Smallest and largest position in the log, rad (m).
     #[serde(skip)]
     pub(crate) logged: Option<(f64, f64)>,
 }
 
 impl Suspect {
-    /// Examines the samples of one coordinate, and removes the jumps by a turn from its position. Also returns their number.
+    /// Examines the samples of one coordinate. Removes jumps by a full turn from its position, and also returns their number.
     pub(crate) fn of(
         coordinate: &str,
         t: &[f64],
@@ -47,7 +47,7 @@ impl Suspect {
     ) -> (Suspect, usize) {
         let logged = Some(extremes(q)).filter(|_| !q.is_empty());
         let wrapped = unwrap_angle(q);
-        // Adding zero turns -0 into 0.
+        // Adding zero converts -0 to 0.
         let constant = effort.first().filter(|first| effort.iter().all(|x| x == *first)).map(|x| x + 0.0);
         let suspect = Suspect {
             coordinate: coordinate.into(),
@@ -62,7 +62,7 @@ impl Suspect {
         (suspect, wrapped)
     }
 
-    /// Removes the findings on a torque, where there is none.
+    /// Removes the findings on the torque if the coordinate has no torque.
     pub(crate) fn undriven(self, undriven: Option<NoTorqueReason>) -> Suspect {
         match undriven {
             None => self,
@@ -70,7 +70,7 @@ impl Suspect {
         }
     }
 
-    /// Whether the position may have been logged within one turn.
+    /// Whether the range of the positions is so small that they may have been logged within one turn.
     pub(crate) fn may_be_wrapped(&self) -> bool {
         self.logged.is_some_and(may_be_wrapped)
     }
@@ -128,14 +128,14 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// Least ratio of a jump's speed to the speed of all but the fastest hundredth of the steps.
+/// Smallest ratio of the speed of a jump to a high usual speed: 99 % of the steps are at most as fast as this usual speed.
 const JUMP_SPEED_RATIO: f64 = 20.0;
 /// Least speed of a jump, rad/s.
 const SMALLEST_JUMP_SPEED_RAD_S: f64 = 1.0;
-/// Least number of steps for the detection of jumps; a hundredth of the steps may be jumps.
+/// Smallest number of steps for which jumps are counted. At most 1 % of the steps can be counted as jumps.
 const MIN_STEPS_FOR_JUMPS: usize = 100;
 
-/// The number of jumps in the steps of a position: a spike, or poses logged without the path between them.
+/// The number of jumps in a position: spikes, or poses that were logged without the motion between them.
 fn jumps(t: &[f64], q: &[f64]) -> usize {
     let rate = |i: usize| (q[i + 1] - q[i]).abs() / (t[i + 1] - t[i]);
     let mut rates: Vec<f64> = (0..t.len().saturating_sub(1)).map(rate).collect();
@@ -143,22 +143,23 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
         return 0;
     }
     let fastest = rates.iter().copied().fold(0.0, f64::max);
-    // In most logs more than a hundredth of the steps is nearly as fast as the fastest; sorting is then not needed.
+    // In most logs, more than 1 % of the steps are nearly as fast as the fastest. Then there are no jumps, and sorting is not
+    // needed.
     if rates.iter().filter(|rate| **rate > fastest / JUMP_SPEED_RATIO).count() > rates.len() / 100 {
         return 0;
     }
-    // In a log of poses at rest nearly every moving step is a jump, so all of the fastest hundredth of the steps may be jumps.
+    // In a log of poses at rest, nearly every step with a motion is a jump, so all of the fastest 1 % of the steps may be jumps.
     let at = rates.len() - 1 - rates.len() / 100;
     let usual = *rates.select_nth_unstable_by(at, f64::total_cmp).1;
     let limit = (JUMP_SPEED_RATIO * usual).max(SMALLEST_JUMP_SPEED_RAD_S);
     rates.iter().filter(|rate| **rate > limit).count()
 }
 
-/// The share of the samples at which a torque is at its largest or smallest value, where that share is significant.
+/// Share of the samples in which a torque has its largest or smallest value. `None` if the share is not significant.
 fn saturated(effort: &[f64]) -> Option<f64> {
     let (low, high) = extremes(effort);
     let at = |value: f64| effort.iter().filter(|x| **x == value).count();
-    // A quantised torque repeats each of its values, and the values at its turning points more often.
+    // A quantised torque repeats each value, and most often the values at its turning points. These are not counted.
     let above = effort.iter().copied().filter(|x| *x > low).fold(f64::INFINITY, f64::min);
     let below = effort.iter().copied().filter(|x| *x < high).fold(f64::NEG_INFINITY, f64::max);
     let held = |bound: f64, next: f64| at(bound).saturating_sub(TURNING_POINT_RATIO * at(next));
@@ -166,11 +167,11 @@ fn saturated(effort: &[f64]) -> Option<f64> {
     (low < high && share > SATURATED_SAMPLES_SHARE).then_some(share)
 }
 
-/// Greatest ratio of the samples at the last value of a turning point to the samples at the value before. A parabola that ends
-/// halfway between two values has the ratio 1 / (sqrt 2 - 1) = 2.4.
+/// At a turning point of a quantised signal: largest ratio of the number of samples at the last value to the number at the
+/// value before. A parabola that ends halfway between two values has the ratio 1 / (sqrt 2 - 1) = 2.4.
 const TURNING_POINT_RATIO: usize = 3;
 
-/// Share of the samples at the limits above which it is significant.
+/// Smallest share of samples at the limits that is significant.
 const SATURATED_SAMPLES_SHARE: f64 = 0.01;
 
 #[cfg(test)]
@@ -191,10 +192,10 @@ mod tests {
         let torque: Vec<f64> = (0..1000).map(|i| (0.02 * f64::from(i)).sin()).collect();
         assert_eq!(saturated(&torque), None);
         let clipped: Vec<f64> = torque.iter().map(|x| x.clamp(-0.8, 0.8)).collect();
-        // 2/pi acos 0.8 of the samples of a sine are beyond 0.8.
+        // A sine exceeds 0.8 in magnitude in 2/pi acos 0.8 = 41 % of the samples.
         assert!((saturated(&clipped).unwrap() - 0.41).abs() < 0.02);
         assert_eq!(saturated(&[0.0; 50]), None);
-        // Quantised values repeat, the extremes most often; clipped values are still found.
+        // Quantised values repeat, most often at the extremes, and are accepted. Clipped values are still found.
         for step in [0.3, 0.11, 0.05] {
             let coarse = |x: &f64| (x / step).round() * step;
             assert_eq!(saturated(&torque.iter().map(coarse).collect::<Vec<f64>>()), None, "{step}");

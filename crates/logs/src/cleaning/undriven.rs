@@ -1,4 +1,4 @@
-//! Coordinates without a torque.
+//! The reasons why a coordinate has no torque in a log.
 
 use serde::Serialize;
 
@@ -6,8 +6,8 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NoTorqueReason {
-    /// Moved from outside: its torque is unknown, and gives no rows.
+    /// The coordinate is moved from outside: its torque is unknown, so it gives no regression rows.
     Prescribed,
-    /// Nothing drives it: its torque is zero, and that is measured.
+    /// The coordinate has no drive: its torque is known to be zero.
     Free,
 }

@@ -1,12 +1,12 @@
-//! Clocks of two columns: whole seconds, and the fractions of a second in another column.
+//! Finds clocks in two columns: whole seconds in one column, and fractions of a second in another.
 //!
-//! `sec` and `nanosec`, `time_stamp_sec` and `time_stamp_nano_sec`, `header.stamp.sec` and `header.stamp.nanosec`.
+//! Examples: `sec` and `nanosec`, `time_stamp_sec` and `time_stamp_nano_sec`, `header.stamp.sec` and `header.stamp.nanosec`.
 
 use crate::table::Table;
 
-/// Names of whole seconds at the end of a header.
+/// Words for whole seconds at the end of a header.
 const SECONDS: [&str; 3] = ["seconds", "secs", "sec"];
-/// Names of fractions at the same place, with their unit in s.
+/// Words for fractions of a second at the end of a header, each with the unit and its value in s.
 const FRACTIONS: [(&str, &str, f64); 8] = [
     ("nanoseconds", "ns", 1e-9),
     ("nanosecs", "ns", 1e-9),
@@ -21,7 +21,7 @@ const FRACTIONS: [(&str, &str, f64); 8] = [
 /// A column of fractions of a second: its index, the name of its unit, and its unit in s.
 pub(crate) type Fraction = (usize, &'static str, f64);
 
-/// Columns of whole seconds, each with the column of its fractions.
+/// The columns of whole seconds, each with the column of its fractions.
 pub(crate) fn pairs(table: &Table) -> Vec<(usize, Fraction)> {
     let lower: Vec<String> = table.header.iter().map(|h| h.to_lowercase()).collect();
     let all = |column: usize, holds: &dyn Fn(f64) -> bool| {
@@ -37,7 +37,7 @@ pub(crate) fn pairs(table: &Table) -> Vec<(usize, Fraction)> {
     let pair = |(column, header): (usize, &String)| {
         let before = SECONDS.iter().find_map(|name| header.strip_suffix(name).filter(|before| is_end(before)))?;
         let fraction = fraction(before)?;
-        // Excludes seconds with decimals next to the same time in nanoseconds.
+        // Excludes two columns with the same time, one in seconds with decimals and one in nanoseconds.
         let are_parts =
             all(column, &|x| x.fract() == 0.0) && all(fraction.0, &|x| (0.0..1.0).contains(&(x * fraction.2)));
         are_parts.then_some((column, fraction))
@@ -63,7 +63,7 @@ mod tests {
         for (header, numbers) in [
             ("a_sec b_nanosec", [1.0, 5e8]),
             ("t q", [1.0, 1.0]),
-            // The same time in two columns.
+            // Both columns contain the same time, so they are no pair.
             ("t_sec t_nanosec", [1.5, 1.5e9]),
             ("t_sec t_nanosec", [1.0, 1e9]),
         ] {

@@ -1,4 +1,4 @@
-//! Finds the columns of a quantity, by the meanings of their headers or by names from the user.
+//! Finds the columns of a quantity, by the meaning of their headers or by names that the user gives.
 
 use Quantity::{Position, Time};
 use gate::suggestion::did_you_mean;
@@ -19,14 +19,14 @@ pub(crate) struct Finder<'a> {
     coordinates: &'a [String],
     readings: Vec<Reading>,
     names: &'a ColumnNames,
-    /// Assumptions that were made.
+    /// Notes on assumptions about the columns.
     pub notes: Vec<String>,
 }
 
 impl<'a> Finder<'a> {
     /// Reads the headers of a table.
     ///
-    /// Fails where a header may denote two quantities, and where the joints are in the table several times.
+    /// Fails if a header can mean two quantities, or if the table contains the joints of several robots.
     pub(crate) fn new(
         table: &'a Table,
         coordinates: &'a [String],
@@ -70,7 +70,7 @@ impl<'a> Finder<'a> {
         ))
     }
 
-    /// The clock: one column, or the column of the seconds where the nanoseconds are in another.
+    /// The clock column. If the clock has two columns, the column of the whole seconds. Fails if there is none.
     pub(crate) fn clock(&self) -> Result<ColumnSource, Error> {
         let time = self.clock_if_any()?;
         match time.header == NO_COLUMN {
@@ -89,7 +89,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The clock, or [`NO_COLUMN`] where there is none.
+    /// The clock column, or a substitute with the header [`NO_COLUMN`] if there is no clock.
     pub(crate) fn clock_if_any(&self) -> Result<ColumnSource, Error> {
         if let Some(time) = self.group(Time, 1)?.and_then(|mut group| group.pop()) {
             return Ok(time);
@@ -100,12 +100,12 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Stands for the clock of a file that has none.
+    /// The substitute for the clock column of a file without a clock.
     pub(crate) fn without_clock(&self) -> ColumnSource {
         ColumnSource { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }
     }
 
-    /// The column of the fractions of a second that belongs to a column of seconds.
+    /// The column with the fractions of a second for a column of whole seconds; `None` if there is none.
     pub(crate) fn fraction_of(&self, time: &ColumnSource) -> Option<ColumnSource> {
         let pairs = clocks::pairs(self.table);
         let (_, (column, unit, factor)) = pairs.into_iter().find(|(seconds, _)| *seconds == time.column)?;
@@ -113,7 +113,8 @@ impl<'a> Finder<'a> {
         (time.unit == "s").then(|| ColumnSource { column, header, unit: unit.into(), factor, word: None })
     }
 
-    /// The column of the episode number, by the given name or the name in common data sets.
+    /// The column with the episode number: the column that the user names, or a column with the usual name. `None` if there is
+    /// none.
     pub(crate) fn episode(&self, given: Option<&str>) -> Result<Option<ColumnSource>, Error> {
         let header = &self.table.header;
         let column = match given {
@@ -127,13 +128,13 @@ impl<'a> Finder<'a> {
         Ok(column.map(|column| ColumnSource { column, header: header[column].clone(), unit, factor: 1.0, word: None }))
     }
 
-    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: there are none.
+    /// The columns of a quantity, found by their headers, in the order of the coordinates. `None` if there are none.
     pub(crate) fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<ColumnSource>>, Error> {
         let all = self.group_of(quantity, &vec![true; n])?;
         Ok(all.map(|all| all.into_iter().flatten().collect()))
     }
 
-    /// The columns of torques or currents; `None` for a coordinate without a torque.
+    /// The columns of the torques or currents. The entry of a coordinate without a torque is `None`.
     pub(crate) fn efforts(
         &self,
         quantity: Quantity,
@@ -149,14 +150,14 @@ impl<'a> Finder<'a> {
         Ok(found.map(|all| all.into_iter().zip(&needed).map(without).collect()))
     }
 
-    /// The columns of a quantity by its stems, where only some are `needed`.
+    /// The columns of a quantity, found by their headers. A coordinate must have a column only if its entry in `needed` is true.
     fn group_of(&self, quantity: Quantity, needed: &[bool]) -> Result<Option<Vec<Option<ColumnSource>>>, Error> {
         let n = needed.len();
         let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
         if group.is_empty() {
             return Ok(None);
         }
-        // Joints are numbered from 0 where one of them has the number 0, else from 1.
+        // If one joint has the number 0, the joints are numbered from 0; otherwise from 1.
         let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
         let mut places: Vec<Option<&Reading>> = vec![None; n];
         for reading in group {
@@ -165,7 +166,7 @@ impl<'a> Finder<'a> {
                 Designator::Coordinate(k) => k,
                 Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
             };
-            // A number beyond the joints is another device, such as a gripper: ignored.
+            // A number beyond the number of joints belongs to another device, such as a gripper, and is ignored.
             let Some(slot) = places.get_mut(place) else { continue };
             if let Some(other) = slot {
                 let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
@@ -179,7 +180,7 @@ impl<'a> Finder<'a> {
             }
             *slot = Some(reading);
         }
-        // A quantity that only some of the joints have is refused.
+        // Fails if some of the needed joints have no column of this quantity.
         let missing: Vec<usize> = (0..n).filter(|&k| needed[k] && places[k].is_none()).collect();
         if !missing.is_empty() {
             return Err(self.error(self.of_some_joints(quantity, &missing)));
@@ -188,7 +189,7 @@ impl<'a> Finder<'a> {
         places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
     }
 
-    /// The message for joints without a quantity that others have: one line for all of them.
+    /// The message if some joints have no column of a quantity: one line for all of them.
     fn of_some_joints(&self, quantity: Quantity, joints: &[usize]) -> String {
         let name = |k: &usize| self.coordinates.get(*k).map_or("", String::as_str);
         let names: Vec<&str> = joints.iter().map(name).collect();
@@ -215,7 +216,7 @@ impl<'a> Finder<'a> {
         )
     }
 
-    /// A column in the unit from the user, or in the unit of its header.
+    /// A column with its unit: the unit that the user gives, otherwise the unit in the header.
     fn source(&self, quantity: Quantity, column: usize, of_header: (&str, f64)) -> Result<ColumnSource, Error> {
         let header = self.table.header[column].clone();
         let given = self.names.units.of(quantity).map(|text| given_unit(quantity, text));
@@ -226,7 +227,7 @@ impl<'a> Finder<'a> {
         Ok(ColumnSource { column, header, unit, factor, word })
     }
 
-    /// Where no position is found, tries the names of the coordinates with a prefix of the table, or without their common prefix.
+    /// If no positions are found, tries other names of the joints: with a prefix of the table, or without their common prefix.
     fn look_behind_prefixes(&mut self) -> Result<(), Error> {
         let has_positions = |readings: &[Reading]| readings.iter().any(|r| r.quantity == Position);
         if self.names.position.is_some() || has_positions(&self.readings) || self.coordinates.is_empty() {
@@ -243,7 +244,7 @@ impl<'a> Finder<'a> {
             })
             .collect();
         let mut found = found;
-        // Several matching prefixes are several robots: the user must choose.
+        // If several prefixes match, the table contains several robots, and the user must choose one.
         match found.len() {
             0 => Ok(()),
             1 => {
@@ -268,7 +269,7 @@ impl<'a> Finder<'a> {
         Ok(all.into_iter().flatten().collect())
     }
 
-    /// The columns by the names that the user gives, where only some are `needed`.
+    /// The columns with the names that the user gives. A coordinate must have a column only if its entry in `needed` is true.
     fn given_of(
         &self,
         quantity: Quantity,
@@ -287,7 +288,8 @@ impl<'a> Finder<'a> {
                 let numberings: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
                 let is_there = |(name, needed): (&String, &bool)| !needed || self.column(name).is_some();
                 let are_there = |way: &&Vec<String>| way.iter().zip(needed).all(is_there);
-                // A file with a number 0 counts from it, also where it has more numbers than joints.
+                // If a file has a column with the number 0, its numbers start at 0, even if it has more numbers than there are
+                // joints.
                 let order = if self.column(&p.replace("{}", "0")).is_some() { [1, 0, 2] } else { [0, 1, 2] };
                 order.iter().map(|k| &numberings[*k]).find(are_there).unwrap_or(&numberings[0]).clone()
             }
@@ -312,7 +314,7 @@ impl<'a> Finder<'a> {
         names.iter().zip(needed).map(source).collect()
     }
 
-    /// The column of a header; a trailing unit in brackets may be omitted.
+    /// Index of the column with this header. A unit in brackets at the end of the header may be omitted.
     fn column(&self, name: &str) -> Option<usize> {
         let bracketed = |header: &str| {
             let rest = header.strip_prefix(name)?.trim_start_matches(['_', ' ']);
@@ -322,7 +324,7 @@ impl<'a> Finder<'a> {
         header.iter().position(|h| h == name).or_else(|| header.iter().position(|h| bracketed(h).is_some()))
     }
 
-    /// The column of a name; a leading `-` changes the sign of its numbers.
+    /// The column with this name. A `-` before the name means that the sign of its numbers is changed.
     pub(crate) fn named(&self, quantity: Quantity, name: &str) -> Result<ColumnSource, Error> {
         if let Some(name) = name.strip_prefix('-').filter(|_| self.column(name).is_none()) {
             let source = self.named(quantity, name)?;
@@ -344,7 +346,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Greatest number of characters of a list in a message.
+/// Largest number of characters of a list in a message.
 const MAX_LISTED_CHARACTERS: usize = 300;
 fn clipped(text: &str) -> String {
     let has_room = text.chars().count() <= MAX_LISTED_CHARACTERS;

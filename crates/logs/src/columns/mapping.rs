@@ -1,7 +1,7 @@
-//! The mapping from the columns of a table to quantities, joints and units.
+//! Maps the columns of a table to quantities, joints and units.
 //!
-//! Columns are found by the meanings of their headers (`header`), or the user names them. Two columns for one quantity of one
-//! joint are refused: none is chosen. The mapping is a value that can be printed.
+//! Columns are found by the meaning of their headers (`header`), or the user names them. If two columns match one quantity of
+//! one joint, the table is refused. The mapping can be printed.
 
 use std::fmt;
 
@@ -16,50 +16,50 @@ use crate::columns::source::{ColumnSource, NO_COLUMN};
 use crate::columns::words::{Quantity, of_sliding, written};
 use crate::table::Table;
 
-/// The columns that a table must have in addition to positions.
+/// Which signals a table must have in addition to positions.
 #[derive(Clone, Copy)]
 struct Needed {
     time: bool,
     efforts: bool,
 }
 
-/// The mapping from a table to the quantities of a robot; printing it lists every choice made.
+/// The mapping from columns of a table to signals of a robot. Its printed form lists every choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
-    /// Names, in the order of the series.
+    /// Names of the coordinates, in the order of the series.
     pub coordinates: Vec<String>,
     /// The column of the clock.
     pub time: ColumnSource,
-    /// Rows per second, Hz, where the user gives them in place of a clock.
+    /// Rows per second, Hz, if the user gives them instead of a clock column.
     pub rate: Option<f64>,
-    /// The column that is added to it: the nanoseconds of a clock of two columns.
+    /// The column that is added to `time`: the fractions of a second of a clock in two columns.
     pub time_fraction: Option<ColumnSource>,
-    /// The column of the episode number, where a file has several episodes.
+    /// The column with the episode number; `None` if the file has none.
     pub episode: Option<ColumnSource>,
     /// Positions, one column per coordinate.
     pub position: Vec<ColumnSource>,
-    /// Velocities, one column per coordinate, where the file has them.
+    /// Velocities, one column per coordinate; `None` if the file has none.
     pub velocity: Option<Vec<ColumnSource>>,
-    /// Accelerations, one column per coordinate, where the file has them.
+    /// Accelerations, one column per coordinate; `None` if the file has none.
     pub acceleration: Option<Vec<ColumnSource>>,
-    /// Torques, or currents where there are no torques, or the goals of position servos. For a coordinate without one it is zero
-    /// times its position.
+    /// Torques; or currents if there are no torques; or goals of position servos. One column per coordinate. A coordinate without
+    /// a torque has its position column with the factor zero.
     pub effort: Vec<ColumnSource>,
-    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has one.
     pub undriven: Vec<Option<NoTorqueReason>>,
-    /// Torque, current or goal.
+    /// The quantity in the effort columns: torque, current or goal.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,
-    /// Remarks of the reader of the file (`Table::notes`).
+    /// Notes from reading the file (`Table::notes`).
     pub notes: Vec<String>,
 }
 
 impl Columns {
-    /// Interprets the columns of the sliding coordinates (`slides`, by index) as lengths and forces, in m and N where the headers
-    /// name no unit.
+    /// Changes the units for sliding (prismatic) coordinates: lengths in m and forces in N if the headers have no unit. `slides`:
+    /// for each coordinate, whether it slides.
     ///
-    /// Fails where a header names deg, rpm or N m with a factor, because these are no units of a length or force.
+    /// Fails if a header has deg, rpm, or N m with a factor, because these are no units of a length or a force.
     pub fn with_sliding(mut self, slides: &[bool]) -> Result<Columns, Error> {
         let groups =
             [Some(&mut self.position), self.velocity.as_mut(), self.acceleration.as_mut(), Some(&mut self.effort)];
@@ -79,26 +79,26 @@ impl Columns {
         Ok(self)
     }
 
-    /// Finds the columns of a robot's coordinates in a table.
+    /// Finds the columns for the coordinates of a robot in a table.
     ///
     /// Fails when time, a position or an effort is missing, or when two columns are found for one quantity.
     pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         Columns::found(table, coordinates, names, Needed { time: true, efforts: true })
     }
 
-    /// Finds the columns of postures, which need no clock.
+    /// Finds the columns of a log of postures, which needs no clock.
     ///
     /// Fails when a position or an effort is missing, or when two columns are found for one quantity.
     pub(crate) fn of_postures(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         Columns::found(table, coordinates, names, Needed { time: false, efforts: true })
     }
 
-    /// The column of the clock; `None` where there is none.
+    /// The clock column; `None` if there is none.
     pub(crate) fn clock(&self) -> Option<&ColumnSource> {
         (self.time.header != NO_COLUMN).then_some(&self.time)
     }
 
-    /// Finds the columns of a planned motion: efforts are optional.
+    /// Finds the columns of a planned motion, in which efforts are optional.
     ///
     /// Fails when time or a position is missing, or when two columns are found for one quantity.
     pub fn of_motion(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
@@ -117,10 +117,10 @@ impl Columns {
         };
         let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
         if time.header == NO_COLUMN {
-            // A column that is read in any case.
+            // The substitute for the clock refers to a column that is read anyway.
             time.column = position.first().map_or(0, |source| source.column);
         }
-        // A column that the user names as a position is no rate by its name: `A1`.
+        // If the user names a column as a position (`A1`), it is not used as a velocity or an acceleration too.
         let is_apart = |found: &Vec<ColumnSource>| found.iter().all(|s| position.iter().all(|p| p.column != s.column));
         let velocity = quantity(Velocity, &names.velocity)?.filter(is_apart);
         let acceleration = quantity(Acceleration, &names.acceleration)?.filter(is_apart);
@@ -155,7 +155,7 @@ impl Columns {
         Ok(columns)
     }
 
-    /// The names that select these columns.
+    /// The names of the columns in use, as a user can write them in options.
     pub(crate) fn read(&self) -> ReadColumns {
         let each = |all: &[ColumnSource]| -> Vec<String> {
             all.iter().filter(|source| source.header != NO_COLUMN).map(ColumnSource::name).collect()
@@ -168,7 +168,7 @@ impl Columns {
         }
     }
 
-    /// Indices of the used columns in the table.
+    /// Indices in the table of all columns in use.
     pub(crate) fn places(&self) -> Vec<usize> {
         let optional = self.time_fraction.iter().chain(&self.episode);
         self.sources().chain(optional).filter(|s| s.header != NO_COLUMN).map(|source| source.column).collect()
@@ -183,7 +183,7 @@ impl Columns {
 
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Every choice is one line, so that a wrong column is noticed.
+        // Writes one line per choice, so that the user can see a wrong column.
         match (&self.time_fraction, self.rate) {
             (_, Some(rate)) => writeln!(f, "time: {rate} rows per second, as given")?,
             _ if self.clock().is_none() => writeln!(f, "time: not in the file, each row is a posture")?,
@@ -204,7 +204,7 @@ impl fmt::Display for Columns {
             ("acceleration", self.acceleration.as_ref()),
             (effort, Some(&self.effort)),
         ];
-        // A coordinate without a column is listed below.
+        // A coordinate without an effort column is listed below.
         for (name, sources) in rows {
             let Some(sources) = sources else {
                 writeln!(f, "{name}: not in the file")?;
@@ -215,7 +215,7 @@ impl fmt::Display for Columns {
             let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {s}")).collect();
             writeln!(f, "{name}: {}", pairs.join(", "))?;
         }
-        // Coordinates without a torque, by the reason.
+        // Lists the coordinates without a torque, grouped by the reason.
         for (why, what) in [
             (NoTorqueReason::Prescribed, "prescribed: their positions count, and give no rows of torque"),
             (NoTorqueReason::Free, "free: their torque is zero"),
@@ -236,7 +236,7 @@ impl fmt::Display for Columns {
     }
 }
 
-/// The clock: the column that the user names or that is found by its name, or none where the rows per second are given.
+/// The clock column that the user names, or that is found by its header. A substitute if the user gives the rows per second.
 fn clock(table: &Table, finder: &Finder, names: &ColumnNames, needed: Needed) -> Result<ColumnSource, Error> {
     check_rate(names)?;
     let mut time = match &names.time {
@@ -255,7 +255,8 @@ fn clock(table: &Table, finder: &Finder, names: &ColumnNames, needed: Needed) ->
     Ok(time)
 }
 
-/// The torques, currents or goals of the coordinates, and which of these they are; `None` for a coordinate without one.
+/// The torques, currents or goals of the coordinates, and which of these quantities they are. `None` for a coordinate without
+/// a torque.
 fn efforts(
     finder: &Finder,
     names: &ColumnNames,
@@ -264,7 +265,7 @@ fn efforts(
 ) -> Result<(Vec<Option<ColumnSource>>, Quantity), Error> {
     refuse_two_efforts(names)?;
     let effort = |quantity: Quantity, given: &Option<NamePattern>| finder.efforts(quantity, given.as_ref(), undriven);
-    // A user who names the current wants the current, even where there are torques too.
+    // If the user names currents or goals, they are used even if the table also has torques.
     let torque = match names.current.is_some() || names.goal.is_some() {
         true => None,
         false => effort(Torque, &names.torque)?,
@@ -278,7 +279,7 @@ fn efforts(
     })
 }
 
-/// Refuses a rate that is no frequency, or stands next to a clock.
+/// Fails if the rate is not a positive number, or if the user also names a clock column.
 fn check_rate(names: &ColumnNames) -> Result<(), Error> {
     match names.rate {
         Some(rate) if !(rate.is_finite() && rate > 0.0) => Err(Error::new(format!(
@@ -291,7 +292,7 @@ fn check_rate(names: &ColumnNames) -> Result<(), Error> {
     }
 }
 
-/// Refuses goals together with torques or currents: the effort of a joint is one of them.
+/// Fails if the user names goals and also torques or currents, because a joint has only one kind of effort.
 fn refuse_two_efforts(names: &ColumnNames) -> Result<(), Error> {
     let other = [("torque", &names.torque), ("current", &names.current)].into_iter().find(|(_, given)| given.is_some());
     match other.filter(|_| names.goal.is_some()) {
@@ -303,7 +304,7 @@ fn refuse_two_efforts(names: &ColumnNames) -> Result<(), Error> {
     }
 }
 
-/// The unit of a clock that counts from 1970, on the assumption that no log is from before 1990 or after 2100.
+/// The unit of a clock that counts from 1970: ms, us or ns; `None` for s. Assumption: the log is from 1990 to 2100.
 fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
     const SECONDS_SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
     let first = clock.iter().find(|t| t.is_finite())?;
@@ -347,7 +348,7 @@ mod tests {
         assert_eq!((columns.position[0].unit.as_str(), columns.effort[0].factor), ("deg", 1e-3));
     }
 
-    /// `rostopic echo -p` writes the joints in the order of the message and has columns of their names.
+    /// `rostopic echo -p` writes the joints in the order of the message. Separate columns contain the joint names.
     #[test]
     fn joint_names_in_columns_of_their_own() {
         let mut table = Table {
@@ -365,7 +366,7 @@ mod tests {
         (table.texts[1], table.texts[2]) = (Some((2, "elbow".into())), Some((2, "shoulder".into())));
         let columns = find(&table);
         assert_eq!((columns.position[0].column, columns.effort[1].column), (4, 5));
-        // 1.6e18 as s, ms or us after 1970 is beyond 2100, so the unit is ns.
+        // 1.6e18 in s, ms or us after 1970 is a time after 2100, so the unit is ns.
         assert_eq!((columns.time.unit.as_str(), columns.time.factor), ("ns", 1e-9));
     }
 
@@ -487,7 +488,7 @@ mod tests {
         assert!(shown.contains("a <- q1 [ticks(4096)]") && shown.contains("tau1 [int16 counts(0.01)]"), "{shown}");
         let refused = with(units("degg", "N m")).unwrap_err().to_string();
         assert!(refused.contains("[options.units]: `degg` is no unit of a position"), "{refused}");
-        // A sliding joint keeps the scale from the user.
+        // The scale that the user gives is also used for a sliding joint.
         let slides = |unit: &str| with(units(unit, "counts(2)")).unwrap().with_sliding(&[true]);
         assert!(slides("counts(0.001)").is_ok() && slides("mm").is_ok() && slides("deg").is_err());
     }
@@ -509,7 +510,7 @@ mod tests {
         let two = "t,q_left_j1,q_left_j2,q_right_j1,q_right_j2,tau_left_j1,tau_left_j2,tau_right_j1,tau_right_j2";
         let message = find(two, &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("several times") && message.contains("`right_`"), "{message}");
-        // One matching joint is not sufficient for a prefix of the robot.
+        // A prefix counts only if it matches for every joint. Here only one joint matches.
         let message = find("t,q_left_j1,tau_left_j1", &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("no columns hold the joint positions"), "{message}");
     }

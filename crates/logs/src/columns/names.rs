@@ -1,4 +1,4 @@
-//! Names of columns from the user.
+//! Names of columns that the user gives.
 
 use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};
@@ -6,46 +6,46 @@ use serde::{Deserialize, Serialize};
 use crate::cleaning::undriven::NoTorqueReason;
 use crate::columns::units::UnitNames;
 
-/// Names from the user, for the quantities whose columns cannot be found by their headers.
+/// Column names that the user gives, for quantities whose columns cannot be found by their headers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnNames {
-    /// Header of the time.
+    /// Header of the clock column.
     pub time: Option<String>,
-    /// Rows per second, Hz, of a log without a clock: row r is at r / rate.
+    /// Rows per second, Hz, of a log without a clock: row r is at the time r / rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
     /// Header of the column with the episode number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub episode: Option<String>,
-    /// Headers of the positions.
+    /// Headers of the position columns.
     pub position: Option<NamePattern>,
-    /// Headers of the velocities.
+    /// Headers of the velocity columns.
     pub velocity: Option<NamePattern>,
-    /// Headers of the accelerations.
+    /// Headers of the acceleration columns.
     pub acceleration: Option<NamePattern>,
-    /// Headers of the torques.
+    /// Headers of the torque columns.
     pub torque: Option<NamePattern>,
-    /// Headers of the currents.
+    /// Headers of the current columns.
     pub current: Option<NamePattern>,
-    /// Headers of the commanded positions of servos: their errors replace torques.
+    /// Headers of the columns with goals (commanded positions) of servos. Position errors are then used as efforts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<NamePattern>,
-    /// Coordinates that are moved from outside: their positions count, and no torque is expected.
+    /// Coordinates that are moved from outside: their positions are used, and they need no torque column.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prescribed: Vec<String>,
-    /// Coordinates without a drive: their torque is zero, and no column of it is expected.
+    /// Coordinates without a drive: their torque is zero, and they need no torque column.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub free: Vec<String>,
-    /// Units, where the headers name none or wrong ones.
+    /// Units of quantities, if the headers have no unit or a wrong one.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
 }
 
 impl ColumnNames {
-    /// The reason why a coordinate has no torque, one per coordinate; `None`: it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has one.
     ///
-    /// Fails on a name that is no coordinate, or occurs twice.
+    /// Fails if a name is not a coordinate, or occurs twice.
     pub(crate) fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {
         let mut found = vec![None; coordinates.len()];
         for (key, names, why) in
@@ -73,14 +73,14 @@ impl ColumnNames {
     }
 }
 
-/// `taum_abs{}`, with braces for 1, 2, .., for 0, 1, .., or for the names of the joints, whichever the file has; `{joint}` stands
-/// for the names alone. Or one name per joint. A unit at the end of the name (`_deg`, `_mA`, also before the number) is
-/// recognised.
+/// Headers of the joints: a pattern such as `taum_abs{}`, or one header per joint. `{}` stands for 1, 2, .., for 0, 1, .., or for
+/// the joint names, depending on the file. `{joint}` stands only for joint names. A unit at the end of a header (`_deg`, `_mA`,
+/// also before the number) is recognised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum NamePattern {
-    /// `q_{}`: braces stand for the number of the coordinate, or its name.
+    /// A pattern such as `q_{}`: the braces stand for the number or the name of the coordinate.
     Pattern(String),
-    /// One name per coordinate.
+    /// One header per coordinate.
     Each(Vec<String>),
 }

@@ -1,16 +1,16 @@
-//! Names of joints that differ from the names of the description by a prefix.
+//! Finds joint names of a table that differ from the names in the description by a prefix.
 
 use crate::table::Table;
 
-/// Names that the coordinates may have in a table, each with a sentence on it: with a prefix found in the table, or without a
-/// prefix that all of them share.
+/// Possible names of the coordinates in a table, each list with a sentence that explains it. The names have a prefix that occurs
+/// in the table, or lack a prefix that all coordinates have in common.
 pub(crate) fn prefixes(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<String>)> {
-    /// A table of one robot has fewer prefixes.
+    /// Largest number of prefixes that are tried; a table of one robot has fewer.
     const MAX_PREFIXES: usize = 40;
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
     let first = coordinates[0].to_lowercase();
     let is_end = |c: char| !c.is_alphanumeric();
-    // The texts before the name of the first joint, back to each separator.
+    // Possible prefixes: the texts before the name of the first joint, each starting after a separator.
     let mut prefixes: Vec<String> = Vec::new();
     for header in &table.header {
         let lower = header.to_lowercase();

@@ -1,8 +1,9 @@
-//! A proposal of names and units for the columns of a table, each with its reason.
+//! Proposes names and units for the columns of a table, each with its reason.
 //!
-//! The meanings of headers come first ([`Columns::find`]). Where they are not sufficient, headers that differ by a number or by
-//! the name of a joint make a pattern, words in it give the quantity, and the values give the unit: an angle beyond three turns
-//! is in degrees or ticks, a velocity is compared with the derivative of the position, a clock with the usual rates of logs.
+//! First, columns are found by the meaning of their headers ([`Columns::find`]). If this fails, headers that differ by a number
+//! or a joint name form a pattern. Words in the pattern determine the quantity. The values determine the unit: a position with a
+//! range above three turns is in degrees or ticks; a velocity is compared with the derivative of the position; a clock is
+//! compared with the usual sampling rates.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,31 +19,31 @@ use crate::columns::units::given_unit;
 use crate::columns::words::{Quantity, with_underscores};
 use crate::table::Table;
 
-/// A line of the proposal.
+/// One line of the proposal: a key, its value and the reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposed {
-    /// The key: `time`, `position`, ..
+    /// The key in the options, for example `time` or `position`.
     pub key: &'static str,
-    /// The value of the key.
+    /// The proposed value of the key.
     pub value: String,
-    /// The reason.
+    /// The reason for the value.
     pub reason: String,
 }
 
-/// Lines for the file of options.
+/// The proposed lines for the options file.
 #[derive(Clone, Debug, Default)]
 pub struct Proposal {
-    /// Names of the columns.
+    /// Proposed names of columns.
     pub columns: Vec<Proposed>,
-    /// Units that headers do not name.
+    /// Proposed units of columns without a unit in the header.
     pub units: Vec<Proposed>,
-    /// Quantities that could not be determined, in sentences.
+    /// Sentences on the quantities that could not be determined.
     pub missing: Vec<String>,
-    /// The resulting mapping; `None` where something is missing.
+    /// The resulting mapping; `None` if a quantity is missing.
     pub mapping: Option<Columns>,
 }
 
-/// Words of measured quantities in headers in several languages, the most likely first.
+/// Words for measured quantities in headers, in several languages. The most likely word is first.
 const WORDS: [(Quantity, &[&str]); 4] = [
     (
         Quantity::Position,
@@ -128,27 +129,27 @@ const WORDS: [(Quantity, &[&str]); 4] = [
     ),
     (Quantity::Current, &["current", "currents", "strom", "corriente", "电流", "電流", "amp", "curr"]),
 ];
-/// Words, separated by blanks, of signals that are not measured, or of other quantities.
+/// Words, separated by blanks, for signals that are not measured, or for other quantities.
 const OTHERS: &str = "command commanded cmd target desired des ref reference soll setpoint goal external ext error \
     temp temperature acc voltage stiffness model";
-/// Words of the goals of a position servo.
+/// Words for the goals of a position servo.
 const GOALS: &str = "goal action target command commanded cmd setpoint desired des ref reference soll leader";
-/// Words of clocks.
+/// Words for a clock.
 const CLOCKS: &str = "time zeit stamp timestamp clock temps tiempo sec";
-/// Periods of logs, s: 20 Hz to 4 kHz.
+/// Usual sampling periods of logs, s: from 4 kHz to 20 Hz.
 const LOG_PERIODS_S: std::ops::Range<f64> = 2.5e-4..0.0501;
-/// Steps forward of a clock for each step back, at least: few episodes restart it.
+/// A clock restarts with each episode. It must have at least this number of steps forward for each step back.
 const STEPS_PER_RESTART: usize = 100;
-/// Least range of whole numbers that are ticks of an encoder.
+/// Whole numbers are encoder ticks if their range is at least this.
 const MIN_TICKS: f64 = 100.0;
-/// Range of a position in degrees, at most.
+/// Largest range of a position in degrees.
 const MAX_RANGE_DEG: f64 = 800.0;
-/// Greatest relative error of the ratio of a velocity to the derivative of the position.
+/// Largest relative difference between a measured velocity and the derivative of the position, for a known unit.
 const RATIO_TOLERANCE: f64 = 0.1;
-/// Least squared correlation of a velocity with the derivative of its position.
+/// Smallest squared correlation between a velocity and the derivative of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
-/// A proposal for the columns of a robot's coordinates in a table.
+/// Proposes columns of a table for the coordinates of a robot.
 pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     if let Ok(mapping) = Columns::find(table, coordinates, &ColumnNames::default()) {
         return of_names(table, coordinates, mapping);
@@ -158,7 +159,7 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     let patterns = patterns(table, coordinates);
     let clock = clock(table, &patterns, &mut proposal, &mut names);
     for (quantity, words) in WORDS {
-        // A log has torques or currents, not both; columns that were found by their values have no words.
+        // A log has either torques or currents. Velocities may already have been found by their values.
         let is_found = match quantity {
             Quantity::Velocity => names.velocity.is_some(),
             Quantity::Torque | Quantity::Current => names.torque.is_some(),
@@ -285,7 +286,7 @@ fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, 
 }
 
 impl fmt::Display for Proposal {
-    /// The lines to paste, each followed by its reason.
+    /// Writes lines that the user can paste into the options, each with its reason.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (title, lines) in [("columns", &self.columns), ("units", &self.units)] {
             if lines.is_empty() {
@@ -302,8 +303,8 @@ impl fmt::Display for Proposal {
     }
 }
 
-/// The names of the columns of a pattern, and their text in the options: one by one where the letters of the joints differ in
-/// case.
+/// The column names of a pattern, and their text in the options. The text is a list of headers if some joint names in the headers
+/// differ in case from the coordinates; otherwise it is the pattern.
 fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]) -> (NamePattern, String) {
     let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
     let is_as_written = |(header, name): (&String, &String)| {
@@ -318,11 +319,11 @@ fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]
     }
 }
 
-/// Words of a joint, without a quantity.
+/// Words that name a joint but no quantity.
 const JOINT_WORDS: &str = "j a axis axes joint joints achse gelenk eje articulacion 关节 軸 関節";
 
-/// Proposes columns that no word tells: positions by the velocities that are their derivatives, or by names of joints alone. Whether
-/// it found positions.
+/// Proposes columns if their headers have no known word. Positions are columns whose derivatives are in other columns, or
+/// columns with joint names only. Returns whether positions were found.
 fn by_values(
     (table, coordinates): (&Table, &[String]),
     clock: Option<(usize, f64)>,
@@ -358,7 +359,7 @@ fn by_values(
     true
 }
 
-/// Proposes the goals of position servos, where there are neither torques nor currents.
+/// Proposes the goals of position servos, if the table has neither torques nor currents.
 fn goals(
     (table, coordinates): (&Table, &[String]),
     patterns: &[(String, Vec<usize>)],
@@ -385,7 +386,7 @@ fn goals(
         ),
     });
     names.goal = Some(given);
-    // Goals are in the unit of the positions, unless their values differ.
+    // Goals have the unit of the positions, unless the ranges of the values indicate another unit.
     let of_positions = names.units.position.clone().unwrap_or_else(|| "rad".into());
     let of_goals = unit(table, columns, Quantity::Position, None, names).map_or_else(|| "rad".into(), |unit| unit.0);
     if of_goals != of_positions {
@@ -444,7 +445,7 @@ fn words(header: &str) -> Vec<String> {
     lower.iter().flat_map(of).collect()
 }
 
-/// A score of a pattern for some words, the least is the best; `None`: no match.
+/// The rank of a pattern for the words of a quantity; the smallest rank is the best. `None` if no word matches.
 fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
     let own = words(&pattern.replace("{joint}", " "));
     if own.iter().any(|word| OTHERS.split_whitespace().any(|other| other == word)) {
@@ -454,7 +455,7 @@ fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
     Some((rank, pattern.len()))
 }
 
-/// Patterns of headers that occur once for each joint, with their columns in the order of the joints.
+/// Header patterns that occur once for each joint, each with its columns in the order of the joints.
 fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> {
     let mut numbered: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
     let mut named: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
@@ -464,7 +465,8 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
             numbered.entry(pattern).or_default().insert(number, column);
         }
         for (k, name) in coordinates.iter().enumerate() {
-            // Joints are often written with a capital; letters beyond ASCII keep their case, so byte positions are unchanged.
+            // Joint names often start with a capital letter, so case is ignored. Only ASCII letters are converted, because byte
+            // positions must not change.
             let at = header.to_ascii_lowercase().find(&name.to_ascii_lowercase());
             if let Some(start) = at {
                 let pattern = format!("{}{{joint}}{}", &header[..start], &header[start + name.len()..]);
@@ -479,7 +481,7 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
     };
     let mut found: Vec<(String, Vec<usize>)> = named.into_iter().filter_map(|entry| whole(entry, 0)).collect();
     for entry in numbered {
-        // A file with a number 0 counts from it.
+        // If a file has a column with the number 0, its numbers start at 0.
         let first = usize::from(!entry.1.contains_key(&0));
         found.extend(whole(entry, first));
     }
@@ -501,14 +503,14 @@ fn digits(header: &str) -> Vec<(usize, usize, usize)> {
     found
 }
 
-/// The clock: its column and its factor to s.
+/// Proposes the clock. Returns its column and the factor that converts it to s.
 fn clock(
     table: &Table,
     patterns: &[(String, Vec<usize>)],
     proposal: &mut Proposal,
     names: &mut ColumnNames,
 ) -> Option<(usize, f64)> {
-    // A clock restarts with each episode; there are few episodes.
+    // A clock increases except at the start of each episode, and there are few episodes.
     let rises = |column: &&usize| {
         let x = &table.columns[**column];
         let (up, back) =
@@ -524,9 +526,10 @@ fn clock(
         names.time = Some(table.header[*seconds].clone());
         return None;
     }
-    // Of several clocks the finest: a column of whole seconds increases in few rows.
+    // If there are several clocks, the finest is chosen: a column of whole seconds increases only in few rows.
     let fineness = |column: &usize| table.columns[*column].windows(2).filter(|w| w[1] > w[0]).count();
-    // A column with one like it for each joint is a signal that happens to rise; `c1` is the name of any column without a header.
+    // A column that has a similar column for each joint is a signal that happens to increase, so it is no clock. The pattern
+    // `c{}` matches all columns of a table without headers.
     let of_joints = patterns.iter().filter(|(pattern, columns)| pattern != "c{}" && columns.len() > 1);
     let of_joints: Vec<usize> = of_joints.flat_map(|(_, columns)| columns.iter().copied()).collect();
     let rising = (0..table.header.len()).filter(|column| rises(&column));
@@ -542,7 +545,7 @@ fn clock(
         reason: format!("counts up, by {} a row", short(step)),
     });
     names.time = Some(table.header[column].clone());
-    // Logs have 20 Hz to 4 kHz.
+    // The sampling rate must be 20 Hz to 4 kHz, which determines the unit.
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     let unit = units.into_iter().find(|unit| LOG_PERIODS_S.contains(&(step * unit.1)));
     let Some((unit, factor)) = unit else { return Some((column, 1.0)) };
@@ -559,7 +562,7 @@ fn clock(
     Some((column, factor))
 }
 
-/// The unit of the columns of a quantity and its reason; `None` where it is the SI unit, or the unit of the header.
+/// The unit of the columns of a quantity, with the reason. `None` if it is the SI unit or the unit in the header.
 fn unit(
     table: &Table,
     columns: &[usize],
@@ -579,7 +582,7 @@ fn unit(
     let spans: Vec<f64> = columns.iter().map(|&c| extremes(&table.columns[c])).map(|(low, high)| high - low).collect();
     let widest = spans.iter().copied().fold(0.0, f64::max);
     let whole = columns.iter().all(|&c| table.columns[c].iter().all(|x| x.fract() == 0.0));
-    // Three turns, in rad, exceed the range of a joint of most arms.
+    // Three turns, rad. The joints of most arms have a smaller range.
     const THREE_TURNS: f64 = 19.0;
     match quantity {
         Quantity::Position if whole && widest > MIN_TICKS => Some((
@@ -603,10 +606,10 @@ fn unit(
     }
 }
 
-/// Ratio of a velocity to the derivative of its position, in rad/s; from the first joint.
+/// Ratio of the velocity of the first joint to the derivative of its position in rad/s. `None` if no position fits.
 fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64), to_si: f64) -> Option<f64> {
     let t = &table.columns[clock];
-    // The position of the same joint is the column with the best correlation.
+    // The position of the same joint is the column whose derivative has the largest correlation with the velocity.
     let fit = |q: &[f64], v: &[f64]| {
         let (mut vs, mut ss, mut vv) = (0.0, 0.0, 0.0);
         for k in 1..t.len().saturating_sub(1) {
@@ -623,7 +626,7 @@ fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64),
     best.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(ratio, _)| ratio)
 }
 
-/// The median.
+/// The median of the numbers.
 fn middle(mut numbers: Vec<f64>) -> f64 {
     let middle = numbers.len() / 2;
     *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
@@ -639,7 +642,7 @@ fn short(x: f64) -> String {
 mod tests {
     use super::*;
 
-    /// A table of two swinging joints, with numbers in these units.
+    /// A table of two oscillating joints. `scales`: factors of time, position, velocity and torque.
     fn table(header: &str, scales: [f64; 4]) -> Table {
         let [time, position, velocity, torque] = scales;
         let header: Vec<String> = header.split(',').map(Into::into).collect();
@@ -742,7 +745,7 @@ mod tests {
         }
         let mapping = proposal.mapping.unwrap();
         assert!((mapping.position[0].factor * degrees - 1.0).abs() < 1e-12);
-        // By names; set points are ignored.
+        // The columns are found by joint names; set points are ignored.
         let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
         let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");

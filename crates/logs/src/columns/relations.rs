@@ -1,23 +1,23 @@
-//! Columns whose names say nothing: which one is the derivative of which.
+//! Finds which columns are derivatives of others, if the headers do not determine the quantities.
 //!
-//! A column b is the velocity of a column a where the squared correlation of b with da/dt, by central differences over the clock,
-//! is above [`MIN_SQUARED_CORRELATION`], and no other column is nearer.
+//! A column b is the velocity of a column a if the squared correlation of b with da/dt is above [`MIN_SQUARED_CORRELATION`], and
+//! larger than for every other column. da/dt is computed by central differences over the clock.
 
 use crate::table::Table;
 
-/// Least squared correlation of a velocity with the derivative of its position.
+/// Smallest squared correlation of a velocity with the derivative of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.9;
-/// Most columns that are compared with each other.
+/// Largest number of columns that are compared with each other.
 const MAX_COLUMNS: usize = 64;
-/// Rows that are compared.
+/// Number of rows that are compared.
 const MAX_ROWS: usize = 4000;
 
-/// Columns of the joints, in the order of the file.
+/// The columns of the joints, in the order of the file, as indices in the table.
 pub(crate) struct Relations {
     pub positions: Vec<usize>,
-    /// One per position.
+    /// The velocity columns, one per position.
     pub velocities: Vec<usize>,
-    /// The remaining columns, where there is one per joint.
+    /// The remaining columns if there is exactly one per joint; otherwise `None`.
     pub others: Option<Vec<usize>>,
 }
 
@@ -43,7 +43,7 @@ pub(crate) fn relations(table: &Table, clock: Option<usize>, n: usize) -> Option
                 (vs, ss, vv) = (vs + v[k] * slope, ss + slope * slope, vv + v[k] * v[k]);
             }
         }
-        // A velocity of the other sign is none of this position.
+        // A negative correlation does not count: the column is not the velocity of this position.
         if vs > 0.0 { vs * vs / (ss * vv) } else { 0.0 }
     };
     let velocity = |&a: &usize| {
@@ -53,7 +53,7 @@ pub(crate) fn relations(table: &Table, clock: Option<usize>, n: usize) -> Option
     };
     let pairs: Vec<(usize, usize)> = columns.iter().filter_map(velocity).collect();
     let (positions, velocities): (Vec<usize>, Vec<usize>) = pairs.into_iter().unzip();
-    // An acceleration is the derivative of a velocity: then there are more pairs than joints.
+    // An acceleration is the derivative of a velocity, so there would be more pairs than joints. Then nothing is found.
     let is_apart = velocities.iter().all(|v| !positions.contains(v));
     if positions.len() != n || !is_apart {
         return None;

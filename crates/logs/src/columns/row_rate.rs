@@ -1,4 +1,4 @@
-//! The rows per second of a log without a clock, where it has velocities.
+//! Estimates the sampling rate of a log without a clock from its velocities.
 //!
 //! ```text
 //! f = sum_r dq_r (q_{r+1} - q_{r-1}) / 2 / sum_r ((q_{r+1} - q_{r-1}) / 2)^2      least squares of dq = f (q_{r+1} - q_{r-1}) / 2
@@ -7,14 +7,14 @@
 use crate::columns::words::{Designator, Quantity, Reading};
 use crate::table::Table;
 
-/// Least squared correlation of a velocity with the difference of its position.
+/// Smallest squared correlation between a velocity and the difference of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.9;
-/// Rates that controllers and drivers have, Hz.
+/// Usual sampling rates of controllers and drivers, Hz.
 const USUAL_RATES: [f64; 18] = [
     10.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 100.0, 120.0, 125.0, 200.0, 240.0, 250.0, 333.0, 400.0, 500.0, 1000.0,
     2000.0,
 ];
-/// Greatest relative distance of a rate from the usual one that it is taken for.
+/// A rate is replaced by a usual rate if their relative difference is below this.
 const USUAL_TOLERANCE: f64 = 0.02;
 
 /// Signals of a joint in rad and rad/s: a position and the factor of its unit, a velocity and the factor of its unit.
@@ -74,7 +74,7 @@ mod tests {
     fn velocities_show_the_rate() {
         assert_eq!(said(1.0).as_deref(), Some("125 Hz"));
         assert_eq!(said(1.3).as_deref(), Some("162.511 Hz"));
-        // A velocity of the other sign is none of this position.
+        // With reversed sign, the column is not the velocity of this position.
         assert_eq!(said(-1.0), None);
     }
 }

@@ -1,35 +1,35 @@
-//! A column in use.
+//! A column of a table that is in use, with its unit.
 
 use std::fmt;
 
 use crate::cleaning::raw_words::RawWord;
 use crate::columns::words::written;
 
-/// The header in place of a missing column.
+/// The text in place of the header if a column is missing.
 pub(crate) const NO_COLUMN: &str = "no column";
 
-/// A column in use, with its unit.
+/// A column in use: its index, header and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnSource {
-    /// Index in the table.
+    /// Index of the column in the table.
     pub column: usize,
-    /// Header in the file.
+    /// Header of the column in the file.
     pub header: String,
-    /// Unit of its numbers; empty where the header names none and SI is assumed.
+    /// Unit of the numbers; empty if the header has none and the SI unit is assumed.
     pub unit: String,
-    /// SI per unit of the file.
+    /// Factor that converts a number of the file to the SI unit. It is negative if the sign is changed.
     pub factor: f64,
-    /// The sign representation of its numbers, where they are register words.
+    /// The word type of the numbers if they are register words; otherwise `None`.
     pub word: Option<RawWord>,
 }
 
 impl ColumnSource {
-    /// A number of the file in SI.
+    /// Converts a number of the file to the SI unit.
     pub(crate) fn si(&self, x: f64) -> f64 {
         self.factor * self.word.map_or(x, |word| word.signed(x))
     }
 
-    /// Appends numbers of the file, converted to SI.
+    /// Converts numbers of the file to the SI unit, and appends them to `all`.
     pub(crate) fn append_si(&self, column: &[f64], all: &mut Vec<f64>) {
         match (self.word, self.factor) {
             (None, 1.0) => all.extend_from_slice(column),
@@ -40,14 +40,14 @@ impl ColumnSource {
 }
 
 impl ColumnSource {
-    /// The name that selects it in options: the header, with a leading `-` where its sign is changed.
+    /// The name that selects the column in options: its header, with a `-` before it if its sign is changed.
     pub(crate) fn name(&self) -> String {
         format!("{}{}", if self.factor < 0.0 { "-" } else { "" }, self.header)
     }
 }
 
 impl fmt::Display for ColumnSource {
-    /// The header and the unit, unless the header already ends in the unit.
+    /// Writes the header and the unit. The unit is omitted if the header ends with it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.factor < 0.0 { "-" } else { "" })?;
         let unit = written(&self.unit);

@@ -1,4 +1,4 @@
-//! Units that a user names for a quantity, and the conversion of the file's numbers to SI.
+//! Interprets the units that a user gives for a quantity, and converts numbers of the file to SI units.
 //!
 //! | text | meaning of a number x |
 //! |---|---|
@@ -17,35 +17,35 @@ use serde::{Deserialize, Serialize};
 use crate::cleaning::raw_words::RawWord;
 use crate::columns::words::{Quantity, units, written};
 
-/// Units from the user, for quantities whose headers do not name them.
+/// Units that the user gives, for quantities without a unit in their headers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct UnitNames {
-    /// Unit of the clock: `ms`.
+    /// Unit of the clock, for example `ms`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Unit of the positions: `deg`, `ticks(4096)`.
+    /// Unit of the positions, for example `deg` or `ticks(4096)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<String>,
-    /// Unit of the velocities: `deg/s`, `counts(0.229 rpm)`.
+    /// Unit of the velocities, for example `deg/s` or `counts(0.229 rpm)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<String>,
     /// Unit of the accelerations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration: Option<String>,
-    /// Unit of the torques: `N mm`, `permille(25 N m)`.
+    /// Unit of the torques, for example `N mm` or `permille(25 N m)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque: Option<String>,
-    /// Unit of the currents: `mA`, `counts(2.69 mA)`.
+    /// Unit of the currents, for example `mA` or `counts(2.69 mA)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current: Option<String>,
-    /// Unit of the goals, where it is not the unit of the positions.
+    /// Unit of the goals, if it differs from the unit of the positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<String>,
 }
 
 impl UnitNames {
-    /// Whether no unit is given.
+    /// Whether the user gives no unit.
     pub fn is_empty(&self) -> bool {
         *self == UnitNames::default()
     }
@@ -63,18 +63,18 @@ impl UnitNames {
     }
 }
 
-/// The unit of a column.
+/// The unit of a column: name, factor and word type.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GivenUnit {
-    /// Its name in headers, or the text of the user.
+    /// Name of the unit in headers, or the text that the user gave.
     pub name: String,
-    /// Factor to SI.
+    /// Factor that converts a number to the SI unit.
     pub factor: f64,
-    /// The sign representation of the number, where it is a register word.
+    /// The word type of the numbers if they are register words; otherwise `None`.
     pub word: Option<RawWord>,
 }
 
-/// The unit that a text names for a quantity; the error lists the known units.
+/// The unit that a text means for a quantity. The error message lists the known units.
 pub(crate) fn given_unit(quantity: Quantity, text: &str) -> Result<GivenUnit, String> {
     let (word, rest) = signed_word(text.trim())?;
     let (name, factor) = scale(quantity, rest)?;
@@ -82,7 +82,7 @@ pub(crate) fn given_unit(quantity: Quantity, text: &str) -> Result<GivenUnit, St
     Ok(GivenUnit { name, factor, word })
 }
 
-/// A leading `int16` or `signbit(10)`, and the text after it.
+/// The word type at the start of a text (`int16` or `signbit(10)`), and the text after it. `None` if there is no word type.
 fn signed_word(text: &str) -> Result<(Option<RawWord>, &str), String> {
     let first = text.split_whitespace().next().unwrap_or("");
     let bits = |digits: &str| digits.parse::<i32>().ok().filter(|bits| (1..=32).contains(bits));
@@ -98,12 +98,12 @@ fn signed_word(text: &str) -> Result<(Option<RawWord>, &str), String> {
     Ok((Some(word), text[first.len()..].trim_start()))
 }
 
-/// The name of a scale and its factor to SI.
+/// The name of a unit or scale, and its factor to the SI unit.
 fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
     if text.is_empty() {
         return Ok((written(units(quantity).first().map_or("", |unit| unit.0)).to_string(), 1.0));
     }
-    // Without parentheses it is a unit; with them, a scale of one.
+    // A text without parentheses is a unit; a text with parentheses is a scale such as `counts(2.69 mA)`.
     let Some((kind, rest)) = text.split_once('(') else { return plain(quantity, text) };
     let (inner, after) = rest.split_once(')').ok_or_else(|| format!("`{text}`: a parenthesis is not closed"))?;
     let (kind, inner, after) = (kind.trim(), inner.trim(), after.trim());
@@ -116,7 +116,7 @@ fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
         let factor = if unit.is_empty() { 1.0 } else { plain(quantity, unit)?.1 };
         Ok(share * number(x)? * factor)
     };
-    // A tick is a share of a turn; the other scales are shares of a unit.
+    // A tick is a fraction of a turn; the other scales are multiples of a unit.
     let factor = match (kind, after, quantity) {
         ("ticks", "", Quantity::Position | Quantity::Goal) | ("ticks", "/s", Quantity::Velocity) => {
             TAU / number(inner)?
@@ -133,7 +133,7 @@ fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
     Ok((text.to_string(), factor))
 }
 
-/// A unit that headers may name.
+/// The unit with this name in headers, and its factor to the SI unit.
 fn plain(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
     let wanted = text.to_lowercase().replace(['·', '*'], " ");
     let known = units(quantity);

@@ -1,8 +1,8 @@
-//! The possible meanings of a column's header.
+//! Determines the possible meanings of a column header: quantity, joint and unit.
 //!
-//! A header is stem, joint and unit in one of the forms `q1`, `q_1`, `q[1]`, `q_elbow`, `elbow.position`, `q1_deg`, `q_deg1`. The
-//! stems are the words of drivers and tools for measured quantities. Set points (`target_`, `_ref`, `_des`) are not among them
-//! and are used only when the user names them.
+//! A header has a stem, a joint and a unit, in one of the forms `q1`, `q_1`, `q[1]`, `q_elbow`, `elbow.position`, `q1_deg`,
+//! `q_deg1`. The stems are words of drivers and tools for measured quantities. Set points (`target_`, `_ref`, `_des`) are not
+//! stems; they are used only if the user names them.
 
 use std::sync::LazyLock;
 
@@ -30,7 +30,7 @@ pub enum Quantity {
 
 use Quantity::*;
 
-/// A unit in headers, and its factor to SI.
+/// A unit as written in headers, and its factor to the SI unit.
 pub(crate) type Unit = (&'static str, f64);
 
 /// Units of positions.
@@ -45,7 +45,7 @@ const POSITION_UNITS: &[Unit] = &[
     ("mm", 1e-3),
 ];
 
-/// Units of the quantities, with the factor to SI. The first unit is the default.
+/// For each quantity, its units with their factors to the SI unit. The first unit is the default.
 const UNITS: [(Quantity, &[Unit]); 7] = [
     (Time, &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),
     (Position, POSITION_UNITS),
@@ -100,7 +100,8 @@ const UNITS: [(Quantity, &[Unit]); 7] = [
     (Current, &[("a", 1.0), ("ma", 1e-3), ("permille", 1.0), ("percent", 1.0)]),
 ];
 
-/// The words of `header_words.txt`, in its order. A set point has none: it is used only where the user names it.
+/// The stems in `header_words.txt`, in the order of this file. Set points have no stems, because they are used only if the user
+/// names them.
 static WORDS: LazyLock<Vec<(Quantity, &str)>> = LazyLock::new(|| {
     let of = |line: &'static str| {
         let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
@@ -123,7 +124,7 @@ pub(crate) fn units(quantity: Quantity) -> &'static [Unit] {
     UNITS.iter().find(|of| of.0 == quantity).map_or(&[], |of| of.1)
 }
 
-/// The usual notation of a unit in headers.
+/// The usual spelling of a unit in headers.
 pub(crate) fn written(unit: &str) -> &str {
     match unit {
         "sec" => "s",
@@ -146,10 +147,10 @@ pub(crate) fn written(unit: &str) -> &str {
     }
 }
 
-/// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a length
-/// nor a force. The default unit of a turning joint stands for a header without a unit.
+/// The unit of a sliding joint that corresponds to the unit of a revolute joint. `None` if the unit is neither a length nor a
+/// force. The default unit of a revolute joint means that the header has no unit.
 pub(crate) fn of_sliding(unit: &str) -> Option<&str> {
-    // A scale from the user is already in the SI unit of the joint.
+    // A scale from the user already converts to the SI unit of the joint.
     if unit.contains('(') || unit.starts_with("int") {
         return Some(unit);
     }
@@ -171,16 +172,16 @@ pub(crate) struct Reading {
     pub unit: Unit,
 }
 
-/// The joint in a header.
+/// The joint that a header names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Designator {
     None,
-    /// A number, counted from 0 or from 1; the other headers of the quantity decide which.
+    /// A number that is counted from 0 or from 1; all headers of the quantity together determine which.
     Number(usize),
     Coordinate(usize),
 }
 
-/// The meanings of every header of a table; a header with two quantities is refused.
+/// The meanings of all headers of a table. Fails if a header can mean two quantities.
 pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
     let lower: Vec<String> = coordinates.iter().map(|c| plain(&c.to_lowercase())).collect();
     let names = joint_names(table, &lower);
@@ -214,11 +215,12 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
     Ok(all)
 }
 
-/// Words that mark a quantity as measured, or name a group that it belongs to.
+/// Words that mark a quantity as measured, or that name a group of signals. They do not change the meaning.
 const QUALIFIER_WORDS: &str = "actual act meas measured msr real present sensor robot field jointstate joint_states \
     joint_state";
 
-/// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
+/// A header without its qualifier words, for example `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`. The input
+/// is in lower case.
 fn unqualified(header: &str) -> String {
     let mut header = header.trim_start_matches(['%', '#', '/', '_', '-', ' ']).to_string();
     for word in QUALIFIER_WORDS.split_whitespace() {
@@ -236,7 +238,7 @@ fn unqualified(header: &str) -> String {
     header
 }
 
-/// `jointPosition1` as `joint_position1`: a capital after a small letter begins a word.
+/// Converts `jointPosition1` to `joint_position1`: a capital letter after a small letter starts a new word.
 pub(crate) fn with_underscores(header: &str) -> String {
     let mut words = String::new();
     for c in header.chars() {
@@ -248,8 +250,7 @@ pub(crate) fn with_underscores(header: &str) -> String {
     words
 }
 
-/// Joint numbers and their coordinates, as (number, coordinate), from columns `name0`, `name1`, .. (`field.name0`) with the names
-/// of the joints in their cells.
+/// Pairs of joint number and coordinate, from columns `name0`, `name1`, .. (`field.name0`) that contain joint names.
 fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
     let name = |(header, text): (&String, &Option<(usize, String)>)| {
         let header = unqualified(&header.to_lowercase());
@@ -260,7 +261,7 @@ fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
     table.header.iter().zip(&table.texts).filter_map(name).collect()
 }
 
-/// Brackets and blanks as underscores.
+/// Replaces brackets and blanks by underscores.
 fn plain(text: &str) -> String {
     text.replace(['[', ']', '(', ')', '{', '}', ' '], "_")
 }
@@ -299,7 +300,7 @@ fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     out
 }
 
-/// Reads the text next to the stem: nothing, a joint, or a unit and a joint.
+/// Interprets the text after the stem: nothing, a joint, or a unit and a joint. `None` if it has another form.
 fn joint_next_to(
     rest: &str,
     stem: &str,
@@ -323,7 +324,7 @@ fn joint_next_to(
     }
     if let Some(after) = rest.strip_prefix(stem) {
         if let Some(j) = joint(after) {
-            // `q` before the name of a coordinate needs a separator: `qelbow` is another word.
+            // Between `q` and the name of a coordinate, a separator is required: `qelbow` is another word.
             let separated = matches!(j, Designator::Number(_)) || after.starts_with(separators);
             return separated.then_some((j, None));
         }
@@ -347,7 +348,7 @@ mod tests {
         readings(&table, &["elbow".into(), "wrist".into()]).unwrap().first().map(|r| (r.quantity, r.joint))
     }
 
-    /// Names of drivers and data sets (header_words.txt); what may mean two things, and what is commanded, is not read.
+    /// Header names of drivers and data sets (header_words.txt) are recognised. Ambiguous headers and commanded signals are not.
     #[test]
     fn names_of_drivers_are_read() {
         let first = Designator::Number(1);

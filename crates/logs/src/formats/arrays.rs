@@ -1,4 +1,4 @@
-//! Named arrays as a table of columns: the arrays of a .npz, or arrays in the memory of a program.
+//! Converts named arrays to a table of columns: the arrays of a .npz, or arrays in the memory of a program.
 //!
 //! An array of shape (N,) is one column with its name, an array of shape (N, k) or (k, N) the columns name_1 .. name_k; N is the
 //! length of the longest of these. An array with more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or `dt`
@@ -7,20 +7,21 @@
 use crate::Error;
 use crate::table::{MAX_COLUMNS, Table, check_header};
 
-/// Numbers in rows and columns.
+/// An array of numbers with its shape.
 pub struct Array {
-    /// Empty for a scalar, (samples,) or (samples, joints).
+    /// Shape of the array: empty for a scalar, (samples,) or (samples, joints).
     pub shape: Vec<usize>,
     /// The numbers, row by row.
     pub values: Vec<f64>,
 }
 
 impl Table {
-    /// From arrays with their names; `file` is the name in messages.
+    /// Makes a table of named arrays. `file`: name in messages.
     ///
-    /// Fails where no array has samples, where there are too many columns, or two with one name, and where a rate gives no time.
+    /// Fails if no array has samples, if there are too many columns, if two have the same name, or if a rate is not usable.
     pub fn from_arrays(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
-        // N is the length of the longest array with one or two axes; all others are noted and not used.
+        // N is the length of the longest array with one or two axes. Arrays of another length or with more axes get a note and
+        // are not used.
         let length = |array: &Array| match array.shape[..] {
             [n] | [n, _] => n,
             _ => 0,
@@ -72,7 +73,7 @@ impl Table {
                 _ => {}
             }
         }
-        // A time from the rate, where no array is a time.
+        // Computes the time from the rate if no array contains the time.
         let timed =
             table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
         if let (false, false, Some((key, value))) = (timed, table.columns.is_empty(), rate) {
@@ -93,7 +94,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Adds a column without numbers, described by `what`: its use is refused.
+    /// Adds a column that contains text instead of numbers. `what`: description of the text. Using the column is an error.
     pub fn add_text(&mut self, name: String, what: String) {
         self.columns.push(vec![f64::NAN; self.rows()]);
         self.header.push(name);

@@ -1,21 +1,21 @@
-//! The ends of the cells of plain rows, found before the cells are read.
+//! Finds the ends of the cells of plain rows, before the cells are read.
 //!
-//! If both ends of a cell are known, it can be read while the cell before it is still being read: the processor handles several
-//! cells in parallel [Langdale, Lemire 2019]. In plain rows every delimiter ends a cell and every line feed ends a row.
+//! If both ends of a cell are known, it can be read before the cell in front of it is finished, so the processor works on several
+//! cells in parallel [Langdale, Lemire 2019]. In plain rows, every delimiter ends a cell and every line feed ends a row.
 
 use wide::u8x16;
 
-/// Bytes of one bit mask.
+/// Number of bytes that one bit mask describes.
 const BYTES_PER_MASK: usize = u64::BITS as usize;
 
-/// Bytes searched at a time; their ends fit into the cache.
+/// Number of bytes that are searched at a time. The positions of their cell ends fit into the cache.
 const BYTES_PER_SEARCH: usize = 64 * BYTES_PER_MASK;
 
-/// The ends of cells, row by row.
+/// Finds the ends of cells, row by row.
 pub(super) struct CellEnds<'a> {
     bytes: &'a [u8],
     delimiter: u8,
-    /// Number of bytes searched.
+    /// Number of bytes that were already searched.
     searched: usize,
     /// Positions of delimiters and line feeds.
     cells: Places,
@@ -24,13 +24,13 @@ pub(super) struct CellEnds<'a> {
 }
 
 impl<'a> CellEnds<'a> {
-    /// For at most 4 GiB of bytes.
+    /// Starts at the first byte. `bytes` may have at most 4 GiB.
     pub(super) fn new(bytes: &'a [u8], delimiter: u8) -> CellEnds<'a> {
         CellEnds { bytes, delimiter, searched: 0, cells: Places::default(), rows: Places::default() }
     }
 
-    /// The ends of the cells of the row that begins at `at`; `None` if it has not `width` cells, or no line feed. Rows are
-    /// requested in ascending order; some may be skipped.
+    /// The ends of the cells of the row that begins at byte `at`. `None` if the row has not exactly `width` cells, or no line
+    /// feed. Rows must be requested in ascending order; some may be skipped.
     #[inline(always)]
     pub(super) fn of_row(&mut self, at: usize, width: usize) -> Option<&[u32]> {
         loop {
@@ -45,7 +45,7 @@ impl<'a> CellEnds<'a> {
             self.search();
         }
         let (ends, end) = (&self.cells.next()[..width], self.rows.next()[0]);
-        // The first line feed must end the last cell, so none is inside the row.
+        // The first line feed must be the end of the last cell. Otherwise it is inside the row.
         if ends.last() != Some(&end) {
             return None;
         }
@@ -55,7 +55,7 @@ impl<'a> CellEnds<'a> {
         Some(&self.cells.places[first..first + width])
     }
 
-    /// Finds the ends in the next bytes.
+    /// Finds the cell ends in the next bytes.
     #[inline(always)]
     fn search(&mut self) {
         let end = self.bytes.len().min(self.searched + BYTES_PER_SEARCH);
@@ -66,7 +66,7 @@ impl<'a> CellEnds<'a> {
         self.rows.forget();
         for (k, chunk) in chunks.iter().chain([&last]).enumerate() {
             let first = (self.searched + k * BYTES_PER_MASK) as u32;
-            // The zeros after the rest count as no ends.
+            // The zeros that fill the last mask are not counted as ends.
             let there = if k < chunks.len() { u64::MAX } else { (1 << rest.len()) - 1 };
             let rows = mask(chunk, b'\n') & there;
             self.cells.add(first, mask(chunk, self.delimiter) & there | rows);
@@ -76,7 +76,8 @@ impl<'a> CellEnds<'a> {
     }
 }
 
-/// Positions in a text, ascending: positions before `first` are used up, positions from `found` on are not yet found.
+/// Positions in a text, in ascending order. Positions before `first` were used already; entries from `found` on are not valid
+/// yet.
 #[derive(Default)]
 struct Places {
     places: Vec<u32>,
@@ -99,7 +100,7 @@ impl Places {
     /// Removes the used positions, and reserves space for the next search.
     #[inline(always)]
     fn forget(&mut self) {
-        // A row of a mebibyte needs many searches before its end is found.
+        // Positions are moved only if some were used, because a long row needs many searches before its end is found.
         if self.first > 0 {
             self.places.copy_within(self.first..self.found, 0);
             (self.first, self.found) = (0, self.found - self.first);
@@ -112,7 +113,7 @@ impl Places {
     fn add(&mut self, first: u32, mut mask: u64) {
         let room = &mut self.places[self.found..][..BYTES_PER_MASK];
         self.found += mask.count_ones() as usize;
-        // Always eight at once: a loop over one or two would cause branch mispredictions.
+        // Always writes eight positions at once, because a loop over one or two would cause branch mispredictions.
         for eight in room.as_chunks_mut::<8>().0 {
             if mask == 0 {
                 break;
@@ -125,7 +126,7 @@ impl Places {
     }
 }
 
-/// A bit mask of the bytes that equal `byte`.
+/// A bit mask that is one at each byte that equals `byte`.
 #[inline(always)]
 fn mask(bytes: &[u8; BYTES_PER_MASK], byte: u8) -> u64 {
     let part = |bytes: &[u8; 16]| u64::from(u8x16::new(*bytes).simd_eq(u8x16::splat(byte)).to_bitmask());

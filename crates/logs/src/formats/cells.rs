@@ -1,10 +1,10 @@
-//! The cells of a table to be written.
+//! The cells of a table that is written to a file.
 
-/// The cells of a column to be written.
+/// The cells of one column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells<'a> {
-    /// Texts, none missing.
+    /// Texts; no cell is missing.
     Texts(Vec<&'a str>),
-    /// Numbers; NaN and infinite ones are written as missing.
+    /// Numbers; NaN and infinite numbers are written as missing cells.
     Numbers(Vec<f64>),
 }

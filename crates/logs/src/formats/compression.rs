@@ -1,10 +1,10 @@
-//! Decompresses blocks of recordings, of Arrow and of Parquet, within a bound.
+//! Decompresses blocks of recordings, of Arrow files and of Parquet files, with a bound for the size.
 //!
-//! A length in the file is not trusted: the allocation is bounded by the compressed size. Only decoders written in Rust are used.
+//! The size that a file states is not trusted: the memory is bounded by the compressed size. All decoders are written in Rust.
 
 use std::io::Read;
 
-/// The compression of a block.
+/// The compression format of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
     /// No compression.
@@ -16,7 +16,7 @@ pub enum Compression {
     /// Gzip members.
     #[cfg(feature = "parquet")]
     Gzip,
-    /// Snappy's raw format, without frames.
+    /// The raw format of Snappy, without frames.
     #[cfg(feature = "parquet")]
     Snappy,
     /// A Brotli stream.
@@ -25,32 +25,32 @@ pub enum Compression {
     /// One LZ4 block.
     #[cfg(feature = "parquet")]
     Lz4Block,
-    /// The LZ4 of Parquet: raw blocks after two lengths, frames in the oldest files.
+    /// The LZ4 format of Parquet: raw blocks, each after two lengths; the oldest files contain LZ4 frames.
     #[cfg(feature = "parquet")]
     Lz4Hadoop,
 }
 
-/// Largest size of a decompressed block. Writers make blocks of some megabytes.
+/// Largest size of a decompressed block, bytes. Usual blocks have some megabytes.
 pub(crate) const MAX_UNPACKED_BYTES: usize = 1 << 30;
 
-/// Largest ratio of the decompressed to the compressed size, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers have smaller
-/// ratios.
+/// Largest accepted ratio of decompressed to compressed size. `UNPACKING_ALLOWANCE_BYTES` is added to the resulting bound.
+/// Measured signals have smaller ratios.
 const MAX_UNPACKING_RATIO: usize = 64;
-/// Bytes that every block may have in addition.
+/// Number of bytes that is added to the bound of every block.
 const UNPACKING_ALLOWANCE_BYTES: usize = 1 << 26;
 
-/// The largest ratio of snappy: a copy of 64 bytes takes 3.
+/// Largest possible ratio of Snappy: 3 bytes can copy 64 bytes.
 #[cfg(feature = "parquet")]
 const MAX_SNAPPY_RATIO: usize = 64;
-/// The largest ratio of LZ4: a run of 255 takes 1.
+/// Largest possible ratio of LZ4: one byte can describe a run of 255 bytes.
 #[cfg(feature = "parquet")]
 const MAX_LZ4_RATIO: usize = 256;
-/// Size of the input buffer of the Brotli decoder.
+/// Size of the input buffer of the Brotli decoder, bytes.
 #[cfg(feature = "parquet")]
 const BROTLI_BUFFER_BYTES: usize = 4096;
 
 impl Compression {
-    /// The content of `packed`, decompressed while it is read.
+    /// A reader that decompresses `packed`.
     pub fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
         Ok(match self {
             Compression::None => Box::new(packed),
@@ -64,7 +64,7 @@ impl Compression {
         })
     }
 
-    /// The content of `packed`, `size` bytes; another size is an error.
+    /// Decompresses `packed`. Fails if the result has not exactly `size` bytes.
     pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
@@ -73,7 +73,7 @@ impl Compression {
         Ok(out)
     }
 
-    /// The content of `packed`; more than `most` bytes are an error.
+    /// Decompresses `packed`. Fails if the result has more than `most` bytes.
     pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
@@ -88,7 +88,7 @@ impl Compression {
             Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,
             #[cfg(feature = "parquet")]
             Compression::Brotli => bounded(brotli_decompressor::Decompressor::new(packed, BROTLI_BUFFER_BYTES), most)?,
-            // The decoders of blocks allocate at once, so the ratio of their format bounds the size first.
+            // These decoders allocate the whole output at once, so the size is first bounded by the largest ratio of the format.
             #[cfg(feature = "parquet")]
             Compression::Snappy => {
                 let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;
@@ -116,12 +116,12 @@ impl Compression {
     }
 }
 
-/// The largest accepted size of the decompressed bytes.
+/// Largest accepted size of the decompressed bytes, from the compressed size.
 fn most_of(packed: &[u8]) -> usize {
     packed.len().saturating_mul(MAX_UNPACKING_RATIO).saturating_add(UNPACKING_ALLOWANCE_BYTES)
 }
 
-/// Blocks after two big-endian lengths of four bytes each: decompressed and compressed.
+/// Decompresses blocks after two big-endian lengths of four bytes each: decompressed length, then compressed length.
 #[cfg(feature = "parquet")]
 fn hadoop(mut packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
@@ -135,7 +135,7 @@ fn hadoop(mut packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     Ok(out)
 }
 
-/// At most one byte more than `most`, which is enough to detect an excess.
+/// Reads at most one byte more than `most`, which is enough to detect that the data is too long.
 fn bounded(reader: impl Read, most: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
     let read = reader.take(most as u64 + 1).read_to_end(&mut out);
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use std::io::Write;
 
-    /// Every format with a block from its own encoder.
+    /// For every format, a block that was compressed by the encoder of this format.
     fn packed(bytes: &[u8]) -> Vec<(Compression, Vec<u8>)> {
         let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         gzip.write_all(bytes).unwrap();
@@ -166,7 +166,7 @@ mod tests {
         ]
     }
 
-    /// Two blocks in the format of Hadoop.
+    /// Two LZ4 blocks in the format of Parquet (Hadoop), each after its two lengths.
     fn hadoop_of(bytes: &[u8]) -> Vec<u8> {
         let half = bytes.len() / 2;
         let block = |bytes: &[u8]| {
@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// A truncated or changed block is read or refused, never a panic.
+    /// A truncated or changed block is read or refused, but the decoder never panics.
     #[test]
     fn damage_does_not_panic() {
         let bytes = signal();

@@ -1,30 +1,30 @@
-//! The kind of a file by its first bytes, and the messages for kinds that are not read.
+//! Determines the format of a file by its first bytes, and gives the messages for formats that cannot be read.
 
 use crate::formats::json;
 use crate::formats::registered::{self, LogReader};
 
-/// The kind of a file.
+/// The format of a file, determined by its first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileFormat {
-    /// Delimited text, or an unknown kind.
+    /// Delimited text, or an unknown format.
     Text,
     /// A gzip stream of text.
     Gzip,
-    /// A zstd stream of any other kind.
+    /// A zstd stream that contains any other format.
     Zstd,
     Numpy,
     Json,
     Parquet,
     Mcap,
-    /// The format at this index of the formats that other packages read.
+    /// A format that another package reads: its index in the list of registered formats.
     Registered(usize),
-    /// A format that another program can convert.
+    /// A format that cannot be read here: the message with a command that converts it.
     Foreign(&'static str),
 }
 
 use FileFormat::*;
 
-/// First bytes and their kinds.
+/// The first bytes of each format.
 const FILE_KINDS: [(&[u8], FileFormat); 7] = [
     (b"\x1f\x8b", Gzip),
     (b"\x28\xb5\x2f\xfd", Zstd),
@@ -85,10 +85,10 @@ const PICKLE: &str = "a pickle of Python, which may run any code and is not read
 pub(crate) const NO_PARQUET: &str = "this program was built without the feature `parquet`; the programs and wheels of a \
     release have it, and docs/how-to/install.md says how to build one";
 
-/// The command that converts a Parquet file to Arrow.
+/// A command that converts a Parquet file to an Arrow file.
 const FROM_PARQUET: &str = "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\"";
 
-/// Number of first bytes that determine the kind of a file.
+/// Number of first bytes that determine the format.
 pub(crate) const MAGIC_BYTES: usize = 16;
 
 impl FileFormat {
@@ -106,7 +106,7 @@ impl FileFormat {
         core.or_else(json).or_else(registered).or_else(foreign).unwrap_or(Text)
     }
 
-    /// The reader of such a file, where another package has one.
+    /// The registered reader for this format; `None` if there is none.
     pub(crate) fn reader(self) -> Option<LogReader> {
         match self {
             Registered(place) => Some(registered::reader(place)),
@@ -114,24 +114,24 @@ impl FileFormat {
         }
     }
 
-    /// Whether such a file has an index at its end, so that it is read by position.
+    /// Whether files of this format have an index at their end, so that they must be read by position.
     pub(crate) fn has_index(self) -> bool {
         self == Parquet || matches!(self.reader(), Some(LogReader::Indexed { .. }))
     }
 
-    /// Whether such a file contains messages.
+    /// Whether files of this format contain messages (recordings).
     pub(crate) fn is_recording(self) -> bool {
         let holds_messages =
             |reader| matches!(reader, LogReader::Recording { .. } | LogReader::Absent { is_recording: true, .. });
         self == Mcap || self.reader().is_some_and(holds_messages)
     }
 
-    /// The reason why files of this kind are not read, and the remedy; `None` where they are read.
+    /// The message why files of this format cannot be read, with a remedy; `None` if they can be read.
     pub(crate) fn refusal(self) -> Option<String> {
         match (self, self.reader()) {
             (Foreign(what), _) | (_, Some(LogReader::Absent { what, .. })) => Some(format!("this is {what}")),
             (Parquet, _) if !cfg!(feature = "parquet") => {
-                // The converted file must be readable here.
+                // The command converts to Arrow, so it is shown only if Arrow can be read.
                 let line = registered::format_names().contains(&"Arrow").then_some(FROM_PARQUET);
                 let remedy = line.map_or(String::new(), |line| format!("; or convert it: `{line}`"));
                 Some(format!("this is a Parquet file: {NO_PARQUET}{remedy}"))
@@ -145,7 +145,7 @@ impl FileFormat {
 mod tests {
     use super::*;
 
-    /// A part of a recording that nothing reads may not be missing from a folder; another file next to it is no part.
+    /// If a folder contains a part of a recording in a format without a reader, the folder is refused. Other files do not matter.
     #[test]
     fn formats_that_are_absent_say_what_they_are() {
         let absent = |magic: &'static [u8], what: &'static str, is_recording: bool| registered::LogFormat {
@@ -163,7 +163,7 @@ mod tests {
         assert!(Mcap.is_recording() && !Text.is_recording());
     }
 
-    /// A file that is not read is refused with the name of its format.
+    /// A file that cannot be read is refused with a message that names its format.
     #[test]
     fn files_that_are_not_read_say_what_they_are() {
         for (magic, content) in FILE_KINDS {

@@ -1,9 +1,9 @@
-//! Delimited text, read some rows at a time. The delimiter is a comma, a semicolon, a tab or blanks; `#` starts a comment line;
+//! Reads delimited text, some rows at a time. The delimiter is a comma, a semicolon, a tab or blanks; `#` starts a comment line;
 //! there is one header line.
 //!
-//! The text is read in windows, which are cut into blocks of whole rows. The processor's threads read the blocks. The results are
-//! joined in order and are independent of the number of threads. The memory is limited to a window and the returned rows: a row
-//! has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` defines a row.
+//! The text is read in windows, and each window is divided into blocks of whole rows. Several threads read the blocks. The
+//! results are joined in order, so they do not depend on the number of threads. The memory is bounded by a window and the
+//! returned rows: a row has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` defines what a row is.
 
 use std::io::{BufReader, Error as IoError, ErrorKind, Read};
 
@@ -18,52 +18,52 @@ use crate::formats::number::{is_word, number};
 use crate::formats::rows::{Block, Dialect, WholeRows};
 use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 
-/// Bytes in which the header must end.
+/// The header must end within this number of bytes.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// Greatest number of bytes of a row with the lines before it, and of a block. Ten thousand numbers of full length take a quarter
-/// of it.
+/// Largest number of bytes of a row with the lines without rows before it, and of a block. Ten thousand numbers of full length
+/// need only a quarter of it.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
-/// Blocks of a window.
+/// Largest number of blocks in a window.
 const BLOCKS_PER_WINDOW: usize = 8;
 
-/// Greatest number of values in a block, for short rows.
+/// Largest number of values in a block. It limits blocks with short rows.
 const MAX_CELLS_PER_TEXT_BLOCK: usize = 1 << 18;
 
-/// Fewer bytes are read by one thread, because starting another takes as long.
+/// A smaller number of bytes is read by one thread, because starting a second thread would take as long.
 const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
-/// First bytes in which a zero marks a binary file.
+/// If one of this number of first bytes is zero, the file is binary.
 const BINARY_CHECK_BYTES: usize = 4096;
 
-/// A file with mostly ragged rows is refused once its ragged rows have more cells than this.
+/// If most rows are ragged, the file is refused as soon as its ragged rows have more cells than this.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
-/// Memory of a number in a table, bytes: columns grow by doubling, with old and new memory in use at once.
+/// Memory for one number in a table, bytes. A column grows by doubling, so the old and the new memory are in use together.
 const MEMORY_PER_NUMBER_BYTES: usize = 3 * size_of::<f64>();
 
-/// A reader of a text in rows.
+/// Reads a text in rows.
 pub(crate) struct TableReader<'a> {
     file: String,
     header: Vec<String>,
     dialect: Dialect,
     text: Box<dyn Read + Send + 'a>,
-    /// Count of the bytes of a compressed text.
+    /// Counts the bytes of a compressed text; `None` if the text is not compressed.
     packed: Option<PackedBytes>,
-    /// The window: bytes from `at` on are unread.
+    /// The window. The bytes from `at` on are not read yet.
     window: Vec<u8>,
     at: usize,
-    /// Whether the text ends with the window.
+    /// Whether the window contains the end of the text.
     is_last: bool,
-    /// Line ends before `at`.
+    /// Number of line ends before the window position `at`.
     ends: usize,
-    /// Bytes without a row before `at`.
+    /// Number of bytes since the last row.
     idle: usize,
-    /// A row that was read with the header, and its line.
+    /// A row that was read together with the header, and its line.
     waiting: Option<(usize, Vec<Vec<u8>>)>,
-    /// Remarks on deviations from the text.
+    /// Notes on unusual properties of the text.
     notes: Vec<String>,
-    /// Rows returned so far.
+    /// Number of rows that were returned so far.
     rows: usize,
     threads: usize,
 }
@@ -78,7 +78,7 @@ impl<'a> TableReader<'a> {
         Ok(TableReader { packed, ..TableReader::new(file, text)? })
     }
 
-    /// Reads the header of a text.
+    /// Starts to read a text with its header.
     pub(crate) fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
         let failed = |e: IoError| unreadable(file, 0, &e);
@@ -98,7 +98,7 @@ impl<'a> TableReader<'a> {
             .find(|(_, l)| !is_comment(l))
             .ok_or_else(|| Error::at(file, 0, "only blank lines and comments; a header line is expected"))?;
         let delimiter = delimiter(first);
-        // numpy.savetxt writes the header as a comment above the numbers.
+        // numpy.savetxt writes the header as a comment before the numbers.
         let comment =
             lines().take_while(|(_, l)| is_comment(l)).last().map(|(_, l)| l.trim_ascii_start()[1..].to_vec());
         let start = head.split_inclusive(|&b| b == b'\n').take(line).map(<[u8]>::len).sum::<usize>();
@@ -137,9 +137,9 @@ impl<'a> TableReader<'a> {
         })
     }
 
-    /// The next rows, at most `most`; none at the end.
+    /// The next rows, at most `most`. An empty table means the end of the text.
     ///
-    /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are missing.
+    /// Fails if a row cannot be read, if there are more than [`MAX_CELLS`] numbers, or if most cells are missing.
     fn next_rows(&mut self, most: usize) -> Result<Table, Error> {
         self.units()?;
         let mut table = Table {
@@ -151,7 +151,7 @@ impl<'a> TableReader<'a> {
             notes: self.notes.clone(),
             ..Table::default()
         };
-        // The row that was read while the header was searched.
+        // First the row that was read together with the header.
         if most > 0
             && let Some((line, cells)) = self.waiting.take()
         {
@@ -160,7 +160,7 @@ impl<'a> TableReader<'a> {
             let block = self.dialect.read(&row, WholeRows { bytes: row.len(), most: 1, are_plain: false });
             self.append(&mut table, &block, line)?;
         }
-        // Blocks of whole rows, read by all threads, appended in the order of the file.
+        // Several threads read blocks of whole rows. The blocks are appended in the order of the file.
         while table.rows() < most {
             let cuts = self.cuts(most - table.rows())?;
             if cuts.is_empty() {
@@ -172,7 +172,7 @@ impl<'a> TableReader<'a> {
             wanted.for_each(|(column, _)| column.reserve(more));
             for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.bytes)) {
                 self.at += bytes;
-                // Bytes without rows use memory, so they are bounded too.
+                // Bytes without rows also need memory, so their number is bounded.
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
                 if self.idle > MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
@@ -185,7 +185,7 @@ impl<'a> TableReader<'a> {
         Ok(table)
     }
 
-    /// Appends rows of units below the header to the header.
+    /// If rows with units follow the header, appends the units to the header names.
     fn units(&mut self) -> Result<(), Error> {
         while self.rows == 0 && self.waiting.is_none() {
             self.fill(MAX_ROW_BYTES)?;
@@ -202,7 +202,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Fills the window until it holds this many unread bytes, or the text ends.
+    /// Fills the window until it has this number of unread bytes, or until the text ends.
     fn fill(&mut self, bytes: usize) -> Result<(), Error> {
         let unread = self.window.len() - self.at;
         if self.is_last || unread >= bytes {
@@ -219,7 +219,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Cuts the window into blocks of whole rows, together at most `most` rows.
+    /// Divides the window into blocks of whole rows, with at most `most` rows together.
     fn cuts(&mut self, most: usize) -> Result<Vec<WholeRows>, Error> {
         self.fill(MAX_ROW_BYTES + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
@@ -240,7 +240,7 @@ impl<'a> TableReader<'a> {
         Ok(cuts)
     }
 
-    /// Reads blocks, in their order.
+    /// Reads blocks on several threads; the results have the order of the blocks.
     fn read(&self, cuts: &[WholeRows]) -> Vec<Block> {
         let mut at = self.at;
         let texts: Vec<(&[u8], WholeRows)> = cuts
@@ -255,9 +255,9 @@ impl<'a> TableReader<'a> {
         in_parallel(texts, threads, |(text, rows)| dialect.read(text, rows))
     }
 
-    /// Appends a block whose first line is `line`.
+    /// Appends a block to the table. `line`: number of the first line of the block.
     ///
-    /// Fails when the table exceeds its bounds.
+    /// Fails if the table becomes too large, or if most rows are ragged.
     fn append(&self, table: &mut Table, block: &Block, line: usize) -> Result<(), Error> {
         let (rows, width) = (table.lines.len(), self.header.len());
         let wanted = self.dialect.wanted.iter().zip(&mut table.columns).filter(|(wanted, _)| **wanted);
@@ -270,7 +270,7 @@ impl<'a> TableReader<'a> {
                 *text = Some((line + above, found.clone()));
             }
         }
-        // A file with mostly ragged rows is refused before it fills the memory.
+        // If most rows are ragged, the file is refused before it fills the memory.
         for row in block.ragged.iter().map(|row| rows + row) {
             table.ragged += 1;
             if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MAX_RAGGED_CELLS {
@@ -279,7 +279,7 @@ impl<'a> TableReader<'a> {
                 return Err(Error::at(&self.file, table.line(row), message));
             }
         }
-        // Numbers of a compressed file count against its budget, like its bytes.
+        // For a compressed file, the memory of the numbers is also taken from the memory budget of the file.
         if let Some(packed) = &self.packed {
             let numbers = self.dialect.wanted.iter().filter(|wanted| **wanted).count().saturating_mul(table.rows());
             let drawn = packed.budget().draw(numbers.saturating_mul(MEMORY_PER_NUMBER_BYTES));
@@ -311,7 +311,7 @@ impl RowReader for TableReader<'_> {
     }
 }
 
-/// The decompressed content of a source.
+/// A source whose content is decompressed while it is read.
 pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
 
 /// A gzip or zstd stream, decompressed while it is read.
@@ -332,7 +332,7 @@ pub(crate) fn unpacked<'a>(
     })
 }
 
-/// Cells as a row of text that is read back as the same cells.
+/// Writes cells as a row of text that is read as the same cells.
 fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
     let quoted = |cell: &Vec<u8>| {
         let doubled = cell.iter().flat_map(|&b| if b == b'"' { vec![b, b] } else { vec![b] });
@@ -344,7 +344,7 @@ fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
 /// The error of a stream, by its kind.
 pub(crate) fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     match e.kind() {
-        // The kinds of error that a decoder reports for damaged input.
+        // A decoder reports these kinds of error for damaged input.
         ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => {
             Error::at(file, line, format!("the compressed stream is damaged or cut short: {e}"))
         }
@@ -359,7 +359,7 @@ fn too_long() -> IoError {
     IoError::new(ErrorKind::FileTooLarge, message)
 }
 
-/// The words of a line.
+/// The words of a line, without blanks at their ends.
 fn split(line: &str, delimiter: Option<u8>) -> Vec<String> {
     let words: Vec<&str> = match delimiter {
         Some(d) => line.split(char::from(d)).collect(),
@@ -406,7 +406,7 @@ mod tests {
         assert_eq!(euro.columns, [[0.5, 1.0], [1.25, 1.5]]);
     }
 
-    /// A pseudo-random generator that reaches every bit of a number.
+    /// A pseudo-random number. The generator reaches every bit of the number.
     fn random(state: &mut u64) -> u64 {
         *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         *state >> 20

@@ -1,10 +1,10 @@
-//! JSON as a table: an object of arrays, an array of objects, or an object on each line (JSON Lines).
+//! Reads JSON as a table: an object of arrays, an array of objects, or one object per line (JSON Lines).
 //!
-//! | file | is |
+//! | file | meaning |
 //! |---|---|
-//! | `{"t": [0, 0.1], "q": [[1, 2], [3, 4]]}` | arrays, as those of a .npz |
-//! | `[{"t": 0, "q": [1, 2]}, ..]` | a row per object |
-//! | `{"t": 0, "q": [1, 2]}` on each line | a row per line |
+//! | `{"t": [0, 0.1], "q": [[1, 2], [3, 4]]}` | named arrays, as in a .npz |
+//! | `[{"t": 0, "q": [1, 2]}, ..]` | one row per object |
+//! | `{"t": 0, "q": [1, 2]}` on each line | one row per line |
 //!
 //! `records` names the columns of a row. A null is a missing number.
 
@@ -28,9 +28,9 @@ const EXPECTED: &str = "an object such as {\"t\": 0, \"q\": [1, 2]} in each row"
 /// First bytes of such a file.
 pub(crate) const HEADS: [&[u8]; 6] = [b"{", b"[{", b"[ {", b"[\n{", b"[\n ", b"[\r\n"];
 
-/// Reads a file within a budget.
+/// Reads a JSON file. The memory is taken from `budget`.
 ///
-/// Fails where it is no JSON, or holds no rows of numbers.
+/// Fails if the text is not JSON, or if it contains no rows of numbers.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let broken = |e: serde_json::Error| Error::at(file, e.line(), format!("this is no JSON: {e}"));
     let mut rows = Records::new(budget);
@@ -40,7 +40,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         return rows.into_table(file, EXPECTED);
     }
     let all = bytes.split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.trim_ascii().is_empty());
-    // Of an object of arrays the first line is no object, or the only one.
+    // In JSON Lines, the first two lines are both whole JSON values. Otherwise the file is a single object of arrays.
     let mut some = all.clone().take(2).map(|(_, line)| serde_json::from_slice::<serde::de::IgnoredAny>(line).is_ok());
     if (some.next(), some.next()) != (Some(true), Some(true)) {
         rows.budget.draw(VALUE_BYTES_PER_BYTE.saturating_mul(bytes.len())).map_err(|e| Error::at(file, 0, e))?;
@@ -58,7 +58,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     rows.into_table(file, EXPECTED)
 }
 
-/// The arrays of numbers in a value, with their names.
+/// The arrays of numbers inside a value, with their names.
 fn arrays(name: String, value: &Value, found: &mut Vec<(String, Array)>) {
     let numbers = |value: &Value| -> Option<Vec<f64>> {
         value.as_array()?.iter().map(|x| x.as_f64().or(x.is_null().then_some(f64::NAN))).collect()
@@ -207,7 +207,7 @@ mod tests {
         }
         let long = format!("{{\"{}\": 1}}\n{{\"t\": 1}}\n", "n".repeat(300));
         assert!(table(&long).unwrap_err().contains("longer than 256 bytes"));
-        // A key of its own in every row: more missing numbers than the file is worth.
+        // Each row has a new key. The table would contain far more missing numbers than the file has bytes.
         let sparse: String = (0..20_000).map(|k| format!("{{\"k{}\":1}}\n", k % 9999)).collect();
         assert!(table(&sparse).is_err());
         let whole = "[{\"t\": 0, \"q\": [1, {\"a\": 2}]}]";

@@ -1,8 +1,8 @@
-//! A data set of LeRobot: a folder with `meta/info.json` and the episodes as Parquet files in `data`.
+//! Reads a data set of LeRobot: a folder with `meta/info.json`, and with the episodes as Parquet files in `data`.
 //!
-//! The files are read in the order of their names and concatenated; `episode_index` separates them again. The names of the motors
-//! are in `meta/info.json` and are noted, with their columns. The units of columns are those of the header, else SI
-//! (columns/finder.rs); `rist columns` guesses them from values (columns/proposal.rs).
+//! The files are read in the order of their names and concatenated; the column `episode_index` separates the episodes. A note
+//! lists the motor names of `meta/info.json` with their columns. The unit of a column is the unit in its header, otherwise the SI
+//! unit (columns/finder.rs). `rist columns` proposes units from the values (columns/proposal.rs).
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +11,12 @@ use gate::source;
 use crate::Error;
 use crate::table::{MAX_CELLS, Table};
 
-/// Greatest size of `meta/info.json`, bytes.
+/// Largest size of `meta/info.json`, bytes.
 const MAX_INFO_BYTES: u64 = 1 << 22;
-/// Greatest number of files of a data set.
+/// Largest number of files in a data set.
 const MAX_FILES: usize = 100_000;
 
-/// Reads the data set in a folder; `None` where the folder is no data set.
+/// Reads the data set in a folder; `None` if the folder is not a data set.
 pub(crate) fn read(folder: &Path) -> Result<Option<Table>, Error> {
     let info = folder.join("meta").join("info.json");
     if !folder.is_dir() || !info.is_file() {
@@ -37,7 +37,7 @@ pub(crate) fn read(folder: &Path) -> Result<Option<Table>, Error> {
     Ok(Some(table))
 }
 
-/// The Parquet files in `data`, in folders of one level, by name.
+/// The Parquet files in `data` and in its direct subfolders, sorted by name.
 fn files(data: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![data.to_path_buf()];
@@ -72,7 +72,7 @@ fn append(all: &mut Table, next: &Table) -> Result<(), String> {
     Ok(())
 }
 
-/// The motors of the arrays, in sentences.
+/// Sentences that list the motors of each array.
 fn names(info: &Path) -> Result<Vec<String>, Error> {
     let file = info.display().to_string();
     let bytes = source::read(info, MAX_INFO_BYTES).map_err(|e| Error::at(&file, 0, format!("cannot be read: {e}")))?;
@@ -81,7 +81,7 @@ fn names(info: &Path) -> Result<Vec<String>, Error> {
     let Some(features) = info.get("features").and_then(|features| features.as_object()) else { return Ok(vec![]) };
     let mut notes = Vec::new();
     for (feature, about) in features.iter().filter(|(name, _)| name.starts_with("observation.")) {
-        // Older sets have `names: {motors: [..]}`.
+        // Older data sets have `names: {motors: [..]}` instead of a list.
         let names = match about.get("names") {
             Some(serde_json::Value::Object(groups)) => groups.values().next(),
             other => other,

@@ -1,15 +1,15 @@
-//! The common elements of all kinds of recordings: channels and their messages.
+//! Channels and messages, as all formats of recordings have them.
 
-/// A topic of a recording.
+/// A channel of a recording: its topic and its message type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
     /// Name of the topic.
     pub topic: String,
-    /// The name of the message type: `sensor_msgs/msg/JointState`.
+    /// Name of the message type, for example `sensor_msgs/msg/JointState`.
     pub schema: String,
-    /// The encoding of the messages: `cdr`, `ros1`.
+    /// Encoding of the messages, for example `cdr` or `ros1`.
     pub encoding: String,
-    /// The language of the type's definition and the definition, where the recording has it.
+    /// The definition of the message type: its language and its text. `None` if the recording does not contain it.
     pub definition: Option<(String, String)>,
 }
 
@@ -19,18 +19,18 @@ pub struct Message<'a> {
     pub channel: &'a Channel,
     /// Time at which the recorder received the message, ns.
     pub log_time: i64,
-    /// Its bytes, in the encoding of the channel.
+    /// The bytes of the message, in the encoding of the channel.
     pub data: &'a [u8],
 }
 
-/// Receiver of the messages of a recording. Its error ends the reading.
+/// A function that receives the messages of a recording. If it returns an error, reading stops.
 pub type Receiver<'a> = dyn FnMut(&Message) -> Result<(), String> + 'a;
 
-/// The result of reading a file.
+/// The result of reading a recording.
 #[derive(Debug, Default)]
 pub struct ReadOutcome {
     /// The channels of the file.
     pub channels: Vec<Channel>,
-    /// The position up to which the file was read, if not to its end.
+    /// If the file is incomplete: the position up to which it was read. `None` if it was read to its end.
     pub cut: Option<String>,
 }

@@ -1,9 +1,9 @@
-//! Arrays of NumPy (.npz, .npy) as a table of named columns.
+//! Reads NumPy arrays (.npz) as a table of named columns.
 //!
 //! `arrays` defines the columns of an array. A .npz is a zip of .npy files, stored or deflated. Only the variants that NumPy
-//! writes are read here. An array is decompressed block by block. The sizes in the zip are not trusted: its files must not
-//! overlap, and all arrays together stay within the [`Budget`] of the file and have at most [`MAX_CELLS`] numbers. An array of
-//! numbers that is not read is noted.
+//! writes are read. Arrays are decompressed block by block. The sizes that the zip states are not trusted: its files must not
+//! overlap, and all arrays together must stay within the [`Budget`] of the file and have at most [`MAX_CELLS`] numbers. An array
+//! with numbers of an unknown type gets a note.
 
 use std::io::Read;
 
@@ -15,13 +15,13 @@ use crate::formats::delimited::NO_HEADER;
 use crate::formats::registered::{self, LogReader};
 use crate::table::{MAX_CELLS, Table};
 
-/// Greatest size of all arrays, decompressed, bytes.
+/// Largest size of all decompressed arrays together, bytes.
 const MAX_ARRAY_BYTES: usize = 8 * MAX_CELLS;
 
-/// Bytes of an array that are decompressed at a time.
+/// Number of bytes of an array that are decompressed at a time.
 const BYTES_PER_BLOCK: usize = 1 << 16;
 
-/// Greatest size of the head of an array, bytes. NumPy writes some hundred.
+/// Largest size of the head of an array, bytes. NumPy writes some hundred bytes.
 const MAX_HEAD_BYTES: usize = 1 << 16;
 
 /// Reads the arrays of a file within a budget. The columns of a single .npy are c1, c2, ..
@@ -50,7 +50,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
                 None
             }
         };
-        // The bound holds for all arrays together, before they become columns.
+        // The limit holds for all arrays together, and is checked before they become columns.
         if let Some(array) = found {
             numbers += array.values.len();
             if numbers > MAX_CELLS {
@@ -104,15 +104,15 @@ struct ZipEntry<'a> {
     name: String,
     method: usize,
     packed: &'a [u8],
-    /// Decompressed size according to the zip, bytes.
+    /// Decompressed size that the zip states, bytes.
     size: usize,
 }
 
-/// Every file in a zip, by its central directory.
+/// All files in a zip, from its central directory.
 ///
-/// Fails when files overlap or their sizes exceed [`MAX_ARRAY_BYTES`] in total.
+/// Fails if files overlap, or if their sizes exceed [`MAX_ARRAY_BYTES`] in total.
 fn entries(bytes: &[u8]) -> Result<Vec<ZipEntry<'_>>, String> {
-    // The end of the directory: the number of files, and the position of their records.
+    // The record at the end of the directory has the number of files, and the position of their records.
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
     let count = number(bytes, end + 10, 2)?;
     let mut at = number(bytes, end + 16, 4)?;
@@ -126,7 +126,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<ZipEntry<'_>>, String> {
         let (name, extra, comment) =
             (number(bytes, at + 28, 2)?, number(bytes, at + 30, 2)?, number(bytes, at + 32, 2)?);
         let local = number(bytes, at + 42, 4)?;
-        // Name, extra field and comment follow each record; the file itself begins after its local head.
+        // Each record is followed by name, extra field and comment. The file itself is after its local head.
         let text = bytes.get(at + 46..at + 46 + name).ok_or("the zip ends too early")?;
         let text = String::from_utf8_lossy(text).into_owned();
         let start = local + 30 + number(bytes, local + 26, 2)? + number(bytes, local + 28, 2)?;
@@ -140,7 +140,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<ZipEntry<'_>>, String> {
         out.push(ZipEntry { name: text, method, packed: content, size });
         at += 46 + name + extra + comment;
     }
-    // Overlapping files could be decompressed many times.
+    // If files overlap, the same bytes could be decompressed many times.
     places.sort_unstable();
     if places.windows(2).any(|pair| pair[1].0 < pair[0].1) {
         return Err("the files in the zip overlap: it is damaged, or made to unpack without end".into());
@@ -148,7 +148,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<ZipEntry<'_>>, String> {
     Ok(out)
 }
 
-/// The bytes of a file in the zip, decompressed while they are read.
+/// A reader that decompresses a file in the zip.
 fn content<'a>(entry: &ZipEntry<'a>) -> Result<Box<dyn Read + 'a>, String> {
     match entry.method {
         0 => Ok(Box::new(entry.packed)),
@@ -160,19 +160,19 @@ fn content<'a>(entry: &ZipEntry<'a>) -> Result<Box<dyn Read + 'a>, String> {
 /// The content of a .npy.
 enum ArrayContent {
     Numbers(Array),
-    /// Texts, truth values, or no element.
+    /// Texts, booleans, or an empty array.
     Nothing,
-    /// Numbers or objects of a type that is not read.
+    /// Numbers or objects of a type that cannot be read: the name of the type.
     Unread(String),
 }
 
-/// The types of numbers that are read.
+/// The number types that can be read.
 const NUMBER_TYPES: [&str; 8] = ["<f8", "<f4", "<i8", "<u8", "<i4", "<i2", ">f8", ">f4"];
 
-/// Copies of the numbers of an array in memory at once: the array and the columns.
+/// Number of copies of the numbers in memory at the same time: the array and the columns.
 const COPIES_OF_AN_ARRAY: usize = 2;
 
-/// Fills `out`, or less at the end of the data; gives the number of bytes.
+/// Reads bytes until `out` is full or the data ends. Returns the number of bytes.
 fn filled(reader: &mut dyn Read, out: &mut [u8]) -> Result<usize, String> {
     let mut count = 0;
     while count < out.len() {
@@ -213,11 +213,11 @@ fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayCo
         return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
     }
     if !NUMBER_TYPES.contains(&kind.as_str()) {
-        // A list of fields, each with its own type.
+        // The type of a structured array is a list of fields.
         if kind.starts_with('[') || kind.contains('V') {
             return Ok(ArrayContent::Unread("records".into()));
         }
-        // Texts and truth values are no signals.
+        // Texts and booleans are no signals.
         let is_number = kind.contains(['f', 'i', 'u', 'c', 'O', 'm', 'M']);
         return Ok(if is_number { ArrayContent::Unread(kind) } else { ArrayContent::Nothing });
     }
@@ -240,7 +240,7 @@ fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayCo
     Ok(ArrayContent::Numbers(Array { shape, values }))
 }
 
-/// `count` numbers of N bytes each. Memory grows as they arrive.
+/// Reads `count` numbers of N bytes each. The memory grows while the numbers are read.
 fn take<const N: usize>(
     content: &mut dyn Read,
     count: usize,
@@ -255,7 +255,7 @@ fn take<const N: usize>(
             return Err("the data are cut short".into());
         }
         if values.capacity() - values.len() < wanted / N {
-            // Twice the size, but at most the size of the array.
+            // Doubles the memory, up to the size of the array.
             values.reserve_exact(values.len().max(wanted / N).min(count - values.len()));
         }
         values.extend(piece[..wanted].as_chunks::<N>().0.iter().map(|number| read(*number)));
@@ -362,7 +362,7 @@ mod tests {
         let table = Table::from_bytes("log.npz", &table).unwrap();
         assert_eq!(table.columns[1], [1.0, 2.5]);
         assert_eq!(table.notes, ["array `tau1` holds `<f2`, which is not read: save it as float64"]);
-        // Fields by name, in NumPy's notation for the type of a structured array: a list.
+        // A structured array with named fields. NumPy writes its type as a list.
         let fields = npy("", "(2,)", "False", &[0; 32]);
         let text = String::from_utf8_lossy(&fields).replace("'',", "[('a', '<f8'), ('b', '<f8')],");
         let head = text.find('{').unwrap();
@@ -393,7 +393,7 @@ mod tests {
         let file = zip(&[("q.npy", empty, false), ("dt.npy", dt.clone(), false)]);
         assert!(message(&file).contains("no array holds samples"), "{}", message(&file));
         let mut file = zip(&[("a.npy", dt.clone(), false), ("b.npy", dt, false)]);
-        // The second file of the directory points at the first.
+        // The second entry of the directory refers to the first file, so the files overlap.
         let last = file.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
         file[last + 42..last + 46].fill(0);
         assert!(message(&file).contains("overlap"), "{}", message(&file));

@@ -1,8 +1,8 @@
-//! The meaning of a cell of text: a number, a missing number, a date, or a word.
+//! Interprets a cell of text: a number, a missing number, a date, or a word.
 
-/// The number in a cell, or NaN for the notations of a missing number; `None` for other text.
+/// The number in a cell; NaN if the cell denotes a missing number; `None` for other text.
 ///
-/// Where the delimiter is a semicolon, a tab or a blank, a comma is a decimal point. A date with its time is in s since 1970.
+/// If the delimiter is not a comma, a comma is a decimal point. A date with a time is converted to s since 1970.
 pub(super) fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
@@ -22,15 +22,15 @@ pub(super) fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
     date(std::str::from_utf8(cell).ok()?)
 }
 
-/// The number at the start of the bytes, and its length.
+/// The number at the start of the bytes, and its length in bytes.
 ///
-/// m 10^-k with integers needs one division if m and 10^k are exact floating-point numbers, m <= 2^53 and k <= 22 [Clinger 1990].
-/// Controllers write such numbers. Other numbers are read by `fast_float2`.
+/// m 10^-k with integers m, k needs only one division if m and 10^k are exact floating-point numbers: m <= 2^53 and k <= 22
+/// [Clinger 1990]. Controllers write such numbers. All other numbers are read by `fast_float2`.
 pub(super) fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     let is_negative = bytes.first() == Some(&b'-');
     let start = usize::from(is_negative);
     let (mut integer, mut at) = (0u64, start);
-    // One digit at a time, since there are few before the point, and usually the same number as in the cell above.
+    // Reads one digit at a time, because there are few digits before the point, often as many as in the cell above.
     while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
         integer = integer.wrapping_mul(10).wrapping_add(u64::from(digit));
         at += 1;
@@ -50,7 +50,7 @@ pub(super) fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
         decimals = end - at - 1;
         (count, at) = (count + decimals, end);
     }
-    // Eighteen digits do not overflow; a letter may be an exponent.
+    // Eighteen digits do not overflow. If a letter follows, it may be an exponent.
     let is_plain = (1..=18).contains(&count) && !bytes.get(at).is_some_and(u8::is_ascii_alphabetic);
     if !is_plain || integer > 1 << 53 {
         return fast_float2::parse_partial(bytes).ok();
@@ -59,16 +59,17 @@ pub(super) fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     Some((if is_negative { -x } else { x }, at))
 }
 
-/// The value of the digits at the start, at most eight, and their number.
+/// The value of the digits at the start, at most eight, and the number of digits.
 ///
-/// Eight bytes at once: the digits are shifted to the end, after zeros, and combined in pairs, fours and eights [Lemire 2021].
+/// Reads eight bytes at once: the digits are shifted to the end, after zeros, and combined in pairs, fours and eights [Lemire
+/// 2021].
 fn some_digits(bytes: &[u8]) -> (u64, usize) {
     let Some(eight) = bytes.first_chunk::<8>() else {
         let digit = |b: &u8| Some(u64::from(b.wrapping_sub(b'0'))).filter(|digit| *digit < 10);
         return bytes.iter().map_while(digit).fold((0, 0), |(value, count), digit| (10 * value + digit, count + 1));
     };
     let values = u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030;
-    // Sets the upper bit of each byte above nine. A carry affects only bytes after such a byte.
+    // Sets the highest bit of each byte that is above nine. A carry only affects bytes after such a byte.
     let others = (values.wrapping_add(0x7676_7676_7676_7676) | values) & 0x8080_8080_8080_8080;
     let count = others.trailing_zeros() as usize / 8;
     if count == 0 {
@@ -77,7 +78,7 @@ fn some_digits(bytes: &[u8]) -> (u64, usize) {
     (eight_digits(values << (64 - 8 * count)), count)
 }
 
-/// The value of eight digits, one byte each, the first digit in the lowest byte.
+/// The value of eight digits, one per byte. The first digit is in the lowest byte.
 #[inline(always)]
 fn eight_digits(values: u64) -> u64 {
     let pairs = values.wrapping_mul(10).wrapping_add(values >> 8);
@@ -86,9 +87,9 @@ fn eight_digits(values: u64) -> u64 {
     low.wrapping_add(high) >> 32
 }
 
-/// The number from `start` to `end`, if it is plain and has at most eight characters after its sign.
+/// The number in the bytes from `start` to `end`, if it is plain and has at most eight characters after its sign.
 ///
-/// The characters are read at once, and the point is removed. The result equals the result of [`leading`].
+/// All characters are read at once, and the point is removed. The result equals the result of [`leading`].
 #[inline(always)]
 pub(super) fn short(bytes: &[u8], start: usize, end: usize) -> Option<f64> {
     let is_negative = usize::from(*bytes.get(start)? == b'-');
@@ -99,7 +100,7 @@ pub(super) fn short(bytes: &[u8], start: usize, end: usize) -> Option<f64> {
     }
     let outside = 64 - 8 * length as u32;
     let mut values = (u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030) >> outside << outside;
-    // Sets the upper bit of each byte above nine, as in `some_digits`. Any such byte except one point means no number.
+    // Sets the highest bit of each byte above nine, as in `some_digits`. Only one such byte is allowed: the point.
     let others = (values.wrapping_add(0x7676_7676_7676_7676) | values) & 0x8080_8080_8080_8080;
     let mut decimals = 0;
     if others != 0 {
@@ -115,14 +116,14 @@ pub(super) fn short(bytes: &[u8], start: usize, end: usize) -> Option<f64> {
     Some(eight_digits(values).cast_signed() as f64 / SIGNED_POWERS_OF_TEN[is_negative][decimals])
 }
 
-/// Powers of ten, by the number of digits.
+/// Powers of ten as integers; the index is the exponent.
 const INTEGER_POWERS_OF_TEN: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
-/// Powers of ten that are exact floating-point numbers.
+/// Powers of ten as floating-point numbers, all exact; the index is the exponent.
 const EXACT_POWERS_OF_TEN: [f64; 19] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
 
-/// 10^k and -10^k: the quotient by the second has the opposite sign of the quotient by the first.
+/// 10^k and -10^k. The division by -10^k gives the negative number.
 const SIGNED_POWERS_OF_TEN: [[f64; 8]; 2] =
     [[1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7], [-1e0, -1e1, -1e2, -1e3, -1e4, -1e5, -1e6, -1e7]];
 
@@ -131,7 +132,7 @@ pub(super) fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
     std::str::from_utf8(cell).is_ok() && number(cell, delimiter).is_none()
 }
 
-/// `2026-11-21 07:49:04.25`, also with a `T` in between and a `Z` at the end: s since 1970.
+/// Converts `2026-11-21 07:49:04.25` to s since 1970. There may be a `T` between date and time, and a `Z` at the end.
 fn date(cell: &str) -> Option<f64> {
     let (day, time) = cell.trim_end_matches('Z').split_once(['T', ' '])?;
     let parts = |text: &str, separator: char| -> Option<[f64; 3]> {
@@ -140,7 +141,7 @@ fn date(cell: &str) -> Option<f64> {
     };
     let ([year, month, day], [hours, minutes, seconds]) = (parts(day, '-')?, parts(time, ':')?);
     let inside = (1970.0..2100.0).contains(&year) && (1.0..13.0).contains(&month) && (1.0..32.0).contains(&day);
-    // Days since 1970 in the civil calendar, with years that begin in March.
+    // Days since 1970 in the Gregorian calendar. The year is counted from March, so that the leap day is its last day.
     let (y, m) = if month > 2.0 { (year, month - 3.0) } else { (year - 1.0, month + 9.0) };
     let days = 365.0 * y + (y / 4.0).floor() - (y / 100.0).floor() + (y / 400.0).floor();
     let days = days + ((153.0 * m + 2.0) / 5.0).floor() + day - 719_469.0;
@@ -153,7 +154,7 @@ mod tests {
 
     #[test]
     fn dates_are_seconds() {
-        // Seconds from `date -u -d .. +%s`.
+        // The expected seconds are from `date -u -d .. +%s`.
         for (text, seconds) in [
             ("1970-01-01 00:00:00", 0.0),
             ("2000-02-29T12:00:00Z", 951_825_600.0),

@@ -1,10 +1,10 @@
-//! Reads a row of text with known ends of its cells.
+//! Reads a row of text if the ends of its cells are known.
 
 use crate::formats::number::{leading, short};
 use crate::formats::rows::{Block, Dialect};
 
 impl Dialect {
-    /// Reads the row that begins at `at`, with the known `ends` of all cells; returns the start of the next line.
+    /// Reads the row that begins at `at`. `ends`: positions of the ends of all its cells. Returns the start of the next line.
     #[inline(always)]
     pub(super) fn read_plain_row(
         &self,
@@ -31,7 +31,7 @@ impl Dialect {
         start
     }
 
-    /// The number of the cell of this `length` at the start of the bytes.
+    /// The number in the cell with this `length` at the start of the bytes.
     #[inline(never)]
     fn long(&self, bytes: &[u8], length: usize, line: usize, text: &mut Option<(usize, String)>) -> f64 {
         let cell = bytes[..length].trim_ascii();
@@ -83,7 +83,7 @@ mod tests {
                     0 => text.push_str("# a comment; with, cells\n"),
                     1 => text.push_str("\r\n"),
                     short => {
-                        // Some rows have one cell less or more.
+                        // Some rows have one cell too few or too many.
                         let width = if short < 5 { width + short - 3 } else { width };
                         let some = (0..width.max(1)).map(|_| cells[any(cells.len())]);
                         let row: Vec<&str> = some.filter(|cell| delimiter != b',' || !cell.contains(',')).collect();

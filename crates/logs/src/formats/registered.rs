@@ -1,4 +1,4 @@
-//! Formats that other packages read; they are registered before the first file is opened.
+//! Log formats that other packages read. They must be registered before the first file is opened.
 
 use std::io::Read;
 use std::path::Path;
@@ -14,69 +14,69 @@ use crate::table::{RowReader, Table};
 /// A format of log files.
 #[derive(Clone, Copy)]
 pub struct LogFormat {
-    /// Name of the format in lists; formats with the same name count as one.
+    /// Name of the format for lists. Formats with the same name appear only once.
     pub name: &'static str,
     /// The first bytes of its files; of a format in a zip, the name of a file that only its zips have.
     pub magic: &'static [u8],
-    /// Its reader.
+    /// The reader of the format.
     pub reader: LogReader,
 }
 
-/// Reads a table from the bytes of a file with this name; decompressed bytes are drawn from the budget.
+/// A function that reads a table from bytes. Arguments: file name, bytes, and the budget from which decompressed bytes are taken.
 pub type ReadBytes = fn(&str, &[u8], &mut Budget) -> Result<Table, Error>;
 
-/// Selects channels of a recording.
+/// A function that selects the channels of a recording.
 pub type WantedChannels<'a> = dyn Fn(&Channel) -> bool + 'a;
 
-/// Passes messages of a recording to a receiver; decompressed bytes are drawn from the budget.
+/// A function that passes the messages of a recording to a receiver. Decompressed bytes are taken from the budget.
 pub type ReadMessages<Of> = fn(&Of, &WantedChannels, &mut Budget, &mut Receiver) -> Result<ReadOutcome, String>;
 
-/// Rows that are read on demand.
+/// A reader of rows, or the error why the file cannot be opened.
 pub type RowIterator<'a> = Result<Box<dyn RowReader + 'a>, Error>;
 
-/// The reader of a format.
+/// How files of a format are read.
 #[derive(Clone, Copy)]
 pub enum LogReader {
-    /// From a file in memory.
+    /// The whole file is read into memory.
     Whole(ReadBytes),
-    /// Some rows at a time, by the index at the end of a file on disk.
+    /// Some rows are read at a time, with an index at the end of the file on disk.
     Indexed {
-        /// The rows of the file with this name.
+        /// Opens a file on disk. Arguments: file name and file.
         of_file: fn(&str, RandomAccessFile) -> RowIterator<'static>,
-        /// Reads a file that came through a pipe.
+        /// Reads a file from memory if it came through a pipe.
         of_bytes: ReadBytes,
     },
-    /// Some rows at a time, in sequence.
+    /// Some rows are read at a time, in the order of the file.
     Stream {
-        /// The rows of the stream with this name.
+        /// Opens a stream. Arguments: file name and stream.
         of_source: for<'a> fn(&str, Box<dyn Read + Send + 'a>) -> RowIterator<'a>,
-        /// Reads a stream that was decompressed.
+        /// Reads a stream from memory after it was decompressed.
         of_bytes: ReadBytes,
     },
-    /// The messages of a recording of ROS.
+    /// The file contains the messages of a ROS recording.
     Recording {
-        /// The messages of a file.
+        /// Reads the messages of a file on disk.
         of_file: ReadMessages<Path>,
-        /// The messages of a file that was decompressed.
+        /// Reads the messages from memory after the file was decompressed.
         of_bytes: ReadMessages<[u8]>,
     },
-    /// No reader.
+    /// There is no reader for this format.
     Absent {
-        /// The description of such a file, and the remedy.
+        /// A description of such a file, and a remedy.
         what: &'static str,
-        /// Whether it contains messages of a recording, and may not be missing from a folder of parts.
+        /// Whether the file contains messages of a recording. Then a folder with such a file cannot be read without it.
         is_recording: bool,
     },
 }
 
 static FORMATS: OnceLock<Vec<LogFormat>> = OnceLock::new();
 
-/// Adds formats; only the first call counts.
+/// Registers formats. Only the first call has an effect.
 pub fn register(formats: Vec<LogFormat>) {
     FORMATS.get_or_init(|| formats);
 }
 
-/// Formats of this package, in the order of use. Parquet is a feature, which LeRobot needs too.
+/// Formats that this package reads. Parquet and LeRobot need the feature `parquet`.
 const CORE_FORMATS: [&str; 7] = ["CSV", ".npz", "JSON", "MCAP", "rosbag2 directories", "Parquet", "LeRobot"];
 
 /// The names of all formats that this program reads, each once.
@@ -89,7 +89,7 @@ pub fn format_names() -> Vec<&'static str> {
     names
 }
 
-/// The index of the format with these first bytes.
+/// The index of the format with these first bytes; `None` if no registered format has them.
 pub(crate) fn of_head(head: &[u8]) -> Option<usize> {
     FORMATS.get()?.iter().position(|format| head.starts_with(format.magic))
 }

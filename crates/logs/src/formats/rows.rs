@@ -1,8 +1,8 @@
-//! Rows of delimited text, split into blocks and read into columns.
+//! Divides delimited text into blocks of rows, and reads the rows into columns.
 //!
-//! Blocks of whole rows are independent, so several are read in parallel. A number is parsed in place. Only a cell that is no
-//! plain number up to its delimiter is copied first. A quotation mark at the start of a cell encloses delimiters and line ends;
-//! inside it two marks stand for one. `#` at the start of a line makes it a comment. Blank lines are no rows.
+//! Blocks of whole rows are independent, so several blocks are read in parallel. A plain number is parsed without copying its
+//! cell. A quotation mark at the start of a cell encloses delimiters and line ends; inside it, two marks mean one mark. `#` at
+//! the start of a line marks a comment. Blank lines are no rows.
 
 use std::borrow::Cow;
 
@@ -14,35 +14,35 @@ use crate::formats::cell_ends::CellEnds;
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
 
-/// The delimiter of cells, and the wanted columns.
+/// The delimiter of the cells, and the columns that are read.
 #[derive(Clone, Debug)]
 pub(super) struct Dialect {
-    /// `None`: runs of blanks.
+    /// The delimiter; `None`: one or more blanks.
     pub delimiter: Option<u8>,
-    /// Whether a column is wanted, one per column of the header.
+    /// For each column of the header, whether it is read.
     pub wanted: Vec<bool>,
 }
 
-/// Rows that were read.
+/// The rows of a block that were read.
 #[derive(Debug)]
 pub(super) struct Block {
-    /// Column after column, `room` numbers each; unwanted columns have none.
+    /// The numbers, column after column, with space for `room` numbers per column. Columns that are not read have no space.
     pub data: Vec<f64>,
     room: usize,
     /// Number of rows.
     pub rows: usize,
-    /// Their lines in the file.
+    /// Line numbers of the rows in the file.
     pub lines: Lines,
-    /// For each column the first cell that holds text: its line and the text.
+    /// For each column, the first cell with text: its line and the text. `None` if it has no text.
     pub texts: Vec<Option<(usize, String)>>,
-    /// Rows with fewer or more cells than there are columns.
+    /// Indices of the rows with too few or too many cells.
     pub ragged: Vec<usize>,
     /// Number of line ends.
     pub ends: usize,
 }
 
 impl Block {
-    /// The numbers of the k-th of the wanted columns.
+    /// The numbers of column k; only the columns that are read are counted.
     pub(super) fn column(&self, k: usize) -> &[f64] {
         &self.data[k * self.room..][..self.rows]
     }
@@ -57,7 +57,7 @@ impl Dialect {
         byte == b'\n' || byte == b'\r' || self.delimiter.map_or_else(|| byte.is_ascii_whitespace(), |d| byte == d)
     }
 
-    /// The position after the blanks at `at` where blanks are the delimiter, else `at`.
+    /// The position after the blanks at `at` if blanks are the delimiter; otherwise `at`.
     fn behind_blanks(&self, bytes: &[u8], at: usize) -> usize {
         if self.delimiter.is_some() {
             return at;
@@ -65,7 +65,7 @@ impl Dialect {
         at + bytes[at..].iter().take_while(|b| self.is_blank(**b)).count()
     }
 
-    /// If a line without a row (blank, or a comment) begins at `at`, the position after it.
+    /// If the line at `at` contains no row (blank or comment): the position after this line. Otherwise `None`.
     fn behind_no_row(&self, bytes: &[u8], at: usize) -> Option<usize> {
         let first = self.behind_blanks(bytes, at);
         match bytes.get(first) {
@@ -79,7 +79,7 @@ impl Dialect {
         }
     }
 
-    /// The cell that begins at `at`, trimmed, and the position of its end.
+    /// The cell that begins at `at`, without blanks at its ends, and the position of its end.
     fn cell<'a>(&self, bytes: &'a [u8], at: usize) -> (Cow<'a, [u8]>, usize) {
         let end = |from: usize| {
             let length = match self.delimiter {
@@ -106,13 +106,13 @@ impl Dialect {
             text.push(b'"');
             from += 1;
         }
-        // Text after the closing mark belongs to the cell.
+        // Text after the closing quotation mark also belongs to the cell.
         let end = end(from);
         text.extend_from_slice(&bytes[from..end]);
         (Cow::Owned(text.trim_ascii().to_vec()), end)
     }
 
-    /// The first row, with the number of bytes and of line ends up to its end; `None` without a row.
+    /// The first row, with the numbers of bytes and line ends up to its end; `None` if there is no row.
     pub(super) fn first_row(&self, bytes: &[u8]) -> Option<FirstRow> {
         let (mut at, mut above) = (0, 0);
         while let Some(next) = self.behind_no_row(bytes, at) {
@@ -136,7 +136,7 @@ impl Dialect {
         Some(FirstRow { cells, bytes: end, ends: above + inside + usize::from(end > at) })
     }
 
-    /// The start of the next cell of the row; `None` if `at` is the end of the row.
+    /// The start of the next cell of the row; `None` if the row ends at `at`.
     fn behind_cell(&self, bytes: &[u8], at: usize) -> Option<usize> {
         match self.delimiter {
             Some(d) => (bytes.get(at) == Some(&d)).then_some(at + 1),
@@ -147,14 +147,14 @@ impl Dialect {
         }
     }
 
-    /// The whole rows at the start, at most `most` of them. `last`: whether the text ends with these bytes.
+    /// The whole rows at the start of the bytes, at most `most`. `last`: whether the text ends with these bytes.
     pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> WholeRows {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
         if memchr(b'"', bytes).is_some() || memchr_iter(b'\r', bytes).any(is_lone) {
             let (bytes, most) = self.whole_rows_by_cell(bytes, most, last);
             return WholeRows { bytes, most, are_plain: false };
         }
-        // Rows are short, so counting all line ends is faster than locating them.
+        // Counting all line ends is faster than finding each of them, because rows are short.
         let mut count = memchr_iter(b'\n', bytes).count();
         let mut end = memrchr(b'\n', bytes).map_or(0, |at| at + 1);
         if count > most {
@@ -185,7 +185,8 @@ impl Dialect {
                     (at, behind_end(bytes, self.behind_blanks(bytes, at)))
                 }
             };
-            // Unless the text ends here, a cell or a line end of two bytes may continue after the last byte.
+            // If the text continues, a cell or a line end of two bytes may continue after the last byte, so the row may be
+            // incomplete.
             let is_whole = next < bytes.len() || last || (next > text && bytes[next - 1] == b'\n');
             if !is_whole {
                 break;
@@ -195,12 +196,12 @@ impl Dialect {
         (end, count)
     }
 
-    /// Reads whole rows; the first line is 0.
+    /// Reads whole rows. Line numbers are counted from 0 within the block.
     pub(super) fn read(&self, bytes: &[u8], rows: WholeRows) -> Block {
         widely(Reading { dialect: self, bytes: &bytes[..rows.bytes], rows })
     }
 
-    /// Reads the row that begins at `at`; returns the start of the next line.
+    /// Reads the row that begins at `at`, and returns the start of the next line.
     #[inline]
     fn read_row(&self, bytes: &[u8], at: usize, places: &[Option<usize>], block: &mut Block) -> usize {
         let (row, line, width) = (block.rows, block.ends, places.len());
@@ -239,7 +240,7 @@ impl Dialect {
                 None => break,
             }
         }
-        // An empty cell after a delimiter at the end of a row does not count.
+        // An empty cell after the last delimiter of a row is not counted.
         if column < width || more {
             block.ragged.push(row);
         }
@@ -249,7 +250,7 @@ impl Dialect {
         end
     }
 
-    /// The number of a cell; NaN if it is text; the first text is stored.
+    /// The number in a cell. If the cell contains text, the result is NaN, and the first text of the column is stored.
     pub(super) fn number(&self, cell: &[u8], line: usize, text: &mut Option<(usize, String)>) -> f64 {
         number(cell, self.delimiter).unwrap_or_else(|| {
             text.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).into_owned()));
@@ -263,9 +264,9 @@ impl Dialect {
 pub(super) struct WholeRows {
     /// Number of bytes of the rows.
     pub bytes: usize,
-    /// Greatest number of rows.
+    /// Largest number of rows.
     pub most: usize,
-    /// Whether each row ends with a line feed and has no quotation marks.
+    /// Whether each row ends with a line feed, and there are no quotation marks.
     pub are_plain: bool,
 }
 
@@ -283,7 +284,7 @@ impl Work for Reading<'_> {
     fn run(self) -> Block {
         let Reading { dialect, bytes, rows } = self;
         let room = rows.most;
-        // The start of the numbers of each wanted column.
+        // For each column that is read, the position of its first number in the block.
         let mut wanted = 0;
         let places: Vec<Option<usize>> = dialect
             .wanted
@@ -320,9 +321,9 @@ impl Work for Reading<'_> {
     }
 }
 
-/// A row as texts.
+/// A row as texts, with its length.
 pub(super) struct FirstRow {
-    /// The trimmed cells.
+    /// The cells, without blanks at their ends.
     pub cells: Vec<Vec<u8>>,
     /// Number of bytes up to the end of the row.
     pub bytes: usize,

@@ -1,18 +1,18 @@
-//! The numbers of a column with a type in the file, as in Parquet and Arrow, from their bits.
+//! Converts stored values of a typed column, as in Parquet and Arrow, to numbers.
 //!
-//! Whole and real numbers; decimals, scaled; and times with a unit. Times are in s since the first, because nanoseconds since
-//! 1970 have more digits than an f64.
+//! The types are integers, floating-point numbers, scaled decimals, and times with a unit. Times are counted from the first time,
+//! s, because nanoseconds since 1970 have more digits than an f64.
 
-/// The kind of the numbers of a column.
+/// The type of the numbers in a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NumberType {
-    /// Single or double precision.
+    /// Floating-point numbers of single or double precision.
     Real,
-    /// Half precision.
+    /// Floating-point numbers of half precision.
     Half,
     /// Integers.
     Integer {
-        /// Whether they may be negative.
+        /// Whether the integers may be negative.
         signed: bool,
     },
     /// Integers divided by a power of ten.
@@ -20,35 +20,35 @@ pub enum NumberType {
         /// The exponent of the power of ten.
         scale: i32,
     },
-    /// Times as integers.
+    /// Times, stored as integers.
     Time {
-        /// Units in a second.
+        /// Number of time units per second.
         per_second: f64,
     },
-    /// The name of a type that is not read.
+    /// A type that cannot be read: its name.
     Other(String),
 }
 
 /// Converts the values of one column to numbers, in their order.
 pub struct Numbers {
-    /// The kind of the values.
+    /// The type of the values.
     pub kind: NumberType,
-    /// The first time.
+    /// The first time of the column, which is subtracted; `None` before the first value.
     origin: Option<i64>,
 }
 
 impl Numbers {
-    /// For a column of this kind.
+    /// Starts a column with this type.
     pub fn new(kind: NumberType) -> Numbers {
         Numbers { kind, origin: None }
     }
 
-    /// The number of a value that is stored as an integer of `bits` bits.
+    /// Converts a value that is stored as an integer of `bits` bits.
     pub fn integer(&mut self, value: i64, bits: u32) -> f64 {
         match self.kind {
             NumberType::Time { per_second } => {
                 let first = *self.origin.get_or_insert(value);
-                // The difference of integers is exact, so one division gives the nearest f64.
+                // The difference of integers is exact, so a single division gives the nearest f64.
                 (i128::from(value) - i128::from(first)) as f64 / per_second
             }
             NumberType::Decimal { scale } => value as f64 / 10f64.powi(scale),
@@ -58,7 +58,7 @@ impl Numbers {
         }
     }
 
-    /// The number from the bytes of a decimal, the highest first, or of a number of half precision.
+    /// Converts the bytes of a decimal (highest byte first), or of a number of half precision.
     pub fn bytes(&self, bytes: &[u8]) -> f64 {
         match (&self.kind, bytes) {
             (NumberType::Half, [low, high]) => half(u16::from_le_bytes([*low, *high])),
@@ -71,17 +71,17 @@ impl Numbers {
     }
 }
 
-/// The name of a column of times without its unit, since times are converted to seconds.
+/// The name of a time column without its unit, because times are converted to s.
 pub fn without_unit(name: &str) -> &str {
     ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
 }
 
-/// The note on a column of times.
+/// The note on a time column.
 pub fn time_note(name: &str) -> String {
     format!("column `{name}` holds times; they are counted in seconds from the first")
 }
 
-/// The number of half precision: one bit of sign, five of exponent, ten of fraction.
+/// Converts a number of half precision: one sign bit, five exponent bits, ten fraction bits.
 fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
     let size = match exponent {

@@ -1,11 +1,11 @@
-//! Tables as files.
+//! Writes tables to files.
 
 use crate::error::Error;
 use crate::formats::cells::Cells;
 
-/// The bytes of a Parquet file of these named columns, which have the same length.
+/// The bytes of a Parquet file with these named columns. All columns must have the same length.
 ///
-/// Fails where a name occurs twice or the lengths differ, and without the feature `parquet`.
+/// Fails if a name occurs twice, if the lengths differ, or if the feature `parquet` is missing.
 pub fn parquet_bytes(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, Error> {
     #[cfg(feature = "parquet")]
     let written = crate::formats::parquet::write::written(columns).map_err(|e| e.to_string());

@@ -1,4 +1,5 @@
-//! Angles that are rational multiples of one symbol, theta = (n/d) q, and constants that are products of two such ratios.
+//! Represents angles that are rational multiples of one symbol, theta = (n/d) q, and products of two such ratios, in a finite
+//! field.
 //!
 //! The field has no angles, only points exp(i theta) = (cos theta, sin theta). Let D be the common denominator of all ratios n/d
 //! of one coordinate q, and w = exp(i q/D). Then exp(i q) = w^D and exp(i (n/d) q) = w^(D n/d): each angle is a power of w.
@@ -9,13 +10,13 @@ use expr::{Expr, Graph, Node, Symbol};
 
 use crate::base::field::{DIGITS, Residue, short_ratio};
 
-/// The arguments of sines and cosines in a graph that are rational multiples of one symbol.
+/// The arguments of sines and cosines in a graph of expressions that are rational multiples of one symbol.
 pub(crate) struct GraphAngles {
-    /// Argument -> (symbol, power): the point of the argument is this power of the symbol's point w.
+    /// Argument -> (symbol, power): the point (cos, sin) of the argument is this power of the point w of the symbol divided by D.
     powers: BTreeMap<Expr, (Symbol, u128)>,
-    /// Symbol -> the common denominator D of its ratios.
+    /// Symbol -> the common denominator D of the ratios with which it occurs.
     common: BTreeMap<Symbol, u128>,
-    /// Bits of a constant -> the field element of the product that it is.
+    /// Bits of a constant (f64) that is a product of two other constants -> the product of their field elements.
     products: BTreeMap<u64, Residue>,
 }
 
@@ -29,7 +30,7 @@ impl GraphAngles {
                 ratios.insert(argument, ratio);
             }
         }
-        // The common denominator of each symbol; `None` if it exceeds MAX_POWER.
+        // The common denominator of the ratios of each symbol; `None` if it exceeds MAX_POWER.
         let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
         for (symbol, (_, d)) in ratios.values() {
             let sum = common.entry(*symbol).or_insert(Some(1));
@@ -44,24 +45,28 @@ impl GraphAngles {
         GraphAngles { powers, common, products: products(graph) }
     }
 
-    /// The field element of a constant x of the graph. A product of two constants becomes the product of their elements.
+    /// The element of the finite field for a constant x of the graph. If x is a product of two constants, it is the product of
+    /// their elements.
     pub(crate) fn number(&self, x: f64) -> Residue {
         self.products.get(&x.to_bits()).copied().unwrap_or_else(|| Residue::number(x))
     }
 
-    /// (symbol, power) of an argument: its point is this power of the symbol's point. `None` if it is no multiple of one symbol.
+    /// (symbol, power) of an argument of a sine or cosine: its point (cos, sin) is this power of the point of symbol / D, D the
+    /// common denominator. `None` if the argument is no rational multiple of one symbol.
     pub(crate) fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
         self.powers.get(&argument).copied()
     }
 
-    /// (symbol, n, d) of an argument: the argument is n/d times the symbol. `None` if it is no rational multiple of one symbol.
+    /// (symbol, n, d) of an argument of a sine or cosine: it is n/d times the symbol. `None` if it is no rational multiple of one
+    /// symbol.
     pub(crate) fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
         let &(symbol, power) = self.powers.get(&argument)?;
         Some((symbol, power, self.common[&symbol]))
     }
 }
 
-/// Largest number of decimal digits of the factors of a product. About one in a thousand other doubles looks like such a number.
+/// Largest number of decimal digits of a factor of a product. With this number, about one in a thousand other doubles is mistaken
+/// for such a factor.
 const FACTOR_DIGITS: usize = 12;
 
 /// The constants of a graph that are products of two other constants and have more digits than a double holds: bits -> field
@@ -81,7 +86,7 @@ fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     long.into_iter().filter_map(product).collect()
 }
 
-/// Upper bound of the powers to which the point of an angle is raised.
+/// Upper bound of the powers to which the point (cos, sin) of an angle is raised.
 const MAX_POWER: u128 = 1 << 100;
 
 pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
@@ -92,7 +97,7 @@ pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
     (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
 }
 
-/// (s, (n, d)) of an argument s or (n/d) s, if n and d are small positive integers; otherwise `None`.
+/// (symbol, (n, d)) if `argument` is a symbol or (n/d) times a symbol, with small positive integers n and d; otherwise `None`.
 fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
     let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
     match graph.node(argument) {

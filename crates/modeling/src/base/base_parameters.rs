@@ -1,10 +1,10 @@
-//! The base parameters: the smallest set that determines the torque, and the parameters that each one absorbed.
+//! The base parameters: the smallest set of parameters that determines the torque, each with the parameters that it absorbs.
 //!
-//! tau = D X = D_base X_base. The columns of D_base are columns of D. Going from left to right (links in the robot's order, each
-//! XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the columns kept before it. This is decided in a
-//! finite field if the loops allow it ([`crate::base::exact_rank`]), otherwise numerically ([`crate::base::rank`]). A dropped
-//! column is a combination of kept columns, D_d = sum_k beta_kd D_k, so its parameter is added to the parameters of these
-//! columns:
+//! tau = D X = D_base X_base, X: standard parameters, D: their regressor. The columns of D_base are columns of D. From left to
+//! right (links in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the columns
+//! kept before it. This is decided in a finite field if the loops allow it ([`crate::base::exact_rank`]), otherwise numerically
+//! ([`crate::base::rank`]). A dropped column is a combination of kept columns, D_d = sum_k beta_kd D_k, so its parameter is added
+//! to the parameters of these columns:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
@@ -38,56 +38,58 @@ use crate::derivation::Derivation;
 /// The base parameters of a robot and the regrouping that leads to them.
 #[derive(Clone, Debug)]
 pub struct BaseParameters {
-    /// The standard parameters, in the order of the columns of D.
+    /// The standard inertial parameters of all links, in the order of the columns of their regressor D.
     pub standard: Vec<StandardParameter>,
-    /// The base parameters, in the order of the columns of D_base.
+    /// The base parameters, in the order of the columns of the base regressor D_base.
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Parameters that could be identified for almost every robot of this structure, but not for this one: at its numbers, their
-    /// columns are so weak that no motion excites them. They are omitted.
+    /// Standard parameters whose columns in the regressor are so weak that no motion excites them, although for almost every
+    /// other robot of this structure they are identifiable. They are omitted.
     pub weak: Vec<WeakParameter>,
-    /// The evidence for the number of base parameters.
+    /// The rank of the regressor (number of base parameters) and the evidence for it.
     pub rank: Rank,
-    /// The constants that rules and coefficients may name, with their values in m or rad: symbols of the file, and numbers named
-    /// by their place (`d3`, `alpha5`). The value of a number is its magnitude.
+    /// The constants that rules and coefficients may name, with their values in m or rad: symbols of the robot's file, and
+    /// numbers named by their place (`d3`, `alpha5`). The value of a number is its magnitude.
     pub constants: Vec<(String, f64)>,
-    /// Why there are no base parameters; `None` if there are. With a reason, `base` holds the standard parameters, not regrouped.
+    /// The reason why there are no base parameters; `None` if there are. With a reason, `base` holds the standard parameters, not
+    /// regrouped.
     pub refused: Option<UnclearRank>,
-    /// The data from which [`BaseParameters::rules`] writes the rules.
+    /// The data from which [`BaseParameters::rules`] writes the regrouping rules.
     pub(crate) sources: RuleSources,
 }
 
-/// A base parameter: a standard parameter with the parameters that it absorbs.
+/// A base parameter: a standard parameter plus multiples of the parameters that it absorbs.
 #[derive(Clone, Debug)]
 pub struct BaseParameter {
-    /// SYMORO's name: `XXR2` if it absorbs other parameters, `MY2` if not. Without gravity, the name of a first moment contains
-    /// the length through which it acts: `D2MXR4`.
+    /// Name as in SYMORO: `XXR2` if the parameter absorbs others, `MY2` if not. Without gravity, the name of a first moment
+    /// contains the length through which it acts: `D2MXR4`.
     pub name: String,
-    /// Column of the parameter in D.
+    /// Index of the column that is kept for this parameter, in the standard regressor D.
     pub column: usize,
-    /// The parameter itself first, then the parameters that it absorbs, in the order of their columns.
+    /// The summands: first the standard parameter itself, then the parameters that it absorbs, in the order of their columns.
     pub terms: Vec<Term>,
-    /// Norm of the component of its column that is independent of the columns before it, divided by the norm of the largest
-    /// column. It bounds the weight of the parameter in the torque.
+    /// Norm of the component of its regressor column that is independent of the columns before it, divided by the norm of the
+    /// largest column. It bounds the contribution of the parameter to the torque.
     pub share: f64,
 }
 
-/// A standard parameter that is omitted, because its column is too weak for every motion.
+/// A standard parameter that is omitted, because its regressor column is too weak in every motion.
 #[derive(Clone, Copy, Debug)]
 pub struct WeakParameter {
-    /// Column of the parameter in D.
+    /// Index of the parameter's column in the standard regressor D.
     pub column: usize,
-    /// Norm of the omitted component of its column, divided by the norm of the largest column in the torque of the same joint.
+    /// Norm of the omitted component of its regressor column, divided by the norm of the largest column in the torque of the same
+    /// joint.
     pub share: f64,
 }
 
-/// A summand of a base parameter: `coefficient` times a standard parameter.
+/// A summand of a base parameter: a coefficient times a standard parameter.
 #[derive(Clone, Debug)]
 pub struct Term {
-    /// Index in [`BaseParameters::standard`].
+    /// Index of the standard parameter in [`BaseParameters::standard`].
     pub parameter: usize,
-    /// The factor, with the robot's values of its symbols.
+    /// The numeric value of the coefficient, at the robot's values of its symbols.
     pub coefficient: f64,
 }
 
@@ -97,23 +99,24 @@ impl BaseParameters {
         self.base.len()
     }
 
-    /// Whether there is none: no parameter has an effect on the torque.
+    /// Whether there are no base parameters, because no parameter has an effect on the torque.
     pub fn is_empty(&self) -> bool {
         self.base.is_empty()
     }
 
-    /// The rules as text. They name standard parameters if that is short, otherwise also other regrouped parameters.
+    /// The regrouping rules as text, one per base parameter. They name standard parameters if that is short, otherwise also other
+    /// regrouped parameters.
     pub fn rules(&self) -> Rules {
         self.sources.short(&self.columns())
     }
 
-    /// The rules in standard parameters only; `None` if they have more than a million summands.
+    /// The regrouping rules as text, in standard parameters only; `None` if they have more than a million summands.
     pub fn expanded_rules(&self) -> Option<Rules> {
         self.sources.expanded(&self.columns())
     }
 
-    /// The rules as lines to print. A base parameter that absorbs nothing is printed as its name alone. If rules name regrouped
-    /// parameters, the rules of these parameters follow.
+    /// The regrouping rules as lines to print. A base parameter that absorbs nothing is printed as its name alone. If rules name
+    /// regrouped parameters, the rules of these parameters follow.
     pub fn rule_lines(&self) -> Vec<String> {
         let rules = self.rules();
         let line = |(b, rule): (&BaseParameter, String)| if b.terms.len() > 1 { rule } else { b.name.clone() };
@@ -125,17 +128,17 @@ impl BaseParameters {
         lines
     }
 
-    /// The columns of D that are kept in D_base.
+    /// The indices of the columns of the standard regressor D that are kept in the base regressor D_base.
     fn columns(&self) -> Vec<usize> {
         self.base.iter().map(|b| b.column).collect()
     }
 
-    /// D_base as a function: the kept columns of `regressor`, from which these base parameters were derived.
+    /// The base regressor D_base as a function: the kept columns of `regressor` D, from which these base parameters were derived.
     pub fn regressor(&self, regressor: &Function) -> Function {
         regressor.with_columns("base_regressor", 0, &self.columns())
     }
 
-    /// X_base, computed from the values X of the standard parameters.
+    /// The values of the base parameters, computed from the values `standard` of the standard parameters.
     pub fn values(&self, standard: &[f64]) -> Vec<f64> {
         let value = |b: &BaseParameter| b.terms.iter().map(|t| t.coefficient * standard[t.parameter]).sum();
         self.base.iter().map(value).collect()
@@ -143,14 +146,15 @@ impl BaseParameters {
 }
 
 impl Derivation<'_> {
-    /// The base parameters of `regressor`, which must be the regressor of this derivation. Fails if the rank is not clear-cut.
+    /// Determines the base parameters of `regressor`, which must be the standard regressor of this derivation. Fails if the rank
+    /// is not clear-cut.
     pub fn base_parameters(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         let robot = self.robot;
         let standard = StandardParameter::all(robot);
         let Settled { scan, regrouping, weak, left_out, rank } = settled(self, regressor, &standard)?;
         let shares = &regrouping.shares;
 
-        // Each kept column is a base parameter. A dropped column that is absorbed by no base parameter has no effect on the
+        // Each kept column is a base parameter. If no base parameter absorbs a dropped column, the column has no effect on the
         // torque.
         let base: Vec<BaseParameter> =
             scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
@@ -165,9 +169,9 @@ impl Derivation<'_> {
         Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
     }
 
-    /// The base parameters of `regressor`. If they are refused although all numbers are finite, the result holds the standard
-    /// parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the standard parameters are right at
-    /// any rank.
+    /// Determines the base parameters of `regressor`. If they are refused although all numbers are finite, the result holds the
+    /// standard parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the standard parameters are
+    /// right at any rank.
     ///
     /// Fails if a torque is not finite, or if the loops never close.
     pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
@@ -178,7 +182,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The standard parameters without regrouping, in the form of base parameters, for functions that need no base parameters.
+/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. They serve functions
+/// that need no base parameters.
 fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
@@ -194,14 +199,14 @@ fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
 }
 
-/// The kept columns, the relations of the dropped columns to them, and the evidence.
+/// The kept columns, the relations of the dropped columns to them, and the evidence for the rank.
 struct Settled {
     scan: Scan,
     regrouping: Regrouping,
-    /// Columns that are independent in the field, but too weak to be kept.
+    /// Columns that are independent in the finite field, but numerically too weak to be kept.
     weak: Vec<usize>,
-    /// Dropped column whose relation omits weak columns -> norm of the omitted component, divided by the norm of the largest
-    /// column.
+    /// For each dropped column whose relation omits weak columns: norm of the omitted component, divided by the norm of the
+    /// largest column.
     left_out: BTreeMap<usize, f64>,
     rank: Rank,
 }
@@ -214,7 +219,7 @@ fn settled(
     let robot = derivation.robot;
     let name = |c: usize| standard[c].display(robot).to_string();
 
-    // Determine the independent columns numerically, and exactly in a finite field if the loops allow it.
+    // Determines the independent columns numerically, and exactly in a finite field if the loops allow it.
     let (sampled, joints) = (sampled(regressor, derivation.closure(), &[]), regressor.outputs[0].rows);
     let triangle = triangle(&sampled, joints);
     let mut closed = None;
@@ -233,7 +238,7 @@ fn settled(
     };
     let ColumnChoice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
-    // Finds the beta of each dropped column and checks them against numeric beta.
+    // Finds the coefficients beta of each dropped column and compares them with numeric coefficients.
     let mut related = |scan: Scan, weak: &[usize]| {
         let points = closed.as_ref().map(|closed| &closed.points);
         let regrouping = regrouping(derivation, regressor, standard, &scan, points);
@@ -265,7 +270,7 @@ fn settled(
     Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
-/// Counts the relations by their evidence: exact, checked at general points of the field, or numeric.
+/// Counts the relations between columns by their evidence: exact, checked at general points of the finite field, or numeric.
 fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
@@ -283,7 +288,7 @@ fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, 
     }
 }
 
-/// (name, value) of the named constants of the regressor; a number is listed once for each of its places.
+/// (name, value) of the named constants of the regressor. A number is listed once for each place in the robot's file that has it.
 fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
     let symbols = regressor.graph().symbols().iter();
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
@@ -299,22 +304,23 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
         .collect()
 }
 
-/// The candidates for the columns to keep.
+/// The possible choices of the columns to keep.
 struct ColumnChoice {
-    /// The columns that are numerically independent.
+    /// The result of the numeric scan, with the columns that are numerically independent.
     numeric: Scan,
-    /// Ok if the numeric distances have a clear gap.
+    /// Ok if the distances of kept and dropped columns have a clear gap in the numeric scan.
     is_clear: Result<(), UnclearRank>,
-    /// The columns to keep: the columns of the field if their numeric distances stand out. If the field has no result, the
-    /// numeric columns.
+    /// The columns to keep: the columns that are independent in the finite field if their numeric distances are clearly above
+    /// rounding. If the field has no result, the numeric columns.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
-    /// The columns that are independent in the field.
+    /// The columns that are independent in the finite field; empty if it has no result.
     columns: Vec<usize>,
 }
 
-/// Chooses the columns to keep: the columns of the field if there is a result, otherwise the numeric columns. `exact(stand_out,
-/// expected)` determines the rank in the field; `stand_out` says whether the numeric distances of given columns stand out.
+/// Chooses the columns to keep: the independent columns of the finite field if there is a result, otherwise the numeric ones.
+/// `exact(stand_out, expected)` determines the rank in the field; `stand_out` says whether the numeric distances of given columns
+/// are clearly above rounding.
 fn choice(
     triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
@@ -324,8 +330,8 @@ fn choice(
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numeric scan has one threshold for all robots. Columns that were chosen in the field may have smaller distances, if
-    // these still stand out clearly.
+    // The numeric scan has one threshold for all robots. Columns that were chosen in the finite field may have smaller distances,
+    // if these are still clearly above rounding.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());
@@ -341,7 +347,7 @@ fn choice(
     Ok(ColumnChoice { numeric, is_clear, chosen, exact, columns })
 }
 
-/// The base parameter of a kept column: its name, and the parameters that it absorbs.
+/// Makes the base parameter of a kept column: its name, and the parameters that it absorbs.
 fn base_parameter(
     robot: &Robot,
     standard: &[StandardParameter],

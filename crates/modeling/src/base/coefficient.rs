@@ -1,4 +1,5 @@
-//! Coefficients of the regrouping rules: Laurent polynomials in lengths, cosines and sines.
+//! Coefficients of the regrouping rules: polynomials in lengths, cosines and sines, with negative powers allowed (Laurent
+//! polynomials).
 //!
 //! `-D2^2`, `D10*cos(G10)/D4`, `cos(2*DEL)`: sums of rational multiples of products of integer
 //! powers. Normal form: sin^2 is written 1 - cos^2, so that equal coefficients are equal as data.
@@ -10,23 +11,23 @@ use expr::{Expr, Graph, Node, SymbolKind};
 
 use crate::base::field::{Assignment, P, Residue};
 
-/// A factor of a product in a coefficient.
+/// A factor of a product in a coefficient: a length, a cosine or a sine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Atom {
-    /// The length named by this symbol.
+    /// The length with this symbol index.
     Length(u32),
-    /// `Cos` and `Sin`: cosine and sine of the angle named by this symbol.
+    /// Cosine (`Cos`) and sine (`Sin`) of the angle with this symbol index.
     Cos(u32),
     Sin(u32),
 }
 
-/// A product of powers of atoms: pairs (atom, exponent), sorted by atom; no exponent is zero.
+/// A product of powers of atoms (lengths, cosines, sines): pairs (atom, exponent), sorted by atom; no exponent is zero.
 pub(crate) type Monomial = Vec<(Atom, i32)>;
 
-/// A reduced rational number: numerator, positive denominator.
+/// A reduced rational number: (numerator, positive denominator).
 type Ratio = (i128, i128);
 
-/// The sum of ratio * monomial over all terms; no ratio is zero.
+/// A coefficient of a regrouping rule: the sum of ratio times monomial over all terms; no ratio is zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Coefficient {
     terms: BTreeMap<Monomial, Ratio>,
@@ -45,7 +46,7 @@ impl Coefficient {
         Coefficient::product(Vec::new(), ratio)
     }
 
-    /// ratio * monomial. No sine in the monomial may have an exponent above one.
+    /// The coefficient ratio * monomial. No sine in the monomial may have an exponent above one.
     pub(crate) fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
         let mut c = Coefficient::zero();
         c.add_term(monomial, ratio);
@@ -56,7 +57,7 @@ impl Coefficient {
         self.terms.is_empty()
     }
 
-    /// The coefficient of an expression in named constants; `None` if it is no Laurent polynomial (a division by a sum).
+    /// The coefficient for an expression in named constants. `None` if it is no Laurent polynomial, such as a division by a sum.
     pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {
@@ -116,7 +117,7 @@ impl Coefficient {
         product
     }
 
-    /// 1 / self if self is one product without sines; otherwise `None`.
+    /// The reciprocal 1 / self if self is one product without sines; otherwise `None`.
     fn inverse(&self) -> Option<Coefficient> {
         match self.terms.iter().next() {
             Some((m, &(n, d))) if self.terms.len() == 1 && !m.iter().any(|f| matches!(f.0, Atom::Sin(_))) => {
@@ -128,7 +129,7 @@ impl Coefficient {
         }
     }
 
-    /// The value of the coefficient, with the values of the named constants.
+    /// The numeric value of the coefficient, from the values of the named constants in the graph.
     pub(crate) fn number(&self, graph: &Graph) -> f64 {
         let value = |s: u32| match graph.symbols()[s as usize].1 {
             SymbolKind::Constant(x) => x,
@@ -145,24 +146,25 @@ impl Coefficient {
         self.terms.iter().map(|(m, &(n, d))| m.iter().map(factor).fold(n as f64 / d as f64, |a, b| a * b)).sum()
     }
 
-    /// The field element of the coefficient; `constants`: the field elements of its symbols.
+    /// The element of the finite field for this coefficient; `constants`: the field elements of its symbols.
     pub(crate) fn residue(&self, constants: &[Assignment]) -> Residue {
         let ratio =
             |n: i128, d: i128| Residue::integer((n % i128::from(P)) as i64) * Residue::integer(d as i64).inverse();
         self.terms.iter().fold(Residue::ZERO, |sum, (m, &(n, d))| sum + ratio(n, d) * residue(m, constants))
     }
 
-    /// The number of summands.
+    /// The number of summands of the coefficient.
     pub(crate) fn n_terms(&self) -> usize {
         self.terms.len()
     }
 
-    /// The coefficient as text; `name` gives the name of a symbol.
+    /// The coefficient as text; `name` gives the name of a symbol index.
     pub(crate) fn display<'a>(&'a self, name: &'a dyn Fn(u32) -> String) -> impl fmt::Display + 'a {
         Displayed { coefficient: self, name }
     }
 
-    /// Each summand as a coefficient. If [`double_angle`] writes the sum as one product, this product is the only summand.
+    /// The summands of the coefficient, each as a coefficient. If [`double_angle`] writes the sum as one product, there is only
+    /// this summand.
     pub(crate) fn summands(&self) -> Vec<Coefficient> {
         if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
@@ -176,7 +178,7 @@ impl Coefficient {
     }
 }
 
-/// The field element of a monomial; `constants`: the field elements of its symbols.
+/// The element of the finite field for a monomial; `constants`: the field elements of its symbols.
 pub(crate) fn residue(monomial: &Monomial, constants: &[Assignment]) -> Residue {
     monomial.iter().fold(Residue::ONE, |product, &(atom, k)| {
         let x = match atom {
@@ -197,7 +199,7 @@ fn multiplied(a: &Monomial, b: &Monomial) -> Monomial {
     product.into_iter().filter(|f| f.1 != 0).collect()
 }
 
-/// Replaces sin^2 by 1 - cos^2 until no sine is squared. The result has (monomial, sign) of each term.
+/// Replaces sin^2 by 1 - cos^2 until no sine is squared. The result is a sum of terms (monomial, sign).
 fn without_squared_sines(monomial: Monomial) -> Vec<(Monomial, i128)> {
     match monomial.iter().find(|f| matches!(f.0, Atom::Sin(_)) && f.1 > 1) {
         None => vec![(monomial, 1)],
@@ -223,10 +225,10 @@ fn reduced(n: i128, d: i128) -> Ratio {
 
 /// The denominators that [`short_fraction`] tries.
 const FRACTION_DENOMINATORS: [i128; 7] = [1, 2, 4, 8, 16, 1000, 1_000_000];
-/// Upper bound of the numerators of [`short_fraction`].
+/// Upper bound of the numerators that [`short_fraction`] accepts.
 const MAX_FRACTION_NUMERATOR: f64 = 1e9;
 
-/// The ratio of small integers that equals `x`; `None` if there is none.
+/// The ratio of small integers that equals `x` exactly; `None` if there is none.
 fn short_fraction(x: f64) -> Option<Ratio> {
     FRACTION_DENOMINATORS.into_iter().find_map(|d| {
         let n = x * d as f64;
@@ -248,7 +250,7 @@ impl fmt::Display for Displayed<'_> {
         if let Some(text) = double_angle(terms, self.name) {
             return f.write_str(&text);
         }
-        // Positive terms are written first, to avoid a leading minus.
+        // Positive terms are written first, so that the text does not start with a minus.
         let ordered = terms.iter().filter(|t| t.1.0 > 0).chain(terms.iter().filter(|t| t.1.0 < 0));
         for (i, (monomial, &(n, d))) in ordered.enumerate() {
             match (i, n < 0) {
@@ -288,15 +290,15 @@ fn product_text(monomial: &Monomial, (n, d): Ratio, name: &dyn Fn(u32) -> String
     text
 }
 
-/// The text of a sum that is one product: x (2 cos^2 - 1) as x cos(2 a), 2 x sin cos as x sin(2 a), x - x cos^2 as x sin^2;
-/// otherwise `None`.
+/// The text of a sum that can be written as one product; otherwise `None`. x (2 cos^2 - 1) becomes x cos(2 a), 2 x sin cos
+/// becomes x sin(2 a), and x - x cos^2 becomes x sin^2.
 fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String) -> Option<String> {
     let signed = |rest: &Monomial, (n, d): Ratio, pair: String| {
         let mut text = product_text(rest, (n.abs(), d), name);
         text = if text == "1" { pair } else { format!("{text}*{pair}") };
         Some(if n < 0 { format!("-{text}") } else { text })
     };
-    // One term: 2 x sin cos.
+    // One term 2 x sin cos becomes x sin(2 a).
     if terms.len() == 1 {
         let (monomial, &(n, d)) = terms.iter().next()?;
         let s = monomial.iter().find_map(|f| match f {
@@ -312,7 +314,7 @@ fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String)
     if terms.len() != 2 {
         return None;
     }
-    // Two terms: x cos^2, and the same x without cos^2, times -1 or -1/2.
+    // Two terms: x cos^2, and the same x without cos^2, multiplied by -1 or -1/2.
     let (squared, &(n, d)) = terms.iter().find(|(m, _)| m.iter().any(|f| matches!(f, (Atom::Cos(_), 2))))?;
     let s = squared.iter().find_map(|f| if let (Atom::Cos(s), 2) = f { Some(*s) } else { None })?;
     let rest = multiplied(squared, &vec![(Atom::Cos(s), -2)]);

@@ -1,42 +1,43 @@
-//! The evidence for a set of base parameters.
+//! The rank of a regressor with its evidence: numeric, and from a finite field.
 
 use std::fmt;
 
 use crate::base::closed::reason::NoCertificate;
 use crate::base::rank::Scan;
 
-/// The rank of a regressor, and the evidence for it.
+/// The rank of a standard regressor (number of base parameters), and the evidence for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rank {
     /// Number of base parameters.
     pub numeric: usize,
-    /// The rank in a finite field, without a tolerance.
+    /// The rank of the regressor in a finite field, where no tolerance is needed.
     pub exact: ExactRank,
-    /// Smallest distance of a kept column from the span of the columns before it, relative to its norm.
+    /// Smallest distance of a kept column from the span of the columns before it, relative to the norm of this column.
     pub smallest_kept: f64,
-    /// Largest distance of a dropped column from the span of the kept columns, relative to its norm. The distance of a zero
-    /// column is its norm relative to the norm of the largest column.
+    /// Largest distance of a dropped column from the span of the kept columns, relative to the norm of this column. For a zero
+    /// column it is its norm relative to the norm of the largest column.
     pub largest_dropped: f64,
-    /// Largest component that a relation omits because columns are too weak to be kept, relative to the largest column in the
-    /// torque of the same joint. It bounds the torque error |D_base X_base - D X| that one parameter causes, relative to the
-    /// torque of a parameter of equal value with the largest column.
+    /// Largest component that a relation between columns omits because columns are too weak to be kept, relative to the largest
+    /// column in the torque of the same joint. It bounds the torque error |D_base X_base - D X| that one parameter causes,
+    /// relative to the torque of a parameter of equal value with the largest column.
     pub left_out: f64,
-    /// Number of relations that are proven in the symbols.
+    /// Number of relations between columns that are proven in the robot's symbols.
     pub exact_relations: usize,
-    /// Number of relations that hold at every value of the symbols, but whose coefficients are known only as numbers.
+    /// Number of relations between columns that hold at every value of the symbols, but whose coefficients are known only as
+    /// numbers.
     pub general_relations: usize,
-    /// Number of relations that are only numeric.
+    /// Number of relations between columns that are only numeric.
     pub numeric_relations: usize,
 }
 
-/// The rank in a finite field, or the reason why it is not known.
+/// The rank of a regressor in a finite field, or the reason why it is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExactRank {
-    /// The rank of a robot whose coordinates are all free.
+    /// The rank of a robot without passive joints, whose coordinates are all free.
     Free(usize),
-    /// The rank at states that close the loops in the field (`base/closed`).
+    /// The rank of a robot with loops, at states that close the loops in the finite field (`base/closed`).
     Closed {
-        /// The rank.
+        /// The rank at these states.
         rank: usize,
         /// Whether other assemblies of the loops have other independent columns.
         other_assemblies: bool,
@@ -46,7 +47,7 @@ pub enum ExactRank {
 }
 
 impl ExactRank {
-    /// The rank; `None` if it is not known.
+    /// The rank in the finite field; `None` if it is not known.
     pub fn rank(self) -> Option<usize> {
         match self {
             ExactRank::Free(rank) | ExactRank::Closed { rank, .. } => Some(rank),
@@ -54,7 +55,7 @@ impl ExactRank {
         }
     }
 
-    /// Why the rank is not known; `None` if it is known.
+    /// The reason why the rank in the finite field is not known; `None` if it is known.
     pub fn reason(self) -> Option<NoCertificate> {
         match self {
             ExactRank::Unknown(reason) => Some(reason),
@@ -82,14 +83,14 @@ impl fmt::Display for ExactRank {
 }
 
 impl Rank {
-    /// The evidence of the numeric scan alone. The caller adds the exact evidence.
+    /// The rank and distances of a numeric scan of columns. The caller adds the evidence from the finite field.
     pub(crate) fn of(scan: &Scan) -> Rank {
         let smallest_kept = scan.kept.iter().map(|&c| scan.distance[c]).fold(1.0, f64::min);
         let dropped = scan.zero.iter().copied().chain(scan.dependent.iter().map(|d| d.0));
         let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
         Rank {
             numeric: scan.kept.len(),
-            // Replaced by the caller.
+            // The caller replaces this placeholder.
             exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,
@@ -100,19 +101,19 @@ impl Rank {
         }
     }
 
-    /// smallest_kept / largest_dropped. It is at least 1e3 for a clear-cut rank, and infinite if every dropped column has the
-    /// distance zero.
+    /// The ratio smallest_kept / largest_dropped of distances. It is at least 1e3 for a clear-cut rank, and infinite if every
+    /// dropped column has the distance zero.
     pub fn gap(&self) -> f64 {
         self.smallest_kept / self.largest_dropped
     }
 }
 
-/// Largest relative difference between an exact and a numeric coefficient that counts as rounding. The weakest kept column
-/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst ([`crate::base::rank::INDEPENDENT`]). A
-/// wrong coefficient has a relative difference of about one.
+/// Largest relative difference between an exact and a numeric coefficient of a relation that counts as rounding. The weakest kept
+/// column amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
+/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient has a relative difference of about one.
 const RULE_ROUNDING: f64 = 1e-6;
 
-/// Whether rounding can explain the difference between an exact and a numeric coefficient.
+/// Whether the difference between an exact and a numeric coefficient of a relation is small enough to be rounding.
 pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
     (exact - numeric).abs() <= RULE_ROUNDING * (1.0 + exact.abs())
 }

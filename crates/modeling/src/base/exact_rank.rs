@@ -1,4 +1,5 @@
-//! The rank without a tolerance: the regressor is evaluated in a finite field, which has no rounding.
+//! Determines the independent columns of a regressor without a tolerance: it is evaluated in a finite field, which has no
+//! rounding.
 //!
 //! Lengths are random elements, coordinates and angles random points of the circle. Exact values of the robot stay exact: right
 //! angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios keep their values. A column that is
@@ -14,14 +15,16 @@ use crate::base::field::{Assignment, Residue, twelfth_turn};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// Seed of the random field elements.
+/// Seed of the random field elements for the rank of a robot without passive joints.
 const FIELD_SEED: u64 = 1979;
-/// Number of random states in addition to those that give as many rows as the regressor has columns.
+/// Number of random states in addition to the states that together have as many rows as the regressor has columns.
 const EXTRA_STATES: usize = 2;
-/// Smallest number of random states: the eleven columns of one link may be non-zero in only one row of each state.
+/// Smallest number of random states. It exceeds eleven, because the eleven columns of one link may be non-zero in only one row of
+/// each state.
 const FEWEST_STATES: usize = 14;
 
-/// The columns of the regressor that are independent of the columns before them, in ascending order.
+/// The columns of the regressor that are independent of the columns before them, in ascending order; determined in a finite
+/// field.
 pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     let mut random = SplitMix(FIELD_SEED);
     let graph = regressor.graph();
@@ -45,7 +48,7 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     echelon.columns()
 }
 
-/// The field elements of the constants, by symbol: random, except the exact cosine and sine of multiples of pi/12.
+/// The field elements of all constants of a graph, by symbol: random, except the exact cosine and sine of multiples of pi/12.
 pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> {
     let assign = |(_, kind): &(String, SymbolKind)| {
         let mut assignment = Assignment::random(random);
@@ -59,10 +62,10 @@ pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> 
     graph.symbols().iter().map(assign).collect()
 }
 
-/// Independent rows in echelon form: the first non-zero entry of each row is one.
+/// Independent rows over the finite field in echelon form: the first non-zero entry of each row is one.
 #[derive(Default)]
 pub(crate) struct Echelon {
-    /// Column of the first non-zero entry -> row.
+    /// Column of the first non-zero entry of a row -> the row.
     rows: BTreeMap<usize, Vec<Residue>>,
 }
 
@@ -89,7 +92,7 @@ impl Echelon {
         false
     }
 
-    /// The columns that are independent of the columns before them: the pivot columns of the rows.
+    /// The columns that are independent of the columns before them: these are the pivot columns of the rows.
     pub(crate) fn columns(&self) -> Vec<usize> {
         self.rows.keys().copied().collect()
     }

@@ -1,4 +1,4 @@
-//! The field of integers modulo the prime P = 2^61 - 465. Its arithmetic has no rounding, so a zero is exactly zero.
+//! The finite field of integers modulo the prime P = 2^61 - 465. Its arithmetic has no rounding, so a zero is exactly zero.
 //!
 //! A polynomial identity that holds at a random point of this field is true, with an error probability of degree / 2^61 per point
 //! [Schwartz 1980]. Lengths are random elements; an angle is a random point (c, s) of the circle c^2 + s^2 = 1, so that no angle
@@ -7,14 +7,14 @@
 
 use random::SplitMix;
 
-/// 2^61 - P.
+/// Difference of 2^61 and the prime P of the field.
 const PRIME_OFFSET: u64 = 465;
 pub(crate) const P: u64 = (1 << 61) - PRIME_OFFSET;
 /// The square roots of two and three modulo P.
 const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
 const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
 
-/// An element of the field, 0 <= x < P.
+/// An element x of the finite field, 0 <= x < P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Residue(pub u64);
 
@@ -26,14 +26,14 @@ impl Residue {
         Residue(n.rem_euclid(P as i64) as u64)
     }
 
-    /// n/d as a field element.
+    /// The ratio n/d as a field element.
     pub(crate) fn ratio((n, d): (i128, i128)) -> Residue {
         let element = |x: i128| Residue(x.rem_euclid(i128::from(P)) as u64);
         element(n) * element(d).inverse()
     }
 
-    /// The field element of an f64, which is read as a ratio of small integers or a decimal if it equals one within rounding
-    /// (1/3, 0.35), otherwise as its exact binary fraction.
+    /// The field element for an f64. If x equals, within rounding, a ratio of small integers or a decimal number (1/3, 0.35), it
+    /// is this ratio; otherwise it is the exact binary fraction of x.
     pub(crate) fn number(x: f64) -> Residue {
         match short_ratio(x, DIGITS) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
@@ -41,18 +41,18 @@ impl Residue {
         }
     }
 
-    /// The field element of the exact binary fraction of an f64: mantissa * 2^power.
+    /// The field element for the exact binary fraction mantissa * 2^power of an f64.
     fn dyadic(x: f64) -> Residue {
         let bits = x.abs().to_bits();
         let exponent = (bits >> 52) as i64;
         let fraction = bits & ((1 << 52) - 1);
         let (mantissa, power) = if exponent == 0 { (fraction, -1074) } else { (fraction | 1 << 52, exponent - 1075) };
-        // 2^(P - 1) = 1, so a negative power can be replaced by a positive one.
+        // 2^(P - 1) = 1 in the field, so a negative power can be replaced by a positive one.
         let scaled = Residue(mantissa) * Residue(2).power(power.rem_euclid(P as i64 - 1) as u64);
         if x < 0.0 { -scaled } else { scaled }
     }
 
-    /// A uniformly random element other than zero and one.
+    /// A uniformly random field element, except zero and one.
     pub(crate) fn random(random: &mut SplitMix) -> Residue {
         loop {
             let x = random.bits() >> 3;
@@ -78,13 +78,13 @@ impl Residue {
         result
     }
 
-    /// A square root, x^((P + 1)/4), because P is 3 modulo 4; `None` if there is none.
+    /// A square root in the field; `None` if there is none. It is x^((P + 1)/4), because P is 3 modulo 4.
     pub(crate) fn root(self) -> Option<Residue> {
         let root = self.power((P + 1) / 4);
         (root * root == self).then_some(root)
     }
 
-    /// The ratio n/d with |n|, d <= bound that equals this element; `None` if there is none.
+    /// The ratio n/d of integers with |n|, d <= bound that equals this field element; `None` if there is none.
     pub(crate) fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
         for d in 1..=bound {
             let n = (self * Residue::integer(d)).0;
@@ -124,7 +124,8 @@ impl std::ops::Sub for Residue {
 impl std::ops::Mul for Residue {
     type Output = Residue;
     fn mul(self, b: Residue) -> Residue {
-        // 2^61 = PRIME_OFFSET modulo P. After the first folding, the value above the low 61 bits is less than 2^10.
+        // 2^61 = PRIME_OFFSET modulo P, so the high bits are folded. After the first folding, the value above the low 61 bits is
+        // less than 2^10.
         let product = u128::from(self.0) * u128::from(b.0);
         let folded = (product >> 61) * u128::from(PRIME_OFFSET) + (product & u128::from(LOW_BITS));
         let sum = (folded >> 61) as u64 * PRIME_OFFSET + (folded as u64 & LOW_BITS);
@@ -134,18 +135,19 @@ impl std::ops::Mul for Residue {
 
 const LOW_BITS: u64 = (1 << 61) - 1;
 
-/// Largest denominator of a small ratio.
+/// Largest denominator of a ratio of small integers that [`small_ratio`] finds.
 const MAX_DENOMINATOR: i64 = 1_000_000;
-/// Upper bound of the numbers that are tried as small ratios.
+/// Upper bound of the numbers for which [`small_ratio`] searches a ratio of small integers.
 const MAX_RATIO: f64 = 1e9;
-/// A term of a continued fraction that reaches this bound comes from a division by a rounding error.
+/// If a term of a continued fraction reaches this bound, it is the reciprocal of a rounding error.
 const MAX_FRACTION_TERM: f64 = 1e12;
-/// Largest relative difference between a double and its ratio: two units in the last place.
+/// Largest relative difference between a double and its ratio of integers: two units in the last place.
 const TWO_ULP: f64 = 2.0 * f64::EPSILON;
-/// Number of significant digits with which neighbouring decimals are different doubles.
+/// Number of significant digits up to which different decimal numbers are different doubles.
 pub(crate) const DIGITS: usize = 15;
 
-/// (n, d) if `x` equals, within two units in the last place, a ratio of small integers or a decimal of `digits` digits.
+/// (n, d) with x = n/d if `x` equals, within two units in the last place, a ratio of small integers or a decimal of `digits`
+/// digits.
 pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     small_ratio(x).or_else(|| {
         let text = format!("{x:.0$e}", digits - 1);
@@ -158,8 +160,8 @@ pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
     })
 }
 
-/// (n, d) with a small d if `x` equals n/d within two units in the last place, by the continued fraction. About one in a thousand
-/// other numbers is taken for such a ratio by mistake.
+/// (n, d) with a small d if `x` equals n/d within two units in the last place, from the continued fraction of x. About one in a
+/// thousand other numbers is taken for such a ratio by mistake.
 fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= TWO_ULP * x.abs();
     if x.is_nan() || x.abs() >= MAX_RATIO {
@@ -184,7 +186,7 @@ fn small_ratio(x: f64) -> Option<(i64, i64)> {
     }
 }
 
-/// The field elements of one constant: its value as a length, and its cosine and sine as an angle.
+/// The field elements of one named constant: one for its value as a length, and (cos, sin) for its value as an angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
     pub length: Residue,
@@ -200,22 +202,22 @@ impl Assignment {
     }
 }
 
-/// A point (cos, sin) of the circle, which stands for an angle.
+/// A point (cos, sin) of the circle over the finite field, which represents an angle.
 pub(crate) type CirclePoint = (Residue, Residue);
 
-/// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2).
+/// A random point of the circle over the finite field: ((1 - t^2), 2 t) / (1 + t^2) with random t.
 pub(crate) fn circle(random: &mut SplitMix) -> CirclePoint {
     let t = Residue::random(random);
     let scale = (Residue::ONE + t * t).inverse();
     ((Residue::ONE - t * t) * scale, (t + t) * scale)
 }
 
-/// The point of the sum of two angles.
+/// The point (cos, sin) of the sum of two angles.
 pub(crate) fn turned((a, b): CirclePoint, (c, d): CirclePoint) -> CirclePoint {
     (a * c - b * d, a * d + b * c)
 }
 
-/// The point of n times an angle.
+/// The point (cos, sin) of n times an angle.
 pub(crate) fn times(mut point: CirclePoint, mut n: u128) -> CirclePoint {
     let mut sum = (Residue::ONE, Residue::ZERO);
     while n > 0 {
@@ -228,19 +230,20 @@ pub(crate) fn times(mut point: CirclePoint, mut n: u128) -> CirclePoint {
     sum
 }
 
-/// Cosine and sine of an angle in rad that is a multiple of pi/12 within rounding; otherwise `None`.
+/// Cosine and sine in the field of an angle in rad, if the angle is a multiple of pi/12 within rounding; otherwise `None`.
 pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     let twelfths = (angle / (std::f64::consts::PI / 12.0)).round();
     if (angle - twelfths * (std::f64::consts::PI / 12.0)).abs() > 4.0 * f64::EPSILON * angle.abs() {
         return None;
     }
-    // cos(pi/12) = (sqrt(6) + sqrt(2)) / 4, sin(pi/12) = (sqrt(6) - sqrt(2)) / 4.
+    // In the field: cos(pi/12) = (sqrt(6) + sqrt(2)) / 4, sin(pi/12) = (sqrt(6) - sqrt(2)) / 4.
     let quarter = Residue::integer(4).inverse();
     let (six, two) = (ROOT_2 * ROOT_3 * quarter, ROOT_2 * quarter);
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` if there is no solution or more than one.
+/// Solves A x = b over the finite field by elimination. Each of `rows` is [a_1 .. a_n b]. `None` if there is no solution or more
+/// than one.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
     for c in 0..n {
         let pivot = (c..rows.len()).find(|&r| rows[r][c] != Residue::ZERO)?;
@@ -282,7 +285,7 @@ mod tests {
         assert_eq!(Residue::number(-3.0), Residue::integer(-3));
         assert_eq!(Residue::number(0.1), Residue::ratio((1, 10)));
         assert_eq!(Residue::number(4.0 / 3.0) * Residue::integer(3), Residue::integer(4));
-        // Neither number is a decimal of few digits: both become their exact binary fractions.
+        // Neither number is a decimal of few digits, so both become their exact binary fractions.
         let digits = 0.123_456_789_012_345_67;
         assert_eq!(Residue::number(digits) * Residue::number(1.0 / 1024.0), Residue::number(digits / 1024.0));
         assert_eq!(Residue(P - 1) * Residue(P - 1), Residue::ONE);
@@ -320,7 +323,7 @@ mod tests {
         assert_eq!(small_ratio(1.0 / 3.0 + 1e-12), None);
         assert_eq!(small_ratio(std::f64::consts::PI), None);
         assert_eq!(small_ratio(f64::INFINITY).or(small_ratio(f64::NAN)), None);
-        // Decimals of more digits, and a rounded product of decimals.
+        // Decimals with more digits, and a product of decimals that is rounded.
         assert_eq!(short_ratio(0.761_236_88, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(0.8024 * 0.9487, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(-0.123_456_789_012_345, DIGITS), Some((-123_456_789_012_345, 1_000_000_000_000_000)));

@@ -1,4 +1,4 @@
-//! Evaluates a function in the field ([`crate::base::field`]) at random points for its coordinates.
+//! Evaluates a function in the finite field ([`crate::base::field`]), with random values for its inputs.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,15 @@ use crate::base::angles::GraphAngles;
 use crate::base::field::{Assignment, CirclePoint, Residue, circle, times};
 use random::SplitMix;
 
-/// One evaluation of a function in the field, with given constants (by symbol) and random inputs.
+/// One evaluation of a function in the finite field, with given constants (by symbol) and random inputs.
 pub(crate) struct FieldAlgebra<'a> {
     graph: &'a Graph,
     angles: &'a GraphAngles,
     constants: &'a [Assignment],
     random: &'a mut SplitMix,
-    /// Symbol -> the point of its angle divided by the common denominator of its ratios.
+    /// Symbol -> the point (cos, sin) of its angle divided by the common denominator of the ratios with which it occurs.
     points: BTreeMap<Symbol, CirclePoint>,
-    /// Argument that is no rational multiple of a symbol -> its random point.
+    /// Argument of a sine or cosine that is no rational multiple of a symbol -> its random point (cos, sin).
     others: BTreeMap<Expr, CirclePoint>,
 }
 
@@ -80,8 +80,8 @@ impl Algebra for FieldAlgebra<'_> {
         *a * b.inverse()
     }
     fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of numbers are folded before. The root of a named constant counts as another random element; the cube of the
-        // constant serves as its value.
+        // Roots of numbers have been evaluated before. The root of a named constant counts as another random element; its value
+        // is the cube of the constant.
         a.power(3)
     }
 }

@@ -1,6 +1,6 @@
-//! The conditions under which base parameters are accepted. If the evidence does not suffice, there are no base parameters.
+//! Checks the evidence for base parameters. If the evidence does not suffice, there are no base parameters.
 //!
-//! They are accepted if these conditions hold:
+//! Base parameters are accepted if these conditions hold:
 //!
 //! - every number is finite;
 //! - the numeric distances of kept and dropped columns have a wide gap;
@@ -15,7 +15,8 @@ use crate::base::rank::{CLEAR_GAP, Scan};
 use crate::base::regrouping::Regrouping;
 use crate::base::unclear_rank::UnclearRank;
 
-/// Refuses a rank without a clear gap. The error lists the columns in doubt with their distances.
+/// Refuses a rank without a clear gap between the distances of kept and dropped columns. The error lists the columns in between,
+/// with their distances. `name`: name of the parameter of a column.
 pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     if rank.gap() < CLEAR_GAP {
         let in_doubt = |&c: &usize| {
@@ -28,7 +29,8 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses a numeric rank that differs from the rank in the field; the error lists the columns that only one of them has.
+/// Refuses a numeric rank that differs from the rank in the finite field. The error lists the columns that only one of them has.
+/// `exact`: independent columns in the field.
 pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
         these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
@@ -46,11 +48,11 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
     }
 }
 
-/// Rounding error of a column of unit norm in a scan, before weak columns amplify it.
+/// Rounding error of a column of unit norm in the numeric scan, before weak columns amplify it.
 pub(crate) const SCAN_ROUNDING: f64 = 1e-14;
 
-/// Refuses chosen columns whose distance from the span of the columns before them is too small, and dropped columns whose
-/// distance is too large. `scan` is the scan that keeps the chosen columns.
+/// Refuses chosen columns that are too near to the span of the columns before them, and dropped columns that are too far from it.
+/// `scan`: the scan that keeps the chosen columns.
 ///
 /// The direction of a kept column with the distance d has an error of rounding / d, which affects all columns after it.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
@@ -72,8 +74,9 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
-/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the numeric ones. Relations built on
-/// weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a numeric fit.
+/// Refuses exact coefficients of relations that differ from the numeric ones by more than the accuracy of the numeric ones.
+/// Relations with weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a
+/// numeric fit.
 pub(crate) fn compared_with_numbers(
     scan: &Scan,
     regrouping: &Regrouping,

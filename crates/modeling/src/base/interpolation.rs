@@ -19,48 +19,49 @@ use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// A column to explain by others: `column` = sum_k x_k support_k, with unknown x_k.
+/// A column that may be a linear combination of others: `column` = sum_k x_k support_k, with unknown coefficients x_k.
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,
-    /// The power of length in the unit of each x_k.
+    /// For each coefficient x_k, the power of length (m) in its unit.
     pub degrees: Vec<i32>,
 }
 
-/// The x_k of each relation in the field; `None` if no x satisfies the relation, or more than one.
+/// For each relation, its coefficients x_k in the finite field; `None` if no x satisfies the relation, or more than one.
 type Solutions = Vec<Option<Vec<Residue>>>;
 
-/// The values of the constants, and the solutions of all relations at these values.
+/// Random field elements of the constants, and the coefficients of all relations at these elements.
 type SamplePoint = (Vec<Assignment>, Solutions);
 
 /// Upper bound of numerator and denominator of a rational number in a coefficient. Lengths and angles lead only to halves,
 /// doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
-/// Number of curves through each closed point.
+/// Number of curves of closed states through each closed point.
 const CURVES_PER_POINT: usize = 3;
-/// Number of closed points that are tried at given constants, to find one of the right assembly.
+/// Number of closed points that are tried with given constants, until one belongs to the right assembly of the loops.
 const TRIED_ASSEMBLIES: usize = 8;
 
-/// Largest number of unknowns of a fit. k angles at size s have (2 s + 2)^k monomials, and each takes an evaluation of the
-/// columns and a row of a dense matrix: 256 cost about ten milliseconds, 4096 some minutes. Three angles at size two
-/// (216) and four at size one (256) are allowed; the loops of the models that come with the project need at most 23.
+/// Largest number of unknown coefficients of monomials in a fit. k angles with powers up to s have (2 s + 2)^k monomials, and
+/// each takes an evaluation of the columns and a row of a dense matrix: 256 cost about ten milliseconds, 4096 some minutes. Three
+/// angles at s = 2 (216) and four at s = 1 (256) are allowed; the loops of the models that come with the project need at most 23.
 const MAX_UNKNOWNS: usize = 256;
-/// Largest number of unknowns of a fit if every point must close the loops, which takes some milliseconds per point.
+/// Largest number of unknowns of a fit for a robot with loops. It is smaller, because each point must close the loops, which
+/// takes some milliseconds.
 const MAX_UNKNOWNS_OF_LOOPS: usize = 40;
-/// Largest power of a cosine in a fit.
+/// Largest power of a cosine in the monomials of a fit.
 const MAX_MONOMIAL_SIZE: i32 = 3;
-/// Number of points of a fit in addition to the unknowns, so that a fit that is not exact fails.
+/// Number of points of a fit beyond the number of unknowns, so that a fit that is not exact fails.
 const CHECK_POINTS: usize = 2;
-/// Seed of the random field elements.
+/// Seed of the random field elements for the fits.
 const FIELD_SEED: u64 = 1995;
-/// Number of random states in addition to the unknowns.
+/// Number of random states beyond the number of unknowns, when a relation is solved.
 const EXTRA_STATES: usize = 3;
-/// Number of orders of a curve in addition to the unknowns.
+/// Number of orders of a power series along a curve beyond the number of unknowns.
 const EXTRA_ORDERS: usize = 2;
 
-/// The x_k of each relation; `None` if the relation does not hold for every value of the symbols, if an x_k is no Laurent
-/// polynomial of small degree, or if there are too many unknowns.
+/// Finds the coefficients x_k of each relation as functions of the robot's symbols. `None` if the relation does not hold for
+/// every value of the symbols, if an x_k is no Laurent polynomial of small degree, or if there are too many unknowns.
 ///
 /// With `closed`, the states close the loops; without it, all inputs of the regressor are free.
 pub(crate) fn interpolate(
@@ -84,10 +85,10 @@ pub(crate) fn interpolate(
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // A relation needs all its coefficients exact, so the first coefficient without a result ends it.
+            // A relation needs all its coefficients exactly, so the first coefficient without a result ends it.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
-                    // This coefficient depends on no symbol: it is a number and needs no fit.
+                    // The coefficient depends on no symbol, so it is a number and needs no fit.
                     return x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())));
                 }
                 fit(&mut samples, &mut points, r, k, &depends[r][k], relation.degrees[k])
@@ -99,7 +100,7 @@ pub(crate) fn interpolate(
     fitted
 }
 
-/// The regressor with only the columns of the relations, and the relations with the new column numbers.
+/// The regressor restricted to the columns of the relations, and the relations with the new column numbers.
 fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Relation>) {
     let named = |r: &Relation| r.support.iter().copied().chain([r.column]).collect::<Vec<_>>();
     let columns: BTreeSet<usize> = relations.iter().flat_map(named).collect();
@@ -113,7 +114,8 @@ fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Re
     (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
-/// For each relation and each x_k, the symbols on which x_k depends. They are found by changing one symbol at a time.
+/// For each relation and each of its coefficients x_k, the symbols on which x_k depends. Each symbol is changed alone to find
+/// them.
 fn dependencies(
     samples: &mut FieldSamples,
     relations: &[Relation],
@@ -140,7 +142,8 @@ fn dependencies(
     depends
 }
 
-/// x_k of relation r as a polynomial in `symbols`. Larger and larger sets of monomials are tried. `None` without an exact fit.
+/// Fits coefficient x_k of relation r by a Laurent polynomial in `symbols` whose terms have the power `degree` of length. Larger
+/// and larger sets of monomials are tried. `None` without an exact fit.
 fn fit(
     samples: &mut FieldSamples,
     points: &mut Vec<SamplePoint>,
@@ -182,11 +185,11 @@ fn fit(
     None
 }
 
-/// All products of powers of the symbols whose total power of lengths is `degree`. Each length has a power from -size to size +
-/// 1, each cosine up to size, each sine up to one.
+/// All products of powers of the symbols in which the powers of lengths add up to `degree`. Each length has a power from -size to
+/// size + 1, each cosine up to size, each sine up to one.
 fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> Vec<Monomial> {
     let mut all: Vec<(Monomial, i32)> = vec![(Vec::new(), 0)];
-    // Each symbol multiplies every product so far by each of its powers; `length` is the total power of lengths.
+    // Multiply every product so far by each power of the next symbol; `length` is the sum of the powers of lengths.
     for &s in symbols {
         let id = s as u32;
         let mut next = Vec::new();
@@ -218,13 +221,13 @@ fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) 
         .collect()
 }
 
-/// The number of [`monomials`], without creating them.
+/// The number of monomials that [`monomials`] would make, computed without making them.
 fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> usize {
     let mut by_power = BTreeMap::from([(0, 1_usize)]);
     for &s in symbols {
         let mut next: BTreeMap<i32, usize> = BTreeMap::new();
         for (&power, &count) in &by_power {
-            // Cosines and sines have no unit, so they do not change the power of lengths.
+            // Cosines and sines have no unit, so they do not change the sum of the powers of lengths.
             let (powers, times) =
                 if samples.is_angle[s] { (0..=0, 2 * (size + 1) as usize) } else { (-size..=size + 1, 1) };
             for more in powers {
@@ -237,14 +240,14 @@ fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32
     by_power.get(&degree).copied().unwrap_or(0)
 }
 
-/// Evaluates the function in the field, at given constants and random states.
+/// Evaluates the columns of the relations in the finite field, at given constants and random states.
 struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
     angles: GraphAngles,
-    /// Whether each symbol is the argument of a sine or cosine.
+    /// For each symbol: whether it is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// Whether the function or the closure of the loops depends on each symbol.
+    /// For each symbol: whether the function or the closure of the loops depends on it.
     is_read: Vec<bool>,
     closed: Option<&'a ClosedPoints>,
     random: SplitMix,
@@ -255,7 +258,7 @@ impl<'a> FieldSamples<'a> {
         let graph = function.graph();
         let mut is_angle = vec![false; graph.symbols().len()];
         let mut is_read = is_angle.clone();
-        // The symbols of the closure are the first symbols of the function.
+        // The symbols of the closure function are the first symbols of the regressor function.
         for graph in [Some(graph), closed.map(|closed| closed.closure.graph())].into_iter().flatten() {
             for node in graph.nodes() {
                 if let expr::Node::Symbol(s) = node {
@@ -287,8 +290,8 @@ impl<'a> FieldSamples<'a> {
         matches!(self.function.graph().symbols()[s].1, SymbolKind::Constant(_))
     }
 
-    /// Random field elements for all symbols. With `moved` = (reference, s), only symbol s is drawn, the others are those of the
-    /// reference.
+    /// Draws random field elements for all symbols. With `moved` = (reference, s), only symbol s is drawn; the others keep their
+    /// elements in `reference`.
     fn draw(&mut self, moved: Option<(&[Assignment], usize)>) -> Vec<Assignment> {
         match (moved, self.closed) {
             (None, Some(closed)) => closed.constants(&mut self.random).unwrap_or_default(),
@@ -301,7 +304,7 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation at these constants; `None` for a relation without a unique solution.
+    /// Solves every relation for its coefficients at these constants; `None` for a relation without a unique solution.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
         let rows = match self.closed {
@@ -317,10 +320,10 @@ impl<'a> FieldSamples<'a> {
         self.relations.iter().map(pick).collect()
     }
 
-    /// Rows of the function at random states. There are more states than unknowns, so that the rows also check the solution.
+    /// Rows of the function at random states. There are more states than unknowns, so the additional rows check the solution.
     fn free_rows(&mut self, constants: &[Assignment], unknowns: usize) -> Vec<Vec<Residue>> {
         let output = &self.function.outputs[0];
-        // A column may be non-zero in only one row of each state.
+        // In each state, a column may be non-zero in only one row, so each unknown needs a state.
         let n_states = unknowns + EXTRA_STATES;
         let mut rows = Vec::new();
         for _ in 0..n_states {
@@ -331,8 +334,8 @@ impl<'a> FieldSamples<'a> {
         rows
     }
 
-    /// The series coefficients of the function's rows along curves of closed states. `None` if the loops do not close in the
-    /// field, or if no tried assembly has these independent columns.
+    /// Rows of the function along curves of closed states, as coefficients of power series. `None` if the loops do not close in
+    /// the field, or if no tried assembly has the expected independent columns.
     fn closed_rows(
         &mut self,
         closed: &ClosedPoints,
@@ -353,7 +356,7 @@ impl<'a> FieldSamples<'a> {
             rows.iter().for_each(|row| {
                 echelon.add(row.clone());
             });
-            // Another assembly may have other independent columns.
+            // Other assemblies of the loops may have other independent columns; their rows are not used.
             if echelon.columns() == kept {
                 return Some(rows);
             }
@@ -368,7 +371,7 @@ mod tests {
 
     use super::*;
 
-    /// `n_monomials`, which bounds the work, agrees with the number of created monomials.
+    /// Checks that `n_monomials`, which bounds the work, equals the number of monomials that are made.
     #[test]
     fn monomials_are_counted_before_they_are_made() {
         let mut g = Graph::new();

@@ -1,4 +1,4 @@
-//! The meaning of a base parameter in words, from its rule: `first moment of forearm along x, with what wrist_1
+//! Writes the meaning of a base parameter in words, from its rule: `first moment of forearm along x, with what wrist_1
 //! to tool add to it`.
 //!
 //! A base parameter is its own standard parameter plus multiples of others. The absorbed parameters of its own link are
@@ -9,7 +9,7 @@ use robot::{Inertial, LinkId, Robot, StandardParameter};
 use crate::base::base_parameters::{BaseParameters, WeakParameter};
 
 impl BaseParameters {
-    /// The meaning of base parameter k of `robot` in words.
+    /// The meaning in words of base parameter number k of `robot`.
     pub fn meaning(&self, robot: &Robot, k: usize) -> String {
         let base = &self.base[k];
         let own = self.standard[base.column];
@@ -31,7 +31,8 @@ impl BaseParameters {
         text
     }
 
-    /// The evidence for the rank of `robot` in a finite field, as text, with the columns that are too weak for every motion.
+    /// The evidence for the rank of the regressor of `robot` in a finite field, as text, with the columns that are too weak in
+    /// every motion.
     pub fn evidence_of_rank(&self, robot: &Robot) -> String {
         let weak = |w: &WeakParameter| format!("{} ({:.0e})", self.standard[w.column].display(robot), w.share);
         let weak: Vec<String> = self.weak.iter().map(weak).collect();
@@ -72,7 +73,8 @@ fn axis(inertial: Inertial) -> &'static str {
     }
 }
 
-/// The phrase for an absorbed parameter that belongs to the same link.
+/// The phrase for a parameter of the same link that a base parameter absorbs. `own`: the base parameter's own kind; `factor`: the
+/// coefficient of the absorbed parameter.
 fn joined(own: Inertial, other: Inertial, factor: f64) -> String {
     let is_moment = |i: Inertial| matches!(i, Inertial::Xx | Inertial::Yy | Inertial::Zz);
     match other {

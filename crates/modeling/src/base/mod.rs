@@ -1,4 +1,4 @@
-//! The smallest set of inertial parameters that determines the torque.
+//! Determines the base parameters: the smallest set of inertial parameters that determines the torque.
 //!
 //! [`base_parameters`] takes these steps: a finite field chooses the columns ([`exact_rank`]), a numeric scan confirms them
 //! ([`rank`]), the relations of the dropped columns are found ([`regrouping`]), compared with numeric relations ([`evidence`]),

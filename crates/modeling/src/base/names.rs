@@ -1,15 +1,15 @@
-//! SYMORO's names for base parameters.
+//! Names of base parameters, as in the program SYMORO.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter, Value};
 
-/// The name of a standard parameter that absorbs others: `XXR2` for `XX2`.
+/// The name of a standard parameter that absorbs others: `XXR2` for `XX2`. `plain`: its name without absorbed parameters.
 pub(crate) fn regrouped(plain: &str, inertial: Inertial) -> String {
     let letters = inertial.letters();
     format!("{letters}R{}", &plain[letters.len()..])
 }
 
-/// The name of a base parameter. Without gravity, the name of a first moment gets a prefix, the length through which it acts:
-/// `D2MXR4`. This is the first non-zero d on the path from the base to the link.
+/// The name of a base parameter from `name` without prefix. Without gravity, the name of a first moment gets the prefix of the
+/// length through which it acts: `D2MXR4`. This length is the first non-zero d on the path from the base to the link.
 pub(crate) fn base(robot: &Robot, parameter: StandardParameter, name: String) -> String {
     let weightless = robot.gravity_number() == [0.0; 3];
     if !(weightless && parameter.inertial.is_first_moment()) {

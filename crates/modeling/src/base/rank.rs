@@ -1,4 +1,5 @@
-//! The independent columns of a matrix, from left to right, and their distances from the span of the others.
+//! Finds the independent columns of a matrix from left to right, and the distance of each column from the span of those before
+//! it.
 //!
 //! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left to right: a column is kept
 //! if its distance from the span of the columns kept before it, relative to its own norm, is above the threshold [Gautier 1991].
@@ -10,25 +11,27 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::base::triangle::triangle;
 
-/// A column is independent if its distance, relative to its norm, is above this value.
+/// A column is independent if its distance from the span of the columns kept before it, relative to its norm, is above this
+/// value.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
 /// A column is treated as zero if its norm, relative to the norm of the largest column, is at most this value.
 const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
-/// A rank is clear-cut if the smallest kept distance is at least this many times the largest dropped distance.
+/// The numeric rank is clear-cut if the smallest distance of a kept column is at least this many times the largest distance of a
+/// dropped column.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
-/// The result of a scan of columns from left to right. Distance: from the span of the columns kept before.
+/// The result of a scan of columns from left to right. Distance of a column: from the span of the columns kept before it.
 #[derive(Clone, Debug, Default)]
 pub struct Scan {
-    /// Columns kept, ascending.
+    /// Indices of the columns that are kept, ascending.
     pub kept: Vec<usize>,
-    /// Columns that are zero, ascending.
+    /// Indices of the columns that are zero (negligible), ascending.
     pub zero: Vec<usize>,
-    /// Columns in the span of kept columns, each with the coefficients of all kept columns.
+    /// Columns in the span of kept columns, each as (index, coefficients of all kept columns).
     pub dependent: Vec<(usize, Vec<f64>)>,
-    /// Distance of each column relative to its norm (of a zero column: its norm relative to the largest column).
+    /// Distance of each column relative to its norm. For a zero column: its norm relative to the largest column.
     pub distance: Vec<f64>,
-    /// Distance of each column relative to the norm of the largest column.
+    /// Distance of each column relative to the norm of the largest column; 0 for a zero column.
     pub share: Vec<f64>,
 }
 
@@ -39,7 +42,7 @@ pub fn independent_columns(matrix: &DMatrix<f64>) -> Result<Scan, Vec<usize>> {
     scan(&triangle(matrix, 1), None)
 }
 
-/// Scans the triangle of a matrix ([`crate::base::triangle`]) and keeps the independent columns, or the `chosen` ones.
+/// Scans the columns of a QR triangle ([`crate::base::triangle`]) and keeps the independent columns, or the `chosen` ones.
 ///
 /// Every number of the result is finite. Otherwise the error has the indices of the columns that are not finite.
 pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<Scan, Vec<usize>> {
@@ -53,9 +56,9 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
     let is_chosen = |c: usize| chosen.map(|chosen| chosen.binary_search(&c).is_ok());
 
     let mut s = Scan { kept: vec![], zero: vec![], dependent: vec![], distance: vec![0.0; p], share: vec![0.0; p] };
-    // R is triangular: only the first c + 1 entries of column c, and of its basis vector, can be non-zero.
+    // The matrix is triangular: only the first c + 1 entries of column c, and of its basis vector, can be non-zero.
     let mut basis: Vec<DVector<f64>> = Vec::new();
-    // kept column k = sum_i basis_i factors[k][i]
+    // Coefficients of each kept column k in the orthonormal basis: column k = sum_i basis_i factors[k][i].
     let mut factors: Vec<Vec<f64>> = Vec::new();
     for c in 0..p {
         if norms[c] <= NEGLIGIBLE_PIVOT_RATIO * largest && is_chosen(c) != Some(true) {
@@ -65,7 +68,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         let mut v: DVector<f64> = triangle.column(c).rows(0, c + 1).into_owned();
         let mut along = vec![0.0; basis.len()];
-        // Gram-Schmidt; orthogonalizing twice is enough [Parlett, after Kahan].
+        // Gram-Schmidt orthogonalisation. Doing it twice is enough [Parlett, after Kahan].
         for _ in 0..2 {
             for (b, a) in basis.iter().zip(&mut along) {
                 let mut v = v.rows_mut(0, b.len());
@@ -76,7 +79,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         s.distance[c] = if norms[c] > 0.0 { v.norm() / norms[c] } else { 0.0 };
         s.share[c] = v.norm() / largest;
-        // A chosen column with the distance zero cannot be kept.
+        // A chosen column cannot be kept if its distance is zero.
         if is_chosen(c).unwrap_or(s.distance[c] > INDEPENDENT) && s.distance[c] > 0.0 {
             let norm = v.norm();
             along.push(norm);
@@ -87,7 +90,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
             s.dependent.push((c, along));
         }
     }
-    // Back substitution: coefficients of the basis vectors become coefficients of the kept columns.
+    // Back substitution converts coefficients of the basis vectors to coefficients of the kept columns.
     for (_, x) in &mut s.dependent {
         for k in (0..x.len()).rev() {
             x[k] /= factors[k][k];
@@ -108,7 +111,7 @@ mod tests {
 
     #[test]
     fn finds_the_leftmost_independent_columns() {
-        // a, 0, b, 2a - 3b, c + 1e-12 noise, a
+        // Columns: a, almost 0, b, 2a - 3b, c, a.
         let (a, b, c) = ([1.0, 2.0, 3.0, 4.0], [0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]);
         let matrix = DMatrix::from_fn(4, 6, |r, k| match k {
             0 | 5 => a[r],
@@ -125,14 +128,14 @@ mod tests {
             assert!((found - expected).abs() < 1e-13);
         }
 
-        // Other columns with the same span, chosen beforehand.
+        // Other columns with the same span are chosen beforehand.
         let s = scan(&triangle, Some(&[2, 3, 4])).unwrap();
         assert_eq!((s.kept, s.zero), (vec![2, 3, 4], vec![1]));
         assert_eq!(s.dependent.iter().map(|d| d.0).collect::<Vec<_>>(), [0, 5]);
         for (found, expected) in s.dependent[1].1.iter().zip([1.5, 0.5, 0.0]) {
             assert!((found - expected).abs() < 1e-13);
         }
-        // The distance shows that a chosen column is dependent.
+        // If a chosen column is dependent, its distance shows this.
         assert!(scan(&triangle, Some(&[0, 2, 3])).unwrap().distance[3] < 1e-13);
     }
 

@@ -1,4 +1,4 @@
-//! Determines the relation of each dropped column to the kept columns: D_d = sum_k beta_kd D_k.
+//! Determines the relation of each dropped column of the regressor D to the kept columns: D_d = sum_k beta_kd D_k.
 //!
 //! The coefficients have three sources, the most reliable first:
 //!
@@ -26,11 +26,11 @@ use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// A numeric coefficient smaller than this counts as zero. The rounding of the scan is about 1e-13; a true coefficient is a
-/// product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
+/// A numeric coefficient of a relation below this counts as zero. The rounding of the scan is about 1e-13; a true coefficient is
+/// a product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
 const ROUNDED_ZERO: f64 = 1e-9;
 
-/// A coefficient of a regrouping: proven in the symbols, or only a number.
+/// A coefficient beta of a relation between columns: exact in the symbols, or only a number.
 #[derive(Clone, Debug)]
 pub(crate) enum Beta {
     Exact(Coefficient),
@@ -38,7 +38,7 @@ pub(crate) enum Beta {
 }
 
 impl Beta {
-    /// The value at the robot's numbers, and the field element if the coefficient is exact.
+    /// The numeric value of the coefficient, and its element of the finite field if it is exact.
     fn share(&self, graph: &Graph, constants: &[Assignment]) -> Share {
         match self {
             Beta::Exact(c) => Share::of(c, graph, constants),
@@ -51,9 +51,9 @@ impl Beta {
 /// the texts grow faster than any power of n, but the number of coefficients grows as n^2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
-    /// The value at the robot's values of its symbols.
+    /// The numeric value, at the robot's values of its symbols.
     pub number: f64,
-    /// The value at random elements of a finite field, where a zero is exact; `None` if a factor is only a number.
+    /// The value in a finite field at random elements of the symbols, where a zero is exact. `None` if a factor is only a number.
     pub residue: Option<Residue>,
 }
 
@@ -76,16 +76,18 @@ impl Share {
 /// The relations of the dropped columns, both as separate rules and with every rule substituted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Regrouping {
-    /// Dropped column without a tree rule -> its kept columns and coefficients. Empty for a column that is zero.
+    /// Dropped column without a tree rule -> its kept columns and their coefficients. The list is empty for a column that is
+    /// zero.
     pub solved: BTreeMap<usize, Vec<(usize, Beta)>>,
-    /// Dropped column with a tree rule -> the columns and coefficients of the rule.
+    /// Dropped column with a tree rule -> the columns of this rule and their coefficients.
     pub rules: TreeRules,
-    /// Dropped column -> its kept columns and coefficients, with every rule substituted.
+    /// Dropped column -> its kept columns and their coefficients, with every rule substituted.
     pub shares: Shares,
 }
 
 impl Regrouping {
-    /// The `weak` columns, and the columns whose rules contain them: their relations omit the contribution of weak columns.
+    /// The `weak` columns, and the dropped columns whose rules contain them: their relations omit the contribution of weak
+    /// columns.
     pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
         let mut built: BTreeSet<usize> = weak.iter().copied().collect();
         for (dropped, terms) in &self.rules {
@@ -100,10 +102,11 @@ impl Regrouping {
 /// Dropped column -> its kept columns, each with its coefficient.
 pub(crate) type Shares = BTreeMap<usize, Vec<(usize, Share)>>;
 
-/// Dropped column -> the columns and coefficients of its tree rule; these columns may be dropped themselves.
+/// Dropped column -> the columns of its tree rule and their coefficients; these columns may be dropped themselves.
 pub(crate) type TreeRules = BTreeMap<usize, Vec<(usize, Coefficient)>>;
 
-/// The relation of every column that the scan does not keep.
+/// Determines the relation of every column that `scan` does not keep. `closed`: finds points that close the loops; `None`: not
+/// available.
 pub(crate) fn regrouping(
     derivation: &mut Derivation,
     regressor: &Function,
@@ -112,7 +115,7 @@ pub(crate) fn regrouping(
     closed: Option<&ClosedPoints>,
 ) -> Regrouping {
     let mut rules = rules_by_column(derivation, standard);
-    // Drop the rules of kept columns: a column with a rule is kept if a column on the rule's right-hand side is too weak to be
+    // Remove the rules of kept columns: a column with a rule is kept if a column on the rule's right-hand side is too weak to be
     // kept.
     rules.retain(|column, _| scan.kept.binary_search(column).is_err());
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
@@ -132,7 +135,7 @@ fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) 
         .collect()
 }
 
-/// The dropped columns without a tree rule, with the kept columns that have a non-zero numeric coefficient.
+/// The dropped columns without a tree rule, each with the kept columns for which it has a non-zero numeric coefficient.
 fn unexplained(
     robot: &Robot,
     standard: &[StandardParameter],
@@ -154,7 +157,7 @@ fn unexplained(
         .collect()
 }
 
-/// The coefficients of the relations: exact from the field if it has a result, otherwise numeric from the scan.
+/// Coefficients of the relations: exact if the interpolation in the finite field finds them, otherwise numeric from the scan.
 fn solved(
     robot: &Robot,
     regressor: &Function,
@@ -173,10 +176,11 @@ fn solved(
         None => vec![None; relations.len()],
     };
     for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
-        // The closed points may belong to another assembly than the robot's numbers. Then their coefficients differ.
+        // The closed points may belong to another assembly than the robot's numbers. Then their coefficients differ and are not
+        // used.
         let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
         let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
-        // A zero column is zero in every assembly.
+        // A column that is zero as an expression is zero in every assembly.
         let is_absent = relation.support.is_empty() && column_is_zero(regressor, relation.column);
         *exact = exact.take().filter(|_| !is_of_another).or(is_absent.then(Vec::new));
     }
@@ -189,11 +193,11 @@ fn solved(
     relations.iter().zip(exact).map(|(relation, exact)| (relation.column, row(relation, exact))).collect()
 }
 
-/// Seed of the random elements of the symbols.
+/// Seed of the random field elements of the symbols in [`put_in`].
 const SHARE_SEED: u64 = 1990;
 
-/// The solved relations, and the relations that follow from the rules D_d = sum_c factor_c D_c: if c is dropped too, its own
-/// relation is substituted. The columns c come before d, so their relations are already expanded.
+/// Relations of all dropped columns: the solved ones, and those from the rules D_d = sum_c factor_c D_c. If a column c is dropped
+/// too, its own relation is substituted. The columns c come before d, so their relations are already expanded.
 fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph: &Graph) -> Shares {
     let mut random = SplitMix(SHARE_SEED);
     let constants: Vec<Assignment> = graph.symbols().iter().map(|_| Assignment::random(&mut random)).collect();
@@ -216,13 +220,13 @@ fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph
     shares
 }
 
-/// Whether a column is identically zero.
+/// Whether a column of the regressor is identically zero.
 fn column_is_zero(regressor: &Function, column: usize) -> bool {
     let output = &regressor.outputs[0];
     (0..output.rows).all(|r| output.entries[r * output.columns + column].is_zero())
 }
 
-/// The degree in the unit of a parameter, kg m^degree.
+/// The power of length in the unit of a parameter, kg m^degree.
 fn length_degree(robot: &Robot, parameter: StandardParameter) -> i32 {
     match parameter.inertial {
         Inertial::M => 0,

@@ -1,9 +1,9 @@
-//! The regrouping rules of trees: combinations of inertial parameters of a link that act as parameters of its antecedent.
+//! The regrouping rules of trees: combinations of a link's inertial parameters that act like parameters of its antecedent.
 //!
 //! If a body is symmetric about the joint axis and has no inertia about it, its inertia seen from the antecedent does not depend
 //! on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic joint the
-//! whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body adds to the antecedent's
-//! parameters, about O_i and in frame i,
+//! whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body of link j adds to the parameters of
+//! the antecedent i, about O_i and in frame i,
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
@@ -19,18 +19,19 @@ use crate::base::coefficient::Coefficient;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::vector::{NULL, Vector, add, dot};
 
-/// A relation of columns: column `dropped` = sum of coefficient * column over the terms.
+/// A relation of regressor columns: the column of `dropped` = sum of coefficient * column over the terms. A column is named by
+/// link and parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeRule {
     pub dropped: (LinkId, Inertial),
     pub terms: Vec<((LinkId, Inertial), Coefficient)>,
 }
 
-/// The rules between the links and their antecedents, link by link. A link whose lengths are
+/// The rules between all links and their antecedents, link by link. A link whose lengths are
 /// not polynomials in symbols (a division by a sum) has no rules.
 pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<TreeRule> {
     let mut rules = Vec::new();
-    // Links without inertial parameters have no rules.
+    // Links without inertial parameters have no rules, so they are left out.
     let has_parameters = |j: LinkId| j.0 >= robot.massless;
     for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
         let frame = RelativeFrame::of(robot, g, constants, j);
@@ -55,11 +56,11 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
     rules
 }
 
-/// A subset of the ten parameters, in the order of [`Inertial::BODY`]: true for the parameters that are 1, the others are 0.
+/// A body whose ten parameters are 0 or 1, in the order of [`Inertial::BODY`]: true means 1.
 type ParameterSet = [bool; 10];
 
-/// For each rule of a joint: the dropped parameter, the parameters of the same link that absorb it too, and the body with unit
-/// parameters.
+/// For each rule of a joint of this kind: the dropped parameter, the parameters of the same link that absorb it too, and the body
+/// with unit parameters.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));
@@ -72,9 +73,9 @@ fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSe
     }
 }
 
-/// The pose of frame j in frame i at joint variable zero.
+/// The pose of link frame j in the antecedent's frame i at joint variable zero.
 struct RelativeFrame {
-    /// Columns: the axes of frame j in frame i.
+    /// The axes x, y, z of frame j in frame i: the columns of R.
     axes: [Vector; 3],
     p: Vector,
 }
@@ -110,7 +111,7 @@ impl RelativeFrame {
         let J = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let (R, p) = (&self.axes, self.p);
 
-        // s = R MS_j; the columns of R are the axes.
+        // First moment in frame i: s = R MS_j. The columns of R are the axes.
         let mut s = NULL;
         for (moment, axis) in [mx, my, mz].into_iter().zip(R) {
             for i in 0..3 {
@@ -118,14 +119,14 @@ impl RelativeFrame {
                 s[i] = g.add(s[i], term);
             }
         }
-        // 2 (p . s) + m p . p, on the diagonal.
+        // Terms on the diagonal: 2 (p . s) + m p . p.
         let (ps, pp) = (dot(g, p, s), dot(g, p, p));
         let mpp = g.mul(m, pp);
         let two = g.constant(2.0);
         let twice = g.mul(two, ps);
         let isotropic = g.add(twice, mpp);
 
-        // R J R^T, the diagonal, and -p s^T - s p^T - m p p^T.
+        // Inertia tensor: R J R^T, the diagonal terms, and -p s^T - s p^T - m p p^T.
         let mut inertia = |r: usize, c: usize| {
             let mut sum = if r == c { isotropic } else { Expr::ZERO };
             for a in 0..3 {

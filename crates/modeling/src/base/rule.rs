@@ -1,12 +1,12 @@
-//! A regrouping rule as text: parameters with equal coefficients share a parenthesis.
+//! Writes a regrouping rule as text, in which parameters with equal coefficients share a parenthesis.
 
 use crate::base::coefficient::Coefficient;
 
-/// The text of a coefficient: a sign and a magnitude.
+/// A coefficient of a rule as text: a sign and a magnitude.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor {
     negative: bool,
-    /// Text without sign: `1`, `D2^2`, `cos(2*DEL)`.
+    /// Text of the coefficient without sign: `1`, `D2^2`, `cos(2*DEL)`.
     magnitude: String,
 }
 
@@ -15,7 +15,7 @@ impl Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
-    /// One factor per summand of a coefficient; `name` gives the name of a symbol.
+    /// The summands of a coefficient, each as text; `name` gives the name of a symbol index.
     pub(crate) fn summands(c: &Coefficient, name: &dyn Fn(u32) -> String) -> Vec<Factor> {
         let factor = |c: Coefficient| {
             let text = c.display(name).to_string();
@@ -32,12 +32,13 @@ impl Factor {
     }
 }
 
-/// The decimal number of eleven digits nearest to x. A numeric coefficient of the scan has no more valid digits.
+/// The decimal number of eleven significant digits nearest to x. A numeric coefficient of the scan has no more valid digits.
 pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.10e}").parse().unwrap_or(x)
 }
 
-/// The text of a rule, `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, from (parameter, factor), the base parameter's own one first.
+/// The text of a rule, `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`. `left`: name of the base parameter; `terms`: (parameter, factor), the
+/// base parameter's own one first.
 pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
     // Parameters with coefficients of equal magnitude share a parenthesis.
     let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();

@@ -1,4 +1,4 @@
-//! Evaluates the regressor at random states, for the numeric rank.
+//! Evaluates the regressor at random states, from which the numeric rank is determined.
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
@@ -6,17 +6,19 @@ use random::SplitMix;
 
 use crate::kinematics::closure::Closure;
 
-/// Seed of the random states.
+/// Seed of the random states for the numeric rank.
 const STATE_SEED: u64 = 1995;
-/// Number of rows per column. It is enough even if the columns of a link are non-zero only in the row of its own joint.
+/// Number of sampled rows per column of the regressor. It is enough even if the columns of a link are non-zero only in the row of
+/// its own joint.
 const ROWS_PER_COLUMN: usize = 3;
-/// Number of states in addition to the number that [`ROWS_PER_COLUMN`] requires.
+/// Number of random states in addition to the number that [`ROWS_PER_COLUMN`] requires.
 const EXTRA_STATES: usize = 8;
-/// Bounds of dq (rad/s or m/s) and of ddq (rad/s^2 or m/s^2). With these bounds, inertia, centrifugal and gravity terms have
-/// similar weights.
+/// Bounds of the random dq (rad/s or m/s) and ddq (rad/s^2 or m/s^2). With these bounds, inertia, centrifugal and gravity terms
+/// have similar weights.
 const RATE_BOUNDS: [f64; 2] = [2.0, 4.0];
 
-/// D at random states with closed loops, stacked state by state; `constants`: values of the inputs after q, dq and ddq.
+/// The regressor at random states with closed loops, stacked state by state. `constants`: values of its inputs after q, dq and
+/// ddq.
 pub(crate) fn sampled(regressor: &Function, closure: Option<Closure>, constants: &[f64]) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);

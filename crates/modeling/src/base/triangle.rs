@@ -11,15 +11,15 @@
 
 use nalgebra::DMatrix;
 
-/// A column of the rows of a joint counts as rounding if its norm, relative to the norm of the whole column, is at most this
+/// A column of a joint's rows counts as rounding error if its norm, relative to the norm of the whole column, is at most this
 /// value. Reflections leave about 1e-15, the next pass 1e-30. The threshold of the rank is 1e-7.
 const COLUMN_ROUNDING: f64 = 1e-15;
 
-/// R, p x p, of a matrix in which row i belongs to joint i modulo `joints`.
+/// The QR triangle R, p x p, of a matrix with p columns whose row i belongs to joint i modulo `joints`.
 pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
-    // The bound is at least the smallest normal number, because the square of a smaller norm cannot be a divisor.
+    // A bound is at least the smallest normal number, because the square of a smaller norm cannot be a divisor.
     let rounding =
         |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
     let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
@@ -31,22 +31,22 @@ pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     DMatrix::from_row_slice(p, p, &r)
 }
 
-/// Adds the rows of one joint to R. `block` holds the rows, column by column, and is overwritten. `rounding`: for each column,
-/// the square of the norm that counts as zero.
+/// Adds the rows of one joint to the triangle R. `block` holds the rows, column by column, and is overwritten. `rounding`: for
+/// each column, the squared norm that counts as zero.
 fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
     let p = rounding.len();
     for c in 0..p {
         let (head, behind) = block.split_at_mut((c + 1) * rows);
         let v = &head[c * rows..];
         let square = dot(v, v);
-        // NaN passes this test and reaches the scan, which refuses it.
+        // NaN passes this test and reaches the scan of the columns, which refuses it.
         if square <= rounding[c] {
             continue;
         }
         let diagonal = r[c * p + c];
         let norm = (diagonal * diagonal + square).sqrt();
         let image = if diagonal > 0.0 { -norm } else { norm };
-        // H = 1 - 2 v v' / v'v with v = (diagonal - image, v).
+        // Householder reflection H = 1 - 2 v v' / v'v with v = (diagonal - image, column of the rows).
         let first = diagonal - image;
         let factor = 2.0 / (first * first + square);
         r[c * p + c] = image;
@@ -78,7 +78,8 @@ mod tests {
     use super::*;
     use random::SplitMix;
 
-    /// R'R = A'A, and R equals the R of an ordinary QR up to the signs of its rows. Some columns are zero for some joints.
+    /// Checks that R'R = A'A, and that R equals the R of an ordinary QR up to the signs of its rows. Some columns are zero for
+    /// some joints.
     #[test]
     fn the_triangle_of_an_ordinary_qr() {
         let (joints, states, p) = (4, 9, 12);
@@ -91,7 +92,7 @@ mod tests {
         let expected = matrix.clone().qr().unpack_r();
         for c in 0..p {
             for i in 0..p {
-                // Entries are of order one: the difference is rounding.
+                // Entries are of order one, so the difference is rounding.
                 assert!((found[(i, c)].abs() - expected[(i, c)].abs()).abs() < 1e-13, "{i} {c}");
                 assert!(i <= c || found[(i, c)] == 0.0);
             }
@@ -100,7 +101,8 @@ mod tests {
         assert!(gram.amax() < 1e-12);
     }
 
-    /// The robot has many more columns than a joint has rows, so these become zero dozens of times. Their rounding must not grow.
+    /// Checks a matrix with many more columns than a joint has rows: these rows become zero dozens of times, and their rounding
+    /// errors must not grow.
     #[test]
     fn rows_that_are_used_up_leave_nothing() {
         let (joints, states, p) = (3, 7, 600);
@@ -108,7 +110,7 @@ mod tests {
         let matrix = DMatrix::from_fn(joints * states, p, |_, _| random.unit());
         let found = triangle(&matrix, joints);
         let gram = found.transpose() * &found - matrix.transpose() * &matrix;
-        // Entries are sums of 21 terms of order one. NaN fails the comparison too.
+        // Entries are sums of 21 terms of order one. NaN would fail this comparison too.
         assert!(gram.iter().all(|x| x.abs() < 1e-13));
         // The rows of R beyond the number of rows of the matrix contain only rounding errors.
         assert!(found.rows(joints * states, p - joints * states).iter().all(|x| x.abs() < 1e-12));

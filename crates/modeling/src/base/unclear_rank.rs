@@ -1,4 +1,4 @@
-//! Why a robot has no base parameters, as a claim: the fault or the open question, and the remedy.
+//! The reasons why a robot has no base parameters, each with its remedy, as a claim.
 
 use std::fmt;
 
@@ -8,76 +8,78 @@ use crate::base::evidence::Rank;
 use crate::base::rank::CLEAR_GAP;
 use crate::derivation::NeverCloses;
 
-/// The topic of the claim that is made if a rank is refused.
+/// The topic of the claim about a refused rank.
 const BASE_PARAMETERS: Topic = Topic("base parameters");
 
-/// Why there are no base parameters, with the evidence.
+/// The reason why there are no base parameters, with the evidence.
 #[derive(Clone, Debug)]
 pub enum UnclearRank {
-    /// Some columns are neither clearly independent nor clearly dependent.
+    /// The columns of some parameters are neither clearly independent nor clearly dependent.
     Gap {
-        /// The numeric rank.
+        /// The numeric rank and its distances.
         rank: Rank,
-        /// Columns within the gap, with their relative distances.
+        /// Names of the columns within the gap between kept and dropped columns, with their relative distances.
         doubtful: Vec<(String, f64)>,
     },
-    /// No configuration was found in which the loops close.
+    /// No configuration was found in which the loops of the robot close.
     NeverCloses(NeverCloses),
-    /// The torque of some parameters is no finite number: lengths or angles exceed the range of f64.
+    /// The torque per unit of some parameters is not finite, because lengths or angles exceed the range of f64.
     NotFinite {
         /// The names of these parameters.
         parameters: Vec<String>,
     },
-    /// Some columns are numerically independent although they are dependent for every robot of this structure.
+    /// Some columns are numerically independent, although they are dependent for every robot of this structure. The cause is
+    /// rounding.
     Exact {
         /// Number of numerically independent columns.
         numeric: usize,
-        /// Number of columns that are independent in the field.
+        /// Number of columns that are independent in the finite field.
         exact: usize,
-        /// Names of the columns that are only numerically independent.
+        /// Names of the columns that are independent only numerically.
         only_numeric: Vec<String>,
     },
-    /// Some columns are dependent only at these numbers; for almost every robot of this structure they are independent.
+    /// Some columns are dependent at the numbers of this robot, although they are independent for almost every robot of this
+    /// structure.
     Coincident {
         /// Number of numerically independent columns.
         numeric: usize,
-        /// Number of columns that are independent in the field.
+        /// Number of columns that are independent in the finite field.
         exact: usize,
-        /// Names of the columns that are independent only in the field.
+        /// Names of the columns that are independent only in the finite field.
         only_exact: Vec<String>,
     },
-    /// The ranks agree, but at these numbers some columns that the field chooses are almost in the span of the others, or some
-    /// columns that it does not choose are too far from it.
+    /// The numeric rank equals the rank in the finite field. But at these numbers some columns that the field chooses are almost
+    /// in the span of the others, or some columns that it does not choose are too far from it.
     Weak {
         /// The names of these columns, with their relative distances.
         weak: Vec<(String, f64)>,
-        /// Largest relative distance of a column that is not chosen.
+        /// Largest relative distance from this span of a column that is not chosen.
         largest_dropped: f64,
     },
-    /// The exact coefficient and the numeric one of a regrouping differ.
+    /// An exact coefficient of a regrouping differs from the numeric one.
     Disagreement {
-        /// The parameter that is absorbed.
+        /// Name of the parameter that is absorbed.
         dropped: String,
-        /// The base parameter that absorbs it.
+        /// Name of the base parameter that absorbs it.
         kept: String,
-        /// The exact coefficient at the robot's values.
+        /// The exact coefficient, at the robot's values of its symbols.
         exact: f64,
-        /// The numeric coefficient.
+        /// The coefficient from the numeric scan.
         numeric: f64,
     },
 }
 
-/// The remedy if numbers are almost special.
+/// The remedy if a number is almost, but not exactly, special.
 const WRITE_WHAT_IS_MEANT: &str =
     "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
 
-/// The remedy if numbers are special by chance or on purpose.
+/// The remedy if numbers are special, by chance or on purpose.
 const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at every value: equal lengths or angles as one symbol, \
      a length that follows from others as their expression, gravity along an axis exactly so (in YAML, which `convert` \
      makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
      measured.";
 
-/// The remedy if numbers are too large.
+/// The remedy if a number is too large.
 const LOOK_FOR_A_LARGE_ONE: &str = "Look for a length or an angle beyond reason.";
 
 /// The remedy if the loops do not close.
@@ -87,8 +89,8 @@ const CHECK_LOOPS: &str = "Check the lengths around each loop, and where the sea
 const LISTED_NAMES: usize = 12;
 
 impl UnclearRank {
-    /// The refusal with its evidence, as a claim. The outcome is "contradicted" if the field has another rank, otherwise "cannot
-    /// tell".
+    /// The refusal of base parameters as a claim, with its evidence. The outcome is "contradicted" if the finite field has
+    /// another rank, otherwise "cannot tell".
     pub fn claim(&self) -> Claim {
         let subject = Subject::of(BASE_PARAMETERS, self.doubtful());
         let outcome = match self {
@@ -102,7 +104,7 @@ impl UnclearRank {
         Claim::new(subject, outcome)
     }
 
-    /// Names of the parameters in doubt.
+    /// Names of the parameters that are neither clearly base parameters nor clearly dependent.
     fn doubtful(&self) -> Vec<String> {
         let names = |of: &[(String, f64)]| of.iter().map(|(name, _)| name.clone()).collect();
         match self {
@@ -116,7 +118,7 @@ impl UnclearRank {
         }
     }
 
-    /// The fault, as a clause.
+    /// The reason in words, as a clause.
     fn fault(&self) -> String {
         match self {
             UnclearRank::Gap { rank, doubtful } => format!(
@@ -154,7 +156,7 @@ impl UnclearRank {
         }
     }
 
-    /// The remedy, as a sentence.
+    /// The remedy in words, as a sentence.
     fn remedy(&self) -> &'static str {
         match self {
             UnclearRank::Coincident { .. } => SAY_WHAT_IS_MEANT,
@@ -183,7 +185,7 @@ impl From<NeverCloses> for UnclearRank {
     }
 }
 
-/// The first [`LISTED_NAMES`] names, and the number of the others.
+/// The first [`LISTED_NAMES`] names as text, and the number of the others.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(LISTED_NAMES);
     let first = names[..names.len() - more].join(" ");

@@ -1,4 +1,4 @@
-//! Finds columns that are independent, but too weak for every motion.
+//! Finds columns of the regressor that are independent, but too weak in every motion.
 //!
 //! If two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only a or a^2
 //! times their norm. This cannot be distinguished from rounding in a double, or from noise in a measurement. The finite field
@@ -18,14 +18,14 @@ use crate::base::regrouping::{Share, Shares};
 use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 
-/// Largest component of a column that a relation may omit, relative to the largest column: torques are right to six digits.
+/// Largest component of a column that a relation may omit, relative to the largest column. Torques are then right to six digits.
 pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
-/// Weak columns are accepted if the smallest kept distance is at least this many times the largest dropped distance. The columns
-/// that are dropped although the field keeps them are listed by name.
+/// Weak columns are accepted if the smallest distance of a kept column is at least this many times the largest distance of a
+/// dropped column. Columns that are dropped although the finite field keeps them are listed by name.
 pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// For each `inexact` column, the component that its relation omits: the maximum over all sampled states and joints. For each
-/// joint it is divided by the rms of the largest column of this joint, because a wrist has smaller torques than a shoulder.
+/// For each `inexact` column, the greatest component that its relation omits, over all sampled states and joints. For
+/// each joint it is divided by the rms of the joint's largest column, because a wrist has smaller torques than a shoulder.
 pub(crate) fn left_out(
     sampled: &DMatrix<f64>,
     joints: usize,
@@ -49,19 +49,21 @@ pub(crate) fn left_out(
     inexact.iter().map(rest).collect()
 }
 
-/// Largest relative change of a length, and of the difference of an angle from the next multiple of pi/12.
+/// Largest relative change, in the test of weak columns, of a length and of an angle's difference from the next multiple of
+/// pi/12.
 const RELATIVE_CHANGE: f64 = 0.25;
-/// A column stays weak if its distance is below this value after all numbers are changed. It is a hundred times the threshold of
-/// the scan, because the distance grows with the second power of an angle or the fourth of a length.
+/// A column stays weak if its relative distance is below this value after all numbers are changed. It is a hundred times the
+/// threshold of the scan, because the distance grows with the second power of an angle or the fourth of a length.
 const WEAK_DISTANCE: f64 = 100.0 * INDEPENDENT;
-/// The same for the distance relative to the norm of the largest column: ten times the bound of a zero column.
+/// A column also stays weak if its distance relative to the largest column is below this value. It is ten times the bound of a
+/// zero column.
 const WEAK_SHARE: f64 = 1e-8;
-/// Seed of the changes of the numbers.
+/// Seed of the random changes of the robot's numbers.
 const CHANGE_SEED: u64 = 2001;
 
-/// Whether columns that the numeric scan drops stay nearly in the span of the others when the robot's numbers change. This holds
-/// if an angle is almost zero, and not if two lengths are equal by chance. Loops close at few other numbers, so with loops a
-/// column is weak if its distance is above rounding.
+/// Whether the `weak` columns, which the numeric scan drops, stay nearly in the span of the others when the robot's numbers
+/// change. This holds if an angle is almost zero, and not if two lengths are equal by chance. Loops close at few other numbers,
+/// so for a robot with loops a column counts as weak if its distance is above rounding.
 pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
     if !robot.passive.is_empty() {
         return weak.iter().all(|&c| numeric.distance[c] > CLEAR_GAP * SCAN_ROUNDING);

@@ -1,4 +1,4 @@
-//! Writes the rules of all base parameters as text, expanded or nested.
+//! Writes the regrouping rules of all base parameters as text, expanded or nested.
 //!
 //! An expanded rule has only standard parameters: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. A nested rule has the regrouped
 //! parameters X^R of the next link. If D_d = sum_c f_dc D_c is the rule of a dropped parameter d,
@@ -19,43 +19,44 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// Rules are expanded if they have at most this many characters in total. A humanoid of 44 joints needs a third of it.
+/// Rules are written expanded if they have at most this many characters in total. A humanoid of 44 joints needs a third of it.
 const EXPANDED_RULES_CHARACTERS: usize = 200_000;
-/// Largest total number of summands if expanded rules are requested: about 30 MB of text.
+/// Largest total number of summands of expanded rules, if a user requests them: about 30 MB of text.
 const MAX_SUMMANDS: usize = 1_000_000;
 
-/// The rules of the base parameters as text.
+/// The regrouping rules of all base parameters as text.
 #[derive(Clone, Debug)]
 pub struct Rules {
     /// The rule of each base parameter, in the order of [`crate::BaseParameters::base`]: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, or
     /// `XY2 = XY2` if nothing is absorbed.
     pub base: Vec<String>,
-    /// Only for nested rules: the rules of the regrouped parameters that `base` names and that are no base parameters.
+    /// The rules of the regrouped parameters that `base` names and that are no base parameters. Empty if the rules are expanded.
     pub regrouped: Vec<String>,
     /// The coefficient of each term of each base parameter, in the robot's symbols; a number if no closed form was found. Empty
     /// if the rules are nested.
     pub coefficients: Vec<Vec<String>>,
 }
 
-/// The data from which the rules are written.
+/// The data from which the regrouping rules are written.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
     regrouping: Regrouping,
-    /// Name of each standard parameter.
+    /// Name of each standard parameter, such as `XX2`.
     names: Vec<String>,
-    /// Which inertial parameter (XX .. IA) of its link each standard parameter is.
+    /// Kind (XX .. IA) of each standard parameter.
     inertials: Vec<Inertial>,
-    /// A graph with only the constants of the robot, for their values and names in coefficients.
+    /// A graph with only the constants of the robot; it gives their values and names in coefficients.
     symbols: Graph,
-    /// Name of a constant -> the names of the places that use it, if there are several ([`crate::kinematics::constants`]).
+    /// Name of a constant -> the names of the places in the file that use it, if there are several
+    /// ([`crate::kinematics::constants`]).
     places: BTreeMap<String, Vec<String>>,
-    /// Link of each standard parameter.
+    /// Index of the link of each standard parameter.
     links: Vec<usize>,
-    /// Label and antecedent of each link.
+    /// Label of each link, and index of its antecedent (`None`: the base).
     labels: Vec<(String, Option<usize>)>,
 }
 
-/// Relations with every rule substituted: dropped column -> its kept columns and coefficients.
+/// Relations with every rule substituted: dropped column -> its kept columns and their coefficients.
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
@@ -77,21 +78,22 @@ impl RuleSources {
         }
     }
 
-    /// The rules, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
+    /// The rules as text, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
-        // A summand has at least five characters, ` + M3`, and two summands may merge into a double angle.
+        // Half of the characters bound the summands: a summand has at least five characters, ` + M3`, and two may merge into one.
         let expanded = self.expand(EXPANDED_RULES_CHARACTERS / 2).map(|expanded| self.written(&expanded, kept));
         expanded
             .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= EXPANDED_RULES_CHARACTERS)
             .unwrap_or_else(|| self.nested(kept))
     }
 
-    /// The rules, expanded whatever their length; `None` above [`MAX_SUMMANDS`] summands.
+    /// The rules as text, expanded; `None` if they have more than [`MAX_SUMMANDS`] summands. `kept`: the columns of the base
+    /// parameters.
     pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Substitutes every rule into the rules that contain its column; `None` above `most` summands in total.
+    /// Substitutes every rule into the rules that contain its column; `None` if there are more than `most` summands in total.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;
@@ -137,7 +139,7 @@ impl RuleSources {
         rules
     }
 
-    /// The nested rules. Each names regrouped parameters of the next link.
+    /// The rules as text, nested: each names regrouped parameters of the next link. `kept`: the columns of the base parameters.
     pub(crate) fn nested(&self, kept: &[usize]) -> Rules {
         let direct: Vec<(usize, usize, Beta)> = {
             let tree = self
@@ -161,7 +163,7 @@ impl RuleSources {
             let terms = absorbed.get(c).map_or(&[][..], Vec::as_slice);
             self.text(&names, &name(*c), *c, terms, &|d| if d == *c { self.names[d].clone() } else { name(d) })
         };
-        // The regrouped parameters that the base rules name, directly or through others.
+        // Find the regrouped parameters that the base rules name, directly or through other rules.
         let mut wanted: BTreeSet<usize> = BTreeSet::new();
         let mut open: Vec<usize> = kept.to_vec();
         while let Some(c) = open.pop() {
@@ -205,10 +207,10 @@ impl RuleSources {
     }
 }
 
-/// Gives the constants in a rule their names.
+/// The names that the robot's constants get in the rules.
 struct ConstantNames<'a> {
     sources: &'a RuleSources,
-    /// For constants at several places: symbol -> link -> name of the constant at this link.
+    /// For constants that the file uses at several places: symbol -> link -> name of the constant at this link.
     own: BTreeMap<u32, BTreeMap<usize, &'a str>>,
 }
 
@@ -232,9 +234,9 @@ impl<'a> ConstantNames<'a> {
         ConstantNames { sources, own: own.collect() }
     }
 
-    /// The names in the coefficient with which the parameter of column `kept` absorbs the parameter of column `dropped`. A number
-    /// that is used at several places gets the name of the place on the path between the two links, the outermost if there are
-    /// several.
+    /// Gives the names of constants in the coefficient with which the parameter of column `kept` absorbs the parameter of column
+    /// `dropped`. A number that the file uses at several places is named after its place on the path between the two links, after
+    /// the outermost one if there are several.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);
@@ -246,7 +248,7 @@ impl<'a> ConstantNames<'a> {
     }
 }
 
-/// The letters of a place; the label of its link follows them.
+/// The letters with which the name of a place starts; the label of its link follows (`alpha5`).
 const PLACE_LETTERS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 impl Beta {

@@ -1,4 +1,4 @@
-//! Composite bodies: each link together with all links that it carries, their joints locked.
+//! Composite bodies: each link together with all links that it carries, with their joints locked.
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
@@ -13,10 +13,10 @@ use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{Vector, ZRotation, add, dot};
 
-/// A rigid body in a link frame, about the origin of this frame.
+/// The inertial parameters of a rigid body in a link frame, about the origin of this frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidBody {
-    /// Inertia matrix: xx xy xz yy yz zz.
+    /// Inertia matrix as xx, xy, xz, yy, yz, zz, kg m^2.
     pub inertia: [Expr; 6],
     pub first_moment: Vector,
     pub mass: Expr,
@@ -35,11 +35,11 @@ impl RigidBody {
         }
     }
 
-    /// The body in axes that are turned back by `turn` about z.
+    /// The parameters of the body in axes rotated back by `turn` about z.
     pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
-        // With c and s of the turn: k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. Half and quarter
-        // turns only exchange entries.
+        // With c and s of the rotation: k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. Half and
+        // quarter turns only exchange entries.
         let (xx, xy, yy) = if turn.sin.is_zero() {
             (xx, xy, yy)
         } else if turn.cos.is_zero() {
@@ -60,8 +60,8 @@ impl RigidBody {
         }
     }
 
-    /// The body in axes that are turned back about x: the axes are permuted, so that x becomes z, turned about z and permuted
-    /// back.
+    /// The parameters of the body in axes rotated back by `turn` about x. The axes are permuted so that x becomes z, rotated
+    /// about z, and permuted back.
     fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> RigidBody {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         let [x, y, z] = self.first_moment;
@@ -72,11 +72,11 @@ impl RigidBody {
         RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [x, y, z], mass: self.mass }
     }
 
-    /// The body about another origin; p is the vector from the new origin to the old one.
+    /// The parameters of the body about another origin; p is the vector from the new origin to the old one.
     fn moved(self, g: &mut Graph, p: Vector) -> RigidBody {
         let (s, m) = (self.first_moment, self.mass);
         let mp = p.map(|p| g.mul(m, p));
-        // 2 (p . s) + m p . p = p . (s + s + m p)
+        // Uses 2 (p . s) + m p . p = p . (s + s + m p).
         let both: Vector = std::array::from_fn(|i| {
             let two = g.constant(2.0);
             let twice = g.mul(two, s[i]);
@@ -90,7 +90,7 @@ impl RigidBody {
             g.add(x, sum)
         };
         let (xx, yy, zz) = (diagonal(xx, 1, 2), diagonal(yy, 0, 2), diagonal(zz, 0, 1));
-        // - p_a s_b - s_a p_b - m p_a p_b
+        // Products of inertia: - p_a s_b - s_a p_b - m p_a p_b.
         let mut product = |x: Expr, a: usize, b: usize| {
             let (u, v) = (g.mul(p[a], shifted[b]), g.mul(s[a], p[b]));
             let sum = g.add(u, v);
@@ -100,7 +100,8 @@ impl RigidBody {
         RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
-    /// The body in the frame of the antecedent, about the antecedent's origin.
+    /// The parameters of the body in the frame of the antecedent, about the antecedent's origin. `placement`: pose of the link in
+    /// it.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> RigidBody {
         let body = self.unturned(g, placement.theta);
         let body = body.unturned_about_x(g, placement.alpha);
@@ -108,7 +109,7 @@ impl RigidBody {
         body.moved(g, placement.p)
     }
 
-    /// Gives the parameters Khalil's names of a composite body: XXP3, MXP3, MP3.
+    /// Gives the parameters the names that Khalil uses for composite bodies: XXP3, MXP3, MP3.
     fn name(&self, g: &mut Graph, label: &str) {
         for (&e, letters) in self.inertia.iter().zip(["XX", "XY", "XZ", "YY", "YZ", "ZZ"]) {
             g.name(e, || format!("{letters}P{label}"));
@@ -119,14 +120,14 @@ impl RigidBody {
         g.name(self.mass, || format!("MP{label}"));
     }
 
-    /// J v, with the inertia matrix J.
+    /// The product J v of the inertia matrix J of the body and a vector.
     pub(crate) fn times(self, g: &mut Graph, v: Vector) -> Vector {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| dot(g, row, v))
     }
 }
 
-/// The composite body of every link, in the frame of the link.
+/// The composite body of every link (the link with all links that it carries), in the frame of the link.
 pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<RigidBody> {
     let mut bodies: Vec<RigidBody> = robot.link_ids().map(|j| RigidBody::new(x.body(j))).collect();
     for j in robot.link_ids().rev() {

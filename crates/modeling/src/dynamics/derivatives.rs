@@ -1,7 +1,8 @@
-//! The derivatives of the torques with respect to q and dq, and Christoffel's matrix C, by one recursion.
+//! Computes the derivatives of the torques by q and dq, and Christoffel's Coriolis matrix C, by one recursion.
 //!
-//! Turn joint i by dq_i: seen from the bodies it carries, the antecedent is turned back, and w, dw, a of the antecedent
-//! change by -z x w, -z x dw, -z x a. The acceleration field of these bodies changes by a field a_0 + A x r + 2 W x v(r),
+//! If joint i turns by dq_i, its antecedent turns back as seen from the bodies that joint i carries. So w, dw and a of the
+//! antecedent change by -z x w, -z x dw, -z x a, and the acceleration field of these bodies by a_0 + A x r + 2 W x v(r) at the
+//! point r, with
 //!
 //! ```text
 //! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
@@ -34,15 +35,15 @@ use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, along_ax
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
-/// The derivatives of the torques by q and by dq: each n x n, row by row.
+/// The derivatives of the torques by q and by dq: each n x n, row by row. Row: torque; column: coordinate.
 struct Derivatives {
     by_q: Vec<Expr>,
     by_dq: Vec<Expr>,
 }
 
 impl Derivation<'_> {
-    /// Derivatives of the torques: inputs `q`, `dq`, `ddq`, `x` (X_base), outputs `dtau_by_q`, `dtau_by_dq` (n x n).
-    /// The derivative by ddq is the inertia matrix.
+    /// The derivatives of the torques as a function: inputs `q`, `dq`, `ddq`, `x` (X_base), outputs `dtau_by_q`, `dtau_by_dq` (n
+    /// x n). The derivative by ddq is the inertia matrix.
     pub fn inverse_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let links = self.links.clone();
@@ -52,8 +53,8 @@ impl Derivation<'_> {
         Function::new("inverse_dynamics_derivatives", &self.graph, inputs, outputs)
     }
 
-    /// Christoffel's C: inputs `q`, `dq`, `x` (X_base), output `c` (n x n). C dq is the bias torque without gravity, and
-    /// dA/dt - 2 C is skew-symmetric.
+    /// Christoffel's Coriolis matrix C as a function: inputs `q`, `dq`, `x` (X_base), output `c` (n x n). C dq is the bias torque
+    /// without gravity, and dA/dt - 2 C is skew-symmetric; A: inertia matrix.
     pub fn coriolis_matrix(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let links = self.coasting_links();
@@ -63,12 +64,13 @@ impl Derivation<'_> {
         Function::new("coriolis_matrix", &self.graph, inputs, vec![square("c", c)])
     }
 
-    /// Derivatives of the accelerations: inputs `q`, `dq`, `tau`, `x` (X_base), outputs `ddq_by_q`, `ddq_by_dq`,
-    /// `ddq_by_tau` (n x n): with ddq = A^-1 (tau - h), -A^-1 dtau_by_q, -A^-1 dtau_by_dq and A^-1.
+    /// The derivatives of the accelerations ddq = A^-1 (tau - h) as a function: inputs `q`, `dq`, `tau`, `x` (X_base), outputs
+    /// `ddq_by_q`, `ddq_by_dq`, `ddq_by_tau` (n x n). They are -A^-1 dtau_by_q, -A^-1 dtau_by_dq and A^-1; A: inertia matrix, h:
+    /// bias torque.
     pub fn forward_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let n = self.robot.n_coordinates();
-        // ddq = A^-1 (tau - h) at the given torques.
+        // The accelerations at the given torques: ddq = A^-1 (tau - h).
         let a = inertia_matrix::entries(self, x);
         let coasting = self.coasting_links();
         let bias = torque::entries(self, &coasting, x);
@@ -78,7 +80,8 @@ impl Derivation<'_> {
         let factor = Factor::new(g, a, n);
         let right = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
         let ddq = factor.solve(g, right);
-        // -A^-1 times the derivatives of the torques at this ddq; numeric loops differentiate the graph of ddq.
+        // -A^-1 times the derivatives of the torques at this ddq. With loops solved numerically, the graph of ddq is
+        // differentiated.
         let (by_q, by_dq) = if implicit.is_some() {
             (by_each(self, &ddq, MotionInput::Q), by_each(self, &ddq, MotionInput::Dq))
         } else {
@@ -105,7 +108,7 @@ fn square(name: &str, entries: Vec<Expr>) -> Output {
     Output { name: name.into(), rows: n, columns: n, entries }
 }
 
-/// The derivatives of `entries` by each coordinate (or by its rate), row by row. Passive coordinates change by G dq.
+/// The derivatives of `entries` by each coordinate (or by its rate), row by row. Passive coordinates change by dq_p = G dq.
 fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
     let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
     let n = robot.n_coordinates();
@@ -121,7 +124,8 @@ fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Ve
     (0..entries.len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
 }
 
-/// With `scale` 2, the derivatives. With `scale` 1, `by_dq` is half of the derivative, which is C, and `by_q` has no meaning.
+/// The derivatives of the torques. With `scale` 2 both are complete. With `scale` 1, `by_dq` is half of the derivative, which is
+/// Christoffel's C, and `by_q` is invalid.
 fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs, scale: f64) -> Derivatives {
     if derivation.implicit.is_some() {
         let tau = torque::entries(derivation, links, x);
@@ -131,7 +135,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         return Derivatives { by_q, by_dq: by_dq.into_iter().map(|entry| g.mul(share, entry)).collect() };
     }
     let Derivation { robot, graph: g, motion, constants, .. } = derivation;
-    // The factor of all velocities in the field 2 W x v: 2 for derivatives, 1 for C.
+    // Factor of all velocities in the term 2 W x v of the acceleration field: 2 for derivatives, 1 for Christoffel's C.
     let scale = g.constant(scale);
     let w: Vec<Vector> = links.iter().map(|link| link.w.map(|w| g.mul(scale, w))).collect();
     let rates: Vec<Expr> = motion.dq.iter().map(|&rate| g.mul(scale, rate)).collect();
@@ -148,12 +152,12 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
             continue;
         }
         let CompositeBody { body, momenta: of_link, wrench } = &wholes[j.0];
-        // The wrench that a change of joint j causes on all joints before it.
+        // The wrench on link j that a change of joint j causes; it acts on joint j and on all joints before it.
         let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
         let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
         let mut by_dq = changes[j.0].by_dq.wrench(g, *body, of_link);
-        // The rows of I_j and B_j along z_j: the effect of a change of a joint before j on joint j.
+        // The rows of I_j and B_j along z_j give the effect that a change of a joint before j has on joint j.
         let (f, moment) = unit_wrench(g, *body, kind);
         let mut row = [f, moment];
         let along = of_link.along_z(g, kind == JointKind::Prismatic);
@@ -183,7 +187,8 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
     found
 }
 
-/// Adds `entry` = d(joint row)/d(joint column) to the derivatives of the coordinates that both joints follow.
+/// Adds `entry`, the derivative of the torque of joint `row` by joint `column`, to the derivatives of the coordinates that both
+/// joints follow.
 fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, column): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_coordinates();
     for &(r, rc) in &robot.link(row).joint.variable.terms {
@@ -195,8 +200,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench that turns with its joint: z x f and z x n for a revolute joint, the moment z x f for a prismatic
-/// joint.
+/// The change of a wrench that rotates with its joint: z x f and z x n for a revolute joint; only the moment z x f for a
+/// prismatic joint.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
@@ -206,21 +211,21 @@ fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     }
 }
 
-/// The change of the acceleration field of the bodies that a joint carries: a_0 + A x r + 2 W x v(r).
+/// A change of the acceleration field of the bodies that a joint carries: a_0 + A x r + 2 W x v(r) at the point r.
 struct AccelerationField {
     W: Vector,
     A: Vector,
     a_0: Vector,
 }
 
-/// The changes of the acceleration field by the variable of a joint, and by its rate.
+/// The changes of the acceleration field per change of the joint's variable, and per change of its rate.
 struct Change {
     by_q: AccelerationField,
     by_dq: AccelerationField,
 }
 
 impl Change {
-    /// The changes, in the axes of the link's run; `scale` is the factor of the velocities.
+    /// The changes of the field for the joint of `link`, in the axes of the link's run; `scale` is the factor of the velocities.
     fn new(g: &mut Graph, kind: JointKind, link: &InRun, scale: Expr) -> Change {
         let ([wx, wy, _], v) = (link.w, link.v);
         let u_z = link.U.map(|row| row[2]);
@@ -250,7 +255,8 @@ impl Change {
 }
 
 impl AccelerationField {
-    /// Force and moment on a body: I (A, a_0) + 2 B(W); `momenta` are twice the momenta of the body.
+    /// Force and moment that the field causes on a body: I (A, a_0) + 2 B(W). `momenta`: the momenta of the body, times the
+    /// factor of the velocities.
     fn wrench(&self, g: &mut Graph, body: RigidBody, momenta: &Momenta) -> [Vector; 2] {
         let (across, moved) = (cross(g, self.A, body.first_moment), self.a_0.map(|a| g.mul(body.mass, a)));
         let (turned, lever) = (body.times(g, self.A), cross(g, body.first_moment, self.a_0));
@@ -259,7 +265,7 @@ impl AccelerationField {
         [add(g, moved, f), add(g, turned, n)]
     }
 
-    /// The entry f . a_0 + n . A + u . W of a unit wrench (f, n) and the row u of 2 B in the field.
+    /// The component f . a_0 + n . A + u . W of the field along a joint: (f, n) is the joint's unit wrench, u its row of 2 B.
     fn along(&self, g: &mut Graph, [f, n]: [Vector; 2], of_momenta: Vector) -> Expr {
         let sum = dot(g, f, self.a_0);
         let sum = plus_dot(g, sum, n, self.A);

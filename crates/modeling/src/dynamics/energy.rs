@@ -1,4 +1,4 @@
-//! Kinetic and potential energy, linear in the standard parameters.
+//! Kinetic and potential energy of the robot, which are linear in the standard parameters.
 //!
 //! ```text
 //! K_j = 1/2 w . J w + v . (w x MS) + 1/2 M v . v + 1/2 IA dq_j^2
@@ -16,8 +16,8 @@ use crate::kinematics::links::{LinkMotion, MotionInput, joint_variable};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
 
 impl Derivation<'_> {
-    /// Energies per unit of each standard parameter: inputs `q`, `dq`, outputs `kinetic` and
-    /// `potential` (1 x p), J.
+    /// Energies per unit of each of the p standard parameters as a function: inputs `q`, `dq`, outputs `kinetic` and
+    /// `potential` (1 x p), J per unit of the parameter.
     pub fn energy(&mut self) -> Function {
         let [kinetic, potential] = energy_entries(self);
         let Derivation { graph: g, motion, .. } = self;
@@ -28,8 +28,8 @@ impl Derivation<'_> {
         Function::new("energy", g, inputs, outputs)
     }
 
-    /// Kinetic and potential energy: inputs `q`, `dq`, `x` (X_base), output `e` (2), J. The potential energy is determined up
-    /// to a constant.
+    /// Kinetic and potential energy as a function: inputs `q`, `dq`, `x` (X_base), output `e` (2), J. The potential energy is
+    /// determined up to a constant.
     pub fn energies(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let per_unit = energy_entries(self);
@@ -46,7 +46,7 @@ impl Derivation<'_> {
     }
 }
 
-/// Kinetic and potential energy per unit of each standard parameter, as [kinetic, potential].
+/// Kinetic and potential energy per unit of each standard parameter, as [kinetic, potential], as expressions.
 fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
     let parameters = StandardParameter::all(derivation.robot);
     let weights = weights(derivation);
@@ -54,7 +54,7 @@ fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
     let (mut kinetic, mut potential) = (Vec::new(), Vec::new());
     for p in &parameters {
         let link = &links[p.link.0];
-        // 1/2 IA dq_j^2 of rotors, with dq_j of the joint's own variable.
+        // Kinetic energy of a rotor: 1/2 IA dq_j^2, with dq_j the rate of the joint's own variable.
         kinetic.push(match p.inertial {
             Inertial::Ia => {
                 let rate = joint_variable(g, robot.link(p.link), &motion.dq);
@@ -62,7 +62,7 @@ fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
             }
             body => kinetic_column(g, link, &motion.dq, body),
         });
-        // U_j per unit of MS_j and M_j: -g in the axes of the link, and -g . p_0j.
+        // Potential energy per unit of MS_j and M_j: -g in the axes of the link, and -g . p_0j.
         let (weight, height) = weights[p.link.0];
         potential.push(match p.inertial {
             Inertial::Mx => weight[0],
@@ -94,7 +94,7 @@ fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Iner
         Inertial::Xy => g.mul(x, y),
         Inertial::Xz => g.mul(x, z),
         Inertial::Yz => g.mul(y, z),
-        // v . (w x e) = e . (v x w)
+        // Energy v . (w x e) per unit of a first moment along e, computed as e . (v x w).
         Inertial::Mx | Inertial::My | Inertial::Mz => {
             let v = velocity(g);
             cross(g, v, link.w)[parameter as usize - Inertial::Mx as usize]
@@ -114,7 +114,7 @@ fn half_square(g: &mut Graph, x: Expr) -> Expr {
     g.mul(half, square)
 }
 
-/// -g in the axes of each link, m/s^2, and -g . p_0j, m^2/s^2.
+/// For each link: -g (gravity) in its axes, m/s^2, and -g . p_0j, m^2/s^2; p_0j: its origin in the base frame.
 fn weights(derivation: &mut Derivation) -> Vec<(Vector, Expr)> {
     let Derivation { robot, graph: g, constants, links, .. } = derivation;
     let base = constants.weight(g);

@@ -5,6 +5,7 @@
 //! by the twist                   z . n + d . f      d of every coordinate is transformed outward
 //! about an axis intersection     z . (n + c x f)    axes through one point share c and the moment about it
 //! ```
+//! (z, d): twist of link j per unit rate of coordinate k; (f, n): force and moment on link j per unit of the parameter.
 //! [`crate::kinematics::axis_intersections`] finds the points. For a shoulder of three axes the shared moment saves operations.
 //! For two axes this depends on the joints between the intersection and the link.
 
@@ -14,7 +15,7 @@ use robot::LinkId;
 use crate::kinematics::links::{LinkMotion, Twist};
 use crate::kinematics::vector::{Vector, dot, plus_cross, plus_dot};
 
-/// The column of a parameter: its index, its link, and force f and moment n on this link per unit of the parameter.
+/// The regressor column of a parameter: its index, its link, and force f and moment n on this link per unit of the parameter.
 pub(crate) struct WrenchColumn {
     pub place: usize,
     pub link: LinkId,
@@ -22,27 +23,27 @@ pub(crate) struct WrenchColumn {
     pub n: Vector,
 }
 
-/// Entries that change their form together.
+/// A set of regressor entries that change their form together.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum FormGroup {
-    /// All entries about the axis intersections whose first axis belongs to this link.
+    /// All entries about the axis intersection whose first axis belongs to this link.
     Pole(LinkId),
     /// The entries in columns of the first link, about the axis intersection whose first axis belongs to the second link.
     AtLink(LinkId, LinkId),
 }
 
-/// The entries, their alternative forms, and the changes to try.
+/// The entries of the regressor, their alternative forms, and the changes to try.
 #[derive(Default)]
 struct Choices {
-    /// Row and column of each entry.
+    /// Row and column of each entry in the regressor.
     places: Vec<(usize, usize)>,
     forms: Vec<Vec<Expr>>,
     start: Vec<usize>,
     groups: std::collections::BTreeMap<FormGroup, Vec<FormChange>>,
 }
 
-/// (row, column, entry) of all entries of the columns, in the forms with the fewest operations; `fixed`: expressions that are
-/// needed in any case.
+/// (row, column, entry) of all entries of the regressor columns `columns`, in the forms with the fewest operations. `fixed`:
+/// expressions that are needed in any case.
 pub(crate) fn fewest(
     g: &mut Graph,
     links: &[LinkMotion],
@@ -54,7 +55,7 @@ pub(crate) fn fewest(
         choices.add(g, links, column);
     }
     let Choices { places, forms: ways, start, groups } = choices;
-    // The changes to try: all entries of an axis intersection back to the twist form; then link by link, back and forth.
+    // The changes to try: all entries of an axis intersection back to the form by the twist; then link by link, back and forth.
     let mut moves: Vec<Vec<FormChange>> = Vec::new();
     for (group, entries) in &groups {
         let back = entries.iter().map(|&(entry, _)| (entry, 0)).collect();
@@ -70,7 +71,7 @@ pub(crate) fn fewest(
 impl Choices {
     fn add(&mut self, g: &mut Graph, links: &[LinkMotion], column: &WrenchColumn) {
         let (j, link) = (column.link, &links[column.link.0]);
-        // The form by the twist.
+        // The form of each entry by the twist: z . n + d . f.
         let mut entry_of = vec![None; link.jacobian.len()];
         for (k, twist) in link.jacobian.iter().enumerate() {
             let Some(Twist { z, d }) = *twist else { continue };
@@ -80,7 +81,7 @@ impl Choices {
             self.forms.push(vec![plus_dot(g, angular, d, column.f)]);
             self.start.push(0);
         }
-        // The form about an axis intersection.
+        // The form of an entry about an axis intersection: z . (n + c x f).
         for (p, pole) in link.poles.all.iter().enumerate() {
             let about = plus_cross(g, column.n, pole.lever, column.f);
             for k in (0..entry_of.len()).filter(|&k| link.poles.of[k] == Some(p)) {
@@ -106,8 +107,8 @@ mod tests {
     use expr::{Function, Output, Tape};
     use random::SplitMix;
 
-    /// At a random state, both forms of an entry have the same value. The Stanford arm has a prismatic joint between axis
-    /// intersection and link.
+    /// Checks at a random state that both forms of an entry have the same value. The Stanford arm has a prismatic joint between
+    /// axis intersection and link.
     #[test]
     fn both_ways_give_the_same_entry() {
         for file in ["ur5.yaml", "panda.yaml", "stanford.yaml"] {

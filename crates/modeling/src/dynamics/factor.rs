@@ -1,22 +1,22 @@
-//! The factors L D L^T of a symmetric matrix, as expressions [Cholesky]. The inertia matrix is positive definite for physical
+//! Factors a symmetric matrix of expressions as L D L^T [Cholesky]. The inertia matrix is positive definite for physical
 //! parameters, so no pivot is zero. Each pivot is inverted once and its inverse multiplies, because a division takes about as
 //! long as ten products.
 
 use expr::{Expr, Graph};
 
-/// A factored matrix. Its rows and columns are in reverse order, so that a link comes before the links that carry it. Eliminating
-/// the carried links first preserves the zeros between branches of a tree [Featherstone 2005].
+/// A symmetric matrix factored as L D L^T. Its rows and columns are in reverse order, so that a link comes before the links that
+/// carry it. Eliminating the carried links first preserves the zeros between branches of a tree [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
-    /// L below the diagonal, L^T above it, D on it.
+    /// The factors in one n x n matrix, row by row: L^T above the diagonal, D on it. The entries below are not used.
     a: Vec<Expr>,
 }
 
 impl Factor {
-    /// Factors the symmetric matrix `a`, n x n, row by row.
+    /// Factors the symmetric n x n matrix `a`, given row by row, as L D L^T.
     pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
         a.reverse();
-        // Column by column, L^T replaces A above the diagonal, and D on it.
+        // Elimination column by column: L^T replaces A above the diagonal, and D replaces the diagonal.
         for c in 0..n {
             for r in c + 1..n {
                 let scaled = a[r * n + c];
@@ -37,12 +37,12 @@ impl Factor {
         Factor { n, a }
     }
 
-    /// The entry of L at (r, c), r > c. It is stored as the entry of L^T at (c, r).
+    /// The entry (r, c) of L, r > c. It is stored as the entry (c, r) of L^T.
     fn l(&self, r: usize, c: usize) -> Expr {
         self.a[c * self.n + r]
     }
 
-    /// The solution x of A x = right.
+    /// The solution x of A x = right, with the factored matrix A.
     pub(crate) fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
         right.reverse();
         let mut x = self.solve_reversed(g, right);
@@ -69,14 +69,14 @@ impl Factor {
         right
     }
 
-    /// A^-1 B, with both matrices row by row.
+    /// The product A^-1 B with the factored matrix A, both matrices row by row.
     pub(crate) fn solve_columns(&self, g: &mut Graph, b: &[Expr]) -> Vec<Expr> {
         let n = self.n;
         let columns: Vec<Vec<Expr>> = (0..n).map(|c| self.solve(g, (0..n).map(|r| b[r * n + c]).collect())).collect();
         (0..n * n).map(|k| columns[k % n][k / n]).collect()
     }
 
-    /// A^-1 = L^-T D^-1 L^-1, row by row; entries above the diagonal by symmetry.
+    /// The inverse A^-1 = L^-T D^-1 L^-1 of the factored matrix, row by row. Entries above the diagonal follow from symmetry.
     pub(crate) fn inverse(&self, g: &mut Graph) -> Vec<Expr> {
         let n = self.n;
         let mut inverse = vec![Expr::ZERO; n * n];
@@ -93,7 +93,7 @@ impl Factor {
     }
 }
 
-/// x / pivot, as x times the inverse; the graph holds the inverse of each pivot once.
+/// The quotient x / pivot, as x times the inverse of the pivot. The graph holds this inverse once.
 fn over(g: &mut Graph, x: Expr, pivot: Expr) -> Expr {
     let inverse = g.div(Expr::ONE, pivot);
     g.mul(x, inverse)

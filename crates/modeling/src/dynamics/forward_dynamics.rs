@@ -1,4 +1,4 @@
-//! The accelerations that follow from the torques: ddq = A(q)^-1 (tau - h(q, dq)).
+//! The accelerations that follow from the torques, ddq = A(q)^-1 (tau - h(q, dq)); A: inertia matrix, h: bias torque.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
@@ -11,7 +11,7 @@ use crate::kinematics::links::MotionInput;
 use crate::kinematics::names::coordinate_labels;
 
 impl Derivation<'_> {
-    /// Accelerations: inputs `q`, `dq`, `tau`, `x` (X_base), output `ddq`.
+    /// The accelerations as a function: inputs `q`, `dq`, `tau`, `x` (X_base), output `ddq`, rad/s^2 (m/s^2).
     pub fn forward_dynamics(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let n = self.robot.n_coordinates();
@@ -33,7 +33,7 @@ impl Derivation<'_> {
         Function::new("forward_dynamics", g, inputs, vec![output])
     }
 
-    /// The inverse of the inertia matrix: inputs `q`, `x` (X_base), output `inverse` (n x n).
+    /// The inverse of the inertia matrix as a function: inputs `q`, `x` (X_base), output `inverse` (n x n).
     pub fn inverse_inertia_matrix(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let n = self.robot.n_coordinates();

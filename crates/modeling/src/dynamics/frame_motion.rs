@@ -1,4 +1,4 @@
-//! Velocity and acceleration of a frame fixed to a link.
+//! Velocity and acceleration of a frame f that is fixed to a link j.
 //!
 //! ```text
 //! v_f = v_j + w_j x p,   a_f = a_j + U_j p        p = p_jf, without gravity
@@ -16,8 +16,8 @@ use crate::kinematics::links::{JointVariables, MotionInput, link_motions_under};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
 impl Derivation<'_> {
-    /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s: inputs `q`, `dq`, output `v` (6), in the axes of
-    /// `reference`, or of the frame itself if there is no reference.
+    /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s, as a function: inputs `q`, `dq`, output `v` (6), in
+    /// the axes of `reference`, or of the frame itself for `None`.
     pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -33,8 +33,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2: inputs `q`, `dq`, `ddq`, output `a` (6),
-    /// in the axes of `reference`, or of the frame itself if there is no reference.
+    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2, as a function: inputs `q`, `dq`, `ddq`,
+    /// output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let moving = self.motion.clone();
@@ -44,7 +44,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("acceleration") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// The acceleration at ddq = 0, which is (dJ/dt) dq with J in the axes of the base: inputs `q`, `dq`, output `a` (6).
+    /// The acceleration of a frame at ddq = 0, which is (dJ/dt) dq with its Jacobian J in the axes of the base, as a function:
+    /// inputs `q`, `dq`, output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let coasting = self.coasting();
@@ -72,7 +73,7 @@ fn accelerations(
     expressed(derivation, [a, dw], frame, reference)
 }
 
-/// Two vectors that are given in the axes of the link, in the axes of the reference or, without one, of the frame.
+/// Converts two vectors from the axes of the frame's link to the axes of `reference`, or of the frame for `None`.
 fn expressed(
     derivation: &mut Derivation,
     vectors: [Vector; 2],

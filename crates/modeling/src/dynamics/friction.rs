@@ -1,9 +1,10 @@
-//! Joint friction, linear in its parameters.
+//! Joint friction torques, which are linear in the friction parameters.
 //!
 //! ```text
 //! tau_f,k = FV_k dq_k + FS_k sign(dq_k) + OFF_k
 //! ```
-//! The sign is an input: the caller decides its value at rest, and the function is smooth in its inputs.
+//! FV: viscous friction, FS: dry friction, OFF: offset. The sign is an input: the caller decides its value at rest, and the
+//! function is smooth in its inputs.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
@@ -13,7 +14,8 @@ use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::sum;
 
 impl Derivation<'_> {
-    /// Friction torques: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF of each coordinate), output `tau`.
+    /// Friction torques as a function: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF of each coordinate), output `tau`, N m
+    /// (N).
     pub fn friction(&mut self) -> Function {
         let n = self.robot.n_coordinates();
         let labels = coordinate_labels(self.robot);

@@ -1,4 +1,4 @@
-//! The inertia matrix, by composite bodies.
+//! The inertia matrix of the robot, from composite bodies (each link with all links that it carries).
 //!
 //! A unit acceleration of joint j alone requires this wrench on the composite body of link j:
 //!
@@ -20,7 +20,8 @@ use crate::kinematics::links::along_axis;
 use crate::kinematics::vector::{NULL, Vector};
 
 impl Derivation<'_> {
-    /// The inertia matrix: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2 (kg m or kg with prismatic joints).
+    /// The inertia matrix as a function: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2 (kg m or kg with prismatic
+    /// joints).
     pub fn inertia_matrix(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let entries = entries(self, x);
@@ -55,14 +56,15 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
         }
     }
     let Some(implicit) = implicit else { return a };
-    // [1 G^T] A [1; G] with dq_p = G dq: first the rows, then the columns. Both steps are equal, because A is symmetric.
+    // Passive coordinates follow dq_p = G dq, so the matrix is [1 G^T] A [1; G]: first the rows, then the columns. Both steps are
+    // equal, because A is symmetric.
     let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
     let half = reduced(g, &implicit.G, &rows);
     let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();
     reduced(g, &implicit.G, &transposed).concat()
 }
 
-/// Adds A_kj = A_jk of two joints to the entries of the coordinates that these joints follow.
+/// Adds the entry A_kj = A_jk of the joints k and j to the entries of the coordinates that these joints follow.
 fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_variables();
     let terms = |link: LinkId| &robot.link(link).joint.variable.terms;
@@ -78,7 +80,7 @@ fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, Lin
     }
 }
 
-/// Force and moment at O_j, in frame j, that give the body a unit acceleration of joint j.
+/// Force and moment at O_j, in frame j, that give `body` a unit acceleration of joint j.
 pub(crate) fn unit_wrench(g: &mut Graph, body: RigidBody, kind: JointKind) -> (Vector, Vector) {
     let [mx, my, _] = body.first_moment;
     match kind {

@@ -1,17 +1,17 @@
-//! A frame fixed to a link, with its name in the robot's file.
+//! Frames fixed to links, with their names in the robot's file.
 
 use robot::{LinkId, Pose, Robot};
 
 /// A frame fixed to a link, to which functions such as poses and Jacobians refer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkFrame {
-    /// The link.
+    /// The link to which the frame is fixed.
     pub link: LinkId,
     /// The pose of the frame in the frame of the link.
     pub pose: Pose,
-    /// The name of the frame, a part of the names of its functions; empty for a frame without a name.
+    /// Name of the frame, which the names of its functions contain; empty for a frame without a name.
     pub name: String,
-    /// Whether it is a frame of the robot's file; otherwise it is Khalil's frame of the link.
+    /// Whether it is a frame of the robot's file; otherwise it is Khalil's frame of the link (z along the joint axis).
     pub is_files: bool,
 }
 
@@ -35,7 +35,7 @@ impl LinkFrame {
                 link.name == name || link.joint.name == name || link.label == name
             };
             let link = robot.link_ids().find(is)?;
-            // The name of a joint of a URDF selects the link that it moves.
+            // The name of a joint in a URDF selects the link that this joint moves.
             let own = robot.link(link).frames.first();
             let pose = own.map_or(Pose::IDENTITY, |frame| frame.1);
             Some(LinkFrame { link, pose, name: name.into(), is_files: own.is_some() })
@@ -51,7 +51,7 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// A text for the reader of a generated file: which kind of frame it is.
+    /// A sentence for readers of a generated file: whether it is a frame of the file or Khalil's frame.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",
@@ -59,7 +59,7 @@ impl LinkFrame {
         }
     }
 
-    /// The name of the function `kind` of this frame, such as `pose_tool`.
+    /// The name of the function of kind `kind` for this frame: kind `pose` and frame `tool` give `pose_tool`.
     pub fn function(&self, kind: &str) -> String {
         let word: String =
             self.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

@@ -1,4 +1,4 @@
-//! The centre of mass of the moving links, its Jacobian, and the momentum about it.
+//! Derives the centre of mass of the moving links, its Jacobian, and the momentum about it.
 //!
 //! ```text
 //! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
@@ -19,8 +19,8 @@ use crate::kinematics::links::MotionInput;
 use crate::kinematics::vector::{NULL, Vector, add, cross};
 
 impl Derivation<'_> {
-    /// The centre of mass of the moving links: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in the base
-    /// frame, and its Jacobian `j` (3 x n).
+    /// The centre of mass of the moving links as a function: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in
+    /// the base frame, and its Jacobian `j` (3 x n), m per rad (m).
     pub fn centre_of_mass(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
         let AllLinks { mass, centre, momenta } = whole(self, x);
@@ -32,8 +32,8 @@ impl Derivation<'_> {
         Function::new("centre_of_mass", &self.graph, inputs, outputs)
     }
 
-    /// Momentum, and angular momentum about the centre of mass: inputs `q`, `dq`, `x` (the standard parameters), outputs
-    /// `h` (6), in the axes of the base, and `map` (6 x n) with h = map dq.
+    /// Momentum, and angular momentum about the centre of mass, as a function: inputs `q`, `dq`, `x` (the standard parameters),
+    /// outputs `h` (6), in the axes of the base, and `map` (6 x n) with h = map dq.
     pub fn centroidal_momentum(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
         let AllLinks { centre, momenta, .. } = whole(self, x);
@@ -60,12 +60,13 @@ impl Derivation<'_> {
     }
 }
 
-/// Mass, centre of mass and momenta of all links together.
+/// Mass, centre of mass and momenta of all moving links together.
 struct AllLinks {
     mass: Expr,
     /// Centre of mass in the base frame, m.
     centre: Vector,
-    /// For each coordinate, per unit of its rate: momentum, then angular momentum about the base's origin (6 entries).
+    /// For each coordinate, the momentum per unit of its rate: momentum, then angular momentum about the base's origin (6
+    /// entries).
     momenta: Vec<Vec<Expr>>,
 }
 
@@ -76,13 +77,13 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
     let mut momenta = vec![vec![Expr::ZERO; 6]; robot.n_variables()];
     for j in robot.link_ids() {
         let link = robot.link(j);
-        // MS_0 and M_0: the sum over the composite bodies of the links on the base.
+        // First moment MS_0 and mass M_0: sums over the composite bodies of the links that are on the base.
         if link.antecedent.is_none() {
             let carried = carried_first_moment(g, bodies[j.0], &links[j.0].placement);
             moment = add(g, moment, carried);
             mass = g.add(mass, bodies[j.0].mass);
         }
-        // (f_k, n_k) of the bodies that joint j moves, transformed inward to the base's origin.
+        // Momentum (f_k, n_k) of the bodies that joint j moves, per unit of its rate, transformed inward to the base's origin.
         let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
         let mut at = Some(j);
         while let Some(k) = at {
@@ -97,7 +98,7 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
             }
         }
     }
-    // Passive coordinates follow from the others: G adds their momenta to the momenta of the coordinates.
+    // Passive coordinates follow from the others (dq_p = G dq), so their momenta are added to the momenta of the coordinates.
     if let Some(implicit) = implicit {
         momenta = reduced(g, &implicit.G, &momenta);
     }

@@ -1,4 +1,4 @@
-//! The functions of a robot, one per file: torques, regressors, inertia matrix, poses, Jacobians and others.
+//! Derives the functions of a robot, one per file: torques, regressors, inertia matrix, poses, Jacobians and others.
 
 pub(crate) mod composite;
 pub(crate) mod derivatives;

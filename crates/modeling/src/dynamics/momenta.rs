@@ -1,6 +1,7 @@
-//! First moments of the momentum of a rigid body. They give the change of force and moment when the velocities change.
+//! Computes the momentum of a rigid body and its first moments, which give the change of force and moment if velocities change.
 //!
-//! Let r be the vector from O_j to a point of mass m, and v the velocity of this point. Summed over a body,
+//! Let r be the vector from O_j to a point of mass m, and v the velocity of this point. Summed over a body with first moment MS
+//! and inertia matrix J,
 //!
 //! ```text
 //! h = sum m v,   E = sum m r v^T = MS v_O^T + [w x S_a]_a,   S = 1/2 tr(J) 1 - J   (row a of S is S_a)
@@ -19,16 +20,16 @@ use crate::dynamics::composite::RigidBody;
 use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross};
 
-/// Momentum h of a body, and the first moment E of the momentum about a point.
+/// Momentum h of a body, and the first moment E of its momentum about the origin of the link frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Momenta {
     pub h: Vector,
-    /// E, row by row.
+    /// The matrix E = sum m r v^T, row by row; r: position of a point of mass m, v: its velocity.
     pub E: [Vector; 3],
 }
 
 impl Momenta {
-    /// The momenta of a body with angular velocity w and velocity v of its origin.
+    /// The momenta of a body with angular velocity w and velocity v of its origin, in the body's frame.
     pub(crate) fn new(g: &mut Graph, body: RigidBody, w: Vector, v: Vector) -> Momenta {
         let [xx, xy, xz, yy, yz, zz] = body.inertia;
         let half = g.constant(0.5);
@@ -47,10 +48,11 @@ impl Momenta {
         Momenta { h: add(g, moved, turned), E }
     }
 
-    /// The momenta in axes that are turned back about z by `turn`.
+    /// The momenta in axes rotated back about z by `turn`.
     pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
-        // With c, s of the turn: k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
+        // With c, s of the rotation: k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k -
+        // xy.
         let (xx, xy, yx, yy) = if turn.sin.is_zero() {
             (xx, xy, yx, yy)
         } else if turn.cos.is_zero() {
@@ -67,8 +69,8 @@ impl Momenta {
         Momenta { h: turn.unturned(g, self.h), E: [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] }
     }
 
-    /// The momenta in axes that are turned back about x: the axes are permuted so that x becomes z, turned about z, permuted
-    /// back.
+    /// The momenta in axes rotated back about x by `turn`. The axes are permuted so that x becomes z, rotated about z, and
+    /// permuted back.
     fn unturned_about_x(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let next = |v: Vector| [v[1], v[2], v[0]];
         let back = |v: Vector| [v[2], v[0], v[1]];
@@ -78,7 +80,8 @@ impl Momenta {
         Momenta { h: back(turned.h), E: [x, y, z] }
     }
 
-    /// The momenta in the frame of the antecedent, about the antecedent's origin: E becomes E + p h^T.
+    /// The momenta in the frame of the antecedent, about the antecedent's origin: E becomes E + p h^T. `placement`: pose of the
+    /// link in the antecedent.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
         let turned = self.unturned(g, placement.theta);
         let turned = turned.unturned_about_x(g, placement.alpha);
@@ -90,12 +93,12 @@ impl Momenta {
         Momenta { h: turned.h, E: moved }
     }
 
-    /// The momenta of two bodies together.
+    /// The momenta of two bodies together, about the same origin.
     pub(crate) fn plus(self, g: &mut Graph, b: Momenta) -> Momenta {
         Momenta { h: add(g, self.h, b.h), E: [0, 1, 2].map(|a| add(g, self.E[a], b.E[a])) }
     }
 
-    /// Force and moment B(W).
+    /// Force and moment B(W) = (W x h, tr(E) W - E^T W), half of their change when the angular velocity changes by W.
     pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
         let E = &self.E;
         let n = [0, 1, 2].map(|a| {
@@ -108,14 +111,15 @@ impl Momenta {
         (cross(g, W, self.h), n)
     }
 
-    /// The row u for which u . W is the moment of B(W) about z, or with `is_force` the force of B(W) along z.
+    /// The row u for which u . W is the moment of B(W) about z, or with `is_force` the force of B(W) along z. B(W): force and
+    /// moment from a change W of the angular velocity.
     pub(crate) fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
         let E = &self.E;
         if is_force { [self.h[1], -self.h[0], Expr::ZERO] } else { [-E[0][2], -E[1][2], g.add(E[0][0], E[1][1])] }
     }
 }
 
-/// The velocity of every O_j in frame j, from the angular velocities w of all links and the rates dq.
+/// The velocity of the origin of every link, in the link's frame, from the angular velocities w of all links and the rates dq.
 pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], w: &[Vector], dq: &[Expr]) -> Vec<Vector> {
     let mut velocities: Vec<Vector> = Vec::new();
     for (link, at) in robot.links.iter().zip(links) {

@@ -1,5 +1,5 @@
 //! The generalised momentum p = A(q) dq with dp/dt = tau + C^T dq - g [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
-//! 2006], from the momentum of each link:
+//! 2006], computed from the momentum of each link:
 //!
 //! ```text
 //! h = M v + w x MS,   L = J w + MS x v       p_j = z . L (revolute) or z . h (prismatic) + IA dq_j
@@ -20,14 +20,14 @@ use crate::kinematics::links::{MotionInput, add_to_coordinates, along_axis, join
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
 impl Derivation<'_> {
-    /// The generalised momentum A dq: inputs `q`, `dq`, `x` (X_base), output `p` (n), kg m^2/s (kg m/s).
+    /// The generalised momentum A dq as a function: inputs `q`, `dq`, `x` (X_base), output `p` (n), kg m^2/s (kg m/s).
     pub fn momentum(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
         let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
         let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
         let v = velocities(g, robot, links, &w, &motion.dq);
         let mut p = vec![Expr::ZERO; robot.n_variables()];
-        // h = M v + w x MS and L = J w + MS x v of each link.
+        // Momentum h = M v + w x MS and angular momentum L = J w + MS x v of each link.
         let mut momenta: Vec<[Vector; 2]> = robot
             .link_ids()
             .map(|j| {
@@ -37,7 +37,7 @@ impl Derivation<'_> {
                 [add(g, moved, turned), add(g, own, lever)]
             })
             .collect();
-        // From the tips inward: the momentum of each link along its axis, then added to the antecedent.
+        // From the tips inward: take the momentum of each link along its axis, then add it to the antecedent.
         for j in robot.link_ids().rev() {
             let link = robot.link(j);
             let [h, L] = momenta[j.0];
@@ -51,7 +51,7 @@ impl Derivation<'_> {
                 momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
             }
         }
-        // Passive coordinates follow from the others: G adds their momenta to the momenta of the coordinates.
+        // Passive coordinates follow from the others (dq_p = G dq), so their momenta are added to the momenta of the coordinates.
         let p = match implicit {
             None => p,
             Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
@@ -61,7 +61,8 @@ impl Derivation<'_> {
         Function::new("momentum", g, inputs, vec![output])
     }
 
-    /// The generalised momentum A dq per unit of each base parameter: inputs `q`, `dq`, output `y` (n x p).
+    /// The generalised momentum A dq per unit of each of the p base parameters, as a function: inputs `q`, `dq`, output `y` (n x
+    /// p).
     pub fn momentum_regressor(&mut self, base: &BaseParameters) -> Function {
         let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
         let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
@@ -69,7 +70,7 @@ impl Derivation<'_> {
         let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
         let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
         for (c, parameter) in parameters.iter().enumerate() {
-            // One column: IA of a rotor, or h and L per unit of the parameter.
+            // One column of the regressor: IA of a rotor, or momentum h and angular momentum L per unit of the parameter.
             let (link, at) = (robot.link(parameter.link), &links[parameter.link.0]);
             if parameter.inertial == Inertial::Ia {
                 let rate = joint_variable(g, link, &motion.dq);
@@ -80,7 +81,7 @@ impl Derivation<'_> {
                 continue;
             }
             let [h, L] = unit_momentum(g, at.w, v[parameter.link.0], parameter.inertial);
-            // z_jk . L + d_jk . h, for each coordinate that moves the link.
+            // Entry z_jk . L + d_jk . h for each coordinate k that moves link j; (z_jk, d_jk): its twist.
             for (row, twist) in rows.iter_mut().zip(&at.jacobian) {
                 if let Some(twist) = twist {
                     let angular = dot(g, twist.z, L);
@@ -97,7 +98,8 @@ impl Derivation<'_> {
     }
 }
 
-/// Momentum h and angular momentum L about O_j, per unit of one inertial parameter.
+/// Momentum h and angular momentum L of link j about O_j, per unit of one inertial parameter. w: angular velocity, v: velocity of
+/// O_j.
 fn unit_momentum(g: &mut Graph, w: Vector, v: Vector, parameter: Inertial) -> [Vector; 2] {
     let [x, y, z] = w;
     let o = Expr::ZERO;

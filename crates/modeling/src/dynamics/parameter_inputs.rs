@@ -1,4 +1,4 @@
-//! Inertial parameters as inputs of a function: all standard parameters X, or the base parameters X_base.
+//! The inertial parameters as inputs of a function: all standard parameters X, or the base parameters X_base.
 //!
 //! A function of base parameters is the function of standard parameters with zeros for the dropped parameters. The graph omits
 //! the terms of these parameters.
@@ -9,7 +9,7 @@ use robot::{Inertial, LinkId, StandardParameter};
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 
-/// The parameters that are inputs of a function, with their expressions `x`: all of X, or X_base.
+/// The inertial parameters that are inputs of a function, with their expressions `x`: all of X, or X_base.
 pub(crate) struct ParameterInputs {
     pub x: Vec<Expr>,
     parameters: Vec<StandardParameter>,
@@ -23,7 +23,7 @@ impl ParameterInputs {
         ParameterInputs::of(derivation, parameters, &names)
     }
 
-    /// The base parameters as inputs. Each replaces the standard parameter after which it is named.
+    /// The base parameters as inputs. Each replaces the standard parameter from which its name comes.
     pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
         let names: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
         ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect(), &names)
@@ -35,7 +35,7 @@ impl ParameterInputs {
         ParameterInputs { x, parameters }
     }
 
-    /// The input of a parameter; zero if the parameter is not an input.
+    /// The input expression of a parameter of a link; zero if the parameter is not an input.
     pub(crate) fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
         let parameter = StandardParameter { link, inertial };
         self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])

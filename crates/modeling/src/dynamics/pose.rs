@@ -1,4 +1,4 @@
-//! The pose of a link, its Jacobian, and the torques of an external wrench.
+//! The pose of a link or of a frame fixed to it, its Jacobian, and the joint torques of an external wrench.
 //!
 //! ```text
 //! T_0j = [R_0j p_0j]            3 x 4, in the base frame
@@ -17,7 +17,8 @@ use crate::kinematics::links::Twist;
 use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
 impl Derivation<'_> {
-    /// Pose of a link, or of a frame fixed to it, in the base frame: input `q`, output `t` (3 x 4): R_0j and p_0j in m.
+    /// Pose of a link, or of a frame fixed to it, in the base frame, as a function: input `q`, output `t` (3 x 4): rotation,
+    /// position in m.
     pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -37,7 +38,7 @@ impl Derivation<'_> {
         Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
     }
 
-    /// Pose of a frame in a reference frame: input `q`, output `t` (3 x 4), rotation and position in m.
+    /// Pose of a frame in a reference frame, as a function: input `q`, output `t` (3 x 4): rotation, position in m.
     pub fn pose_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -52,19 +53,20 @@ impl Derivation<'_> {
         Function::new(&name, g, motion.configuration(), vec![output])
     }
 
-    /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of its origin, then angular
-    /// velocity, in the axes of that frame, per unit of each coordinate's rate.
+    /// Jacobian of a link or of a frame fixed to it, as a function: input `q`, output `j` (6 x n): velocity of its origin, then
+    /// angular velocity, in the axes of that frame, per unit of each coordinate's rate.
     pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
         jacobian(self, &frame.into(), None)
     }
 
-    /// Jacobian of a frame in the axes of a reference frame: input `q`, output `j` (6 x n).
+    /// Jacobian of a frame in the axes of a reference frame, as a function: input `q`, output `j` (6 x n): velocity of its
+    /// origin, then angular velocity.
     pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         jacobian(self, &frame.into(), Some(reference))
     }
 
-    /// Jacobian of a point that is fixed to a frame: inputs `q`, `point` (3, m, in the frame), output `j` (6 x n), in the axes of
-    /// `reference`, or of the frame itself if there is no reference.
+    /// Jacobian of a point that is fixed to a frame, as a function: inputs `q`, `point` (3, m, in the frame), output `j` (6 x n),
+    /// in the axes of `reference`, or of the frame itself for `None`.
     pub fn point_jacobian(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let g = &mut self.graph;
@@ -82,8 +84,8 @@ impl Derivation<'_> {
         Function::new(&name, &self.graph, inputs, vec![output])
     }
 
-    /// Torques that balance a wrench: inputs `q`, `wrench` (force, then moment about the frame's origin, that the link exerts on
-    /// the environment, in the axes of the frame), output `tau`.
+    /// Joint torques that balance a wrench, as a function: inputs `q`, `wrench` (force, then moment about the frame's origin,
+    /// that the link exerts on the environment, in the axes of the frame), output `tau`.
     pub fn external_torque(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let p = constants(&mut self.graph, frame.pose.position);
@@ -105,7 +107,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The Jacobian function: input `q`; output `j`, 6 x n.
+/// The Jacobian of the frame's origin as a function: input `q`; output `j`, 6 x n, in the axes of `reference` (`None`: of the
+/// frame).
 fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
     let p = constants(&mut derivation.graph, frame.pose.position);
     let rows = jacobian_rows(derivation, frame, reference, p);
@@ -115,8 +118,8 @@ fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&R
     Function::new(&name, &derivation.graph, derivation.motion.configuration(), vec![output])
 }
 
-/// Velocity of a point of the link (p: the point in the link's frame), then angular velocity, per unit rate of each coordinate,
-/// in the axes of the reference or, without one, of the frame. 6 rows.
+/// Jacobian of the point p of the link (p: in the link's frame), 6 rows: velocity, then angular velocity, per unit rate of each
+/// coordinate. It is in the axes of `reference`, or of the frame for `None`.
 pub(crate) fn jacobian_rows(
     derivation: &mut Derivation,
     frame: &LinkFrame,

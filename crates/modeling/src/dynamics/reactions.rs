@@ -15,8 +15,8 @@ use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::torque::wrenches;
 
 impl Derivation<'_> {
-    /// Force and moment through each joint of a robot without loops: inputs `q`, `dq`, `ddq`, `x` (the standard parameters),
-    /// output `f` (6 x links): force, N, then moment at O_j, N m, that the antecedent exerts on link j, in frame j.
+    /// Force and moment through each joint of a robot without loops, as a function: inputs `q`, `dq`, `ddq`, `x` (the standard
+    /// parameters), output `f` (6 x links): force, N, then moment at O_j, N m, that the antecedent exerts on link j, in frame j.
     pub fn joint_reactions(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
         let Derivation { robot, graph: g, motion, links, .. } = self;

@@ -1,4 +1,4 @@
-//! The frame in whose axes the results of a function of a link are given: the frame of the base, or a frame of a link.
+//! Reference frames, in whose axes the results of a link's functions are given: the frame of the base, or a frame of a link.
 
 use expr::{Expr, Graph};
 use robot::{LinkId, Pose, Robot};
@@ -7,7 +7,7 @@ use crate::dynamics::link_frame::LinkFrame;
 use crate::kinematics::links::LinkMotion;
 use crate::kinematics::vector::{Vector, add, dot};
 
-/// A frame in whose axes the results of a function of a link are given.
+/// A frame in whose axes the results of a link's function (such as a velocity) are given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReferenceFrame {
     /// The frame of the base.
@@ -17,7 +17,7 @@ pub enum ReferenceFrame {
 }
 
 impl ReferenceFrame {
-    /// The frame with this name; `base` is the frame of the base. `None` if the robot has no such frame.
+    /// The reference frame with this name; `base` is the frame of the base. `None` if the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<ReferenceFrame> {
         match LinkFrame::named(robot, name) {
             Some(frame) => Some(ReferenceFrame::Link(frame)),
@@ -48,7 +48,7 @@ impl ReferenceFrame {
     }
 }
 
-/// `v`, which is given in the axes of link `from`, in the axes of the reference.
+/// The vector `v`, given in the axes of link `from`, in the axes of the reference frame.
 pub(crate) fn in_axes_of(
     g: &mut Graph,
     robot: &Robot,
@@ -63,7 +63,7 @@ pub(crate) fn in_axes_of(
     turned_to(g, &reference.pose(), v)
 }
 
-/// The point `p`, which is given in the frame of link `from`, in the reference frame.
+/// The point `p`, given in the frame of link `from`, in the reference frame.
 pub(crate) fn at_place_of(
     g: &mut Graph,
     robot: &Robot,
@@ -87,7 +87,8 @@ pub(crate) fn at_place_of(
     turned_to(g, &pose, apart)
 }
 
-/// `v`, which is given in the axes of a link, in the axes of a frame fixed to the link: R^T v.
+/// The vector `v`, given in the axes of a link, in the axes of a frame fixed to the link: R^T v. `pose`: pose of the frame in the
+/// link.
 pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     [0, 1, 2].map(|c| {
         let axis = [0, 1, 2].map(|r| g.constant(pose.rotation[r][c]));
@@ -95,7 +96,8 @@ pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     })
 }
 
-/// The links on the path from `from` inward to the last link that carries both links, and then outward to `to`.
+/// The path from link `from` to link `to`: the links from `from` inward, up to the last link that carries both, and the links
+/// from there outward to `to`. `None`: the base.
 fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<LinkId>) {
     let to_base = |link: Option<LinkId>| {
         let next = |j: &LinkId| robot.link(*j).antecedent;
@@ -110,7 +112,7 @@ fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<Li
     (up, down)
 }
 
-/// The suffix of a function's name that names the reference: `_in_base`.
+/// The suffix of a function's name for its reference frame, such as `_in_base`; empty without a reference.
 pub(crate) fn suffix(reference: Option<&ReferenceFrame>) -> String {
     let word = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
     reference.map_or(String::new(), |r| format!("_in_{}", r.name().chars().map(word).collect::<String>()))

@@ -1,4 +1,4 @@
-//! The regressor of the standard parameters: tau = D(q, dq, ddq) X.
+//! The regressor D of the standard parameters: tau = D(q, dq, ddq) X.
 //!
 //! The force and the moment at O_j that move link j are linear in its parameters:
 //!
@@ -20,7 +20,7 @@ use crate::kinematics::links::LinkMotion;
 use crate::kinematics::vector::{NULL, Vector, cross, dot};
 
 impl Derivation<'_> {
-    /// The regressor of the standard parameters, tau = D X: inputs `q`, `dq`, `ddq` (n each), output
+    /// The regressor D of the p standard parameters, tau = D X, as a function: inputs `q`, `dq`, `ddq` (n each), output
     /// `y` (n x p, columns as [`robot::StandardParameter::all`]).
     pub fn regressor(&mut self) -> Function {
         let entries = entries(self);
@@ -30,8 +30,8 @@ impl Derivation<'_> {
         Function::new("regressor", &self.graph, self.motion.inputs(), vec![output])
     }
 
-    /// dq^T D: the power of the joints per unit of each standard parameter, the derivative of the energy [Gautier 1997].
-    /// Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
+    /// The power of the joints per unit of each standard parameter, dq^T D, as a function: it is the derivative of the energy
+    /// [Gautier 1997]. Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
     pub(crate) fn power_regressor(&mut self) -> Function {
         let entries = entries(self);
         let Derivation { robot, graph: g, motion, .. } = self;
@@ -55,13 +55,13 @@ fn entries(derivation: &mut Derivation) -> Vec<Expr> {
     entries
 }
 
-/// The entries of D for given link motions, row by row.
+/// The entries of the regressor D of the standard parameters for given link motions, row by row.
 pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> Vec<Expr> {
     let Derivation { robot, graph: g, implicit, .. } = derivation;
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
-    // The forms are chosen first for MX and MY, then for MZ and M, which are no base parameters in most trees.
+    // The forms of entries are chosen first for MX and MY, then for MZ and M, which are no base parameters in most trees.
     let (mut moments, mut masses) = (Vec::new(), Vec::new());
     for (place, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
@@ -97,7 +97,7 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
     }
 }
 
-/// Force f and moment n at O_j per unit of one inertial parameter.
+/// Force f and moment n at O_j on link j, per unit of one inertial parameter.
 struct Wrench {
     f: Vector,
     n: Vector,

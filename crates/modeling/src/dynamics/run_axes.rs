@@ -1,4 +1,4 @@
-//! Common axes for the links of a run, in which each link and each composite body are expressed.
+//! Expresses links and composite bodies in axes that all links of a run share.
 //!
 //! Consecutive links on parallel axes are a run ([`crate::kinematics::links`]). The axes of a run turn with the antecedent of the
 //! run and not with its joints. So no rotation is needed from one link of the run to the next; from the first link to the
@@ -25,35 +25,35 @@ use crate::kinematics::angular_motion::AngularMotion;
 use crate::kinematics::links::{JointVariables, LinkMotion, Placement, joint_variable};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross, dot};
 
-/// A link in the axes of its run.
+/// The motion of a link in the axes of its run (consecutive links on parallel axes).
 pub(crate) struct InRun {
-    /// The rotation from the axes of the run to the axes of the link.
+    /// The rotation about z by psi, from the axes of the run to the axes of the link.
     psi: ZRotation,
-    /// Whether the link begins a run.
+    /// Whether the link is the first link of its run.
     begins: bool,
-    /// The placement of the link in its antecedent: in the antecedent's own axes if the link begins a run, otherwise in the axes
-    /// of the run.
+    /// The placement of the link in its antecedent: in the antecedent's own axes if the link is the first of its run, otherwise
+    /// in the axes of the run.
     placement: Placement,
     pub w: Vector,
-    /// Acceleration of O_k minus g, in the axes of the run.
+    /// Acceleration of the link's origin minus gravity, in the axes of the run.
     pub a: Vector,
-    /// [dw]x + [w]x^2, row by row.
+    /// The matrix U = [dw]x + [w]x^2 of the link, row by row, in the axes of the run.
     pub U: [Vector; 3],
-    /// Velocity of O_k in the axes of the run, times the scale of the velocities.
+    /// Velocity of the link's origin in the axes of the run, times the factor `scale` of the velocities.
     pub v: Vector,
-    /// v in the axes of the link.
+    /// The velocity `v` in the axes of the link.
     own_v: Vector,
-    /// a in the axes of the link.
+    /// The acceleration `a` in the axes of the link.
     own_a: Vector,
 }
 
-/// A link together with all links that it carries, their joints locked.
+/// A link together with all links that it carries, with their joints locked.
 #[derive(Clone, Copy)]
 pub(crate) struct CompositeBody {
     pub body: RigidBody,
-    /// The momenta, with velocities that are multiplied by their scale.
+    /// The momenta of these bodies; the velocities in them are multiplied by the factor `scale`.
     pub momenta: Momenta,
-    /// Force and moment about the origin of the link that give the bodies their motion.
+    /// Force and moment about the origin of the link that give these bodies their motion.
     pub wrench: [Vector; 2],
 }
 
@@ -63,13 +63,14 @@ impl CompositeBody {
         CompositeBody { body: self.body.plus(g, b.body), momenta: self.momenta.plus(g, b.momenta), wrench }
     }
 
-    /// All quantities in axes that are turned back about z by `turn`.
+    /// All quantities of the composite body in axes rotated back about z by `turn`.
     fn unturned(self, g: &mut Graph, turn: ZRotation) -> CompositeBody {
         let wrench = self.wrench.map(|v| turn.unturned(g, v));
         CompositeBody { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
     }
 
-    /// All quantities in the axes of the antecedent's frame, and about its origin; `placement` is the pose of this frame there.
+    /// All quantities of the composite body in the axes of the antecedent's frame, and about its origin; `placement` is the pose
+    /// of the link there.
     fn carried(self, g: &mut Graph, placement: &Placement) -> CompositeBody {
         CompositeBody {
             body: self.body.carried(g, placement),
@@ -80,7 +81,7 @@ impl CompositeBody {
 }
 
 impl InRun {
-    /// `v`, which is given in the axes of this run, in the axes of the antecedent's run.
+    /// The vector `v`, given in the axes of this link's run, in the axes of the antecedent's run. `before`: the antecedent.
     pub(crate) fn inward(&self, g: &mut Graph, before: &InRun, v: Vector) -> Vector {
         let v = self.placement.to_antecedent(g, v);
         if self.begins { before.psi.unturned(g, v) } else { v }
@@ -93,8 +94,8 @@ impl InRun {
     }
 }
 
-/// Every link in the axes of its run. `w`: angular velocities in the links' own axes, times `scale`; `rates`: rates of the
-/// coordinates, times `scale`; `weight`: acceleration of the base minus g, m/s^2.
+/// The motion of every link in the axes of its run. `w`: angular velocities in the links' own axes, times `scale`; `rates`: rates
+/// of the coordinates, times `scale`; `weight`: acceleration of the base minus gravity, m/s^2.
 pub(crate) fn in_runs(
     g: &mut Graph,
     robot: &Robot,
@@ -118,7 +119,7 @@ pub(crate) fn in_runs(
             }
             _ => Placement { theta: unturned, ..at.placement.clone() },
         };
-        // w = w_0 + rate z.
+        // Angular velocity of the link: w = w_0 + rate z, with w_0 before its joint.
         let [x, y, z] = run.w;
         let own_w = [x, y, g.add(z, run.rate)];
         let (mut a, mut v) = match link.antecedent {
@@ -157,7 +158,7 @@ pub(crate) fn in_runs(
 
 /// The angle of the axes of each link's run, relative to the start of the run: zero, except psi_last for a run on the base.
 fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
-    // The link that begins the run of each link.
+    // For each link, the first link of its run.
     let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let before = robot.link(k).antecedent.filter(|_| !begins_run(robot, links, k));
@@ -174,12 +175,12 @@ fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     robot.link_ids().map(of).collect()
 }
 
-/// Whether a link is the first of a run: it is on the base, or its axis is not parallel to the axis before it.
+/// Whether a link is the first link of a run: it is on the base, or its axis is not parallel to the axis before it.
 fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
     robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
 }
 
-/// The composite body of every link, about the link's origin, in the axes of its run.
+/// The composite body of every link (the link with all links that it carries), about the link's origin, in the axes of its run.
 pub(crate) fn wholes(
     g: &mut Graph,
     robot: &Robot,

@@ -1,5 +1,5 @@
-//! The regressor of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
-//! Christoffel's C.
+//! The regressor Y of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
+//! Christoffel's Coriolis matrix C.
 //!
 //! It is the regressor of the torques for a motion with polarised products ([`crate::kinematics::polar`]). If loops are solved
 //! numerically, half of the derivative of D(q, dq, 0) along dq_r replaces these products.
@@ -14,7 +14,8 @@ use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::polar::polarised;
 
 impl Derivation<'_> {
-    /// A ddq_r + C dq_r + g per unit of each base parameter: inputs `q`, `dq`, `dq_r`, `ddq_r`, output `y` (n x p).
+    /// The torque A ddq_r + C dq_r + g per unit of each of the p base parameters, as a function: inputs `q`, `dq`, `dq_r`,
+    /// `ddq_r`, output `y` (n x p).
     pub fn slotine_li_regressor(&mut self, base: &BaseParameters) -> Function {
         let n = self.robot.n_coordinates();
         let labels = coordinate_labels(self.robot);
@@ -45,7 +46,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The sum of D(q, 0, ddq_r) and the derivative of D(q, dq, 0) by dq along half of dq_r.
+/// The regressor of adaptive control from the torque regressor D: D(q, 0, ddq_r) plus the derivative of D(q, dq, 0) by dq along
+/// half of dq_r (`halves`).
 fn by_differentiation(derivation: &mut Derivation, halves: &[Expr], ddq_r: &[Expr]) -> Vec<Expr> {
     let n = derivation.robot.n_coordinates();
     let coasting = derivation.coasting_links();

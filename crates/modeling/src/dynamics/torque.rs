@@ -1,4 +1,4 @@
-//! The joint torques, by recursive Newton-Euler in the moments about the frame origins.
+//! The joint torques, by recursive Newton-Euler with moments about the frame origins.
 //!
 //! ```text
 //! f_j = M_j a_j + U_j MS_j + sum_children R f_c
@@ -21,32 +21,32 @@ use crate::kinematics::links::{LinkMotion, add_to_coordinates, along_axis};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
 impl Derivation<'_> {
-    /// The joint torques: inputs `q`, `dq`, `ddq` (n each) and `x` (p, the standard parameters),
+    /// The joint torques as a function: inputs `q`, `dq`, `ddq` (n each) and `x` (p, the standard parameters),
     /// output `tau` (n), N m (N).
     pub fn torque(&mut self) -> Function {
         let x = ParameterInputs::standard(self);
         torque(self, "torque", &x)
     }
 
-    /// The joint torques from the base parameters: inputs `q`, `dq`, `ddq` (n each) and `x` (X_base), output `tau` (n), N m
-    /// (N). It needs fewer operations than [`Derivation::torque`].
+    /// The joint torques from the base parameters, as a function: inputs `q`, `dq`, `ddq` (n each) and `x` (X_base), output `tau`
+    /// (n), N m (N). It needs fewer operations than [`Derivation::torque`].
     pub fn inverse_dynamics(&mut self, base: &BaseParameters) -> Function {
         let x = ParameterInputs::base(self, base);
         torque(self, "inverse_dynamics", &x)
     }
 
-    /// Coriolis, centrifugal and gravity torques: inputs `q`, `dq`, `x` (X_base), output `tau`.
+    /// The sum of Coriolis, centrifugal and gravity torques as a function: inputs `q`, `dq`, `x` (X_base), output `tau`, N m (N).
     pub fn bias(&mut self, base: &BaseParameters) -> Function {
         self.inverse_dynamics(base).without("bias", "ddq")
     }
 
-    /// Gravity torques: inputs `q`, `x` (X_base), output `tau`.
+    /// The gravity torques as a function: inputs `q`, `x` (X_base), output `tau`, N m (N).
     pub fn gravity(&mut self, base: &BaseParameters) -> Function {
         self.bias(base).without("gravity", "dq")
     }
 }
 
-/// The function tau(q, dq, ddq, x), under this name.
+/// The function of the torques with this name: inputs q, dq, ddq, x, output tau.
 fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
     let links = std::mem::take(&mut derivation.links);
     let tau = entries(derivation, &links, x);
@@ -56,7 +56,7 @@ fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Funct
     Function::new(name, &derivation.graph, inputs, vec![output])
 }
 
-/// The entries of tau for given link motions.
+/// The joint torques for given link motions and parameters, one expression per coordinate.
 pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
     let Derivation { robot, graph: g, implicit, .. } = derivation;
     let mut tau = vec![Expr::ZERO; robot.n_variables()];
@@ -100,7 +100,7 @@ pub(crate) fn wrenches(
     wrenches
 }
 
-/// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
+/// Force and moment at O_j that move link j, from its ten parameters `body`: f = M a + U MS,
 /// n = J dw + w x (J w) + MS x a. The terms of J are grouped by parameter, so that n uses the entries of U too.
 pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
@@ -111,7 +111,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
     let u_ms = U.map(|row| dot(g, row, first_moment));
     let f = add(g, ma, u_ms);
 
-    // n_x = XX dw_x + (ZZ - YY) w_y w_z - XY U_zx + XZ U_yx + YZ (w_y^2 - w_z^2)
+    // Moment about x: XX dw_x + (ZZ - YY) w_y w_z - XY U_zx + XZ U_yx + YZ (w_y^2 - w_z^2).
     let terms_x = [
         g.mul(xx, dwx),
         gyroscopic(g, (zz, yy), ww[1][2]),
@@ -119,7 +119,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
         g.mul(xz, U[1][0]),
         g.mul(yz, differences[0]),
     ];
-    // n_y = YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2)
+    // Moment about y: YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2).
     let terms_y = [
         g.mul(yy, dwy),
         gyroscopic(g, (xx, zz), ww[0][2]),
@@ -127,7 +127,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
         g.mul(yz, -U[0][1]),
         g.mul(xz, differences[1]),
     ];
-    // n_z = ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2)
+    // Moment about z: ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2).
     let terms_z = [
         g.mul(zz, dwz),
         gyroscopic(g, (yy, xx), ww[0][1]),
@@ -140,7 +140,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
     (f, add(g, of_inertia, of_first_moment))
 }
 
-/// (plus - minus) w_a w_b.
+/// The gyroscopic term (plus - minus) w_a w_b of a moment; `product`: w_a w_b.
 fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), product: Expr) -> Expr {
     let difference = g.sub(plus, minus);
     g.mul(difference, product)

@@ -1,4 +1,4 @@
-//! Angles as integer combinations of symbols and quarter turns, and their sines and cosines.
+//! Angles as integer combinations of symbols and quarter turns, and their cosines and sines as expressions.
 //!
 //! cos and sin of a sum are expanded, so that a graph has only cosines and sines of symbols. Then parallel axes share common
 //! sums, an angle q3 - DEL with a constant DEL costs two products, and the graph can also be evaluated in a finite field, where a
@@ -8,12 +8,12 @@ use expr::{Expr, Graph, Node};
 
 use crate::kinematics::vector::ZRotation;
 
-/// The angle quarter_turns pi/2 + sum n_i symbol_i.
+/// An angle quarter_turns pi/2 + sum n_i symbol_i, with integers n_i.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Angle {
-    /// Quarter turns, pi/2 each.
+    /// Number of quarter turns, pi/2 each.
     pub quarter_turns: i64,
-    /// Symbols with their integer factors, in the order of creation; no factor is zero.
+    /// Symbols with their integer factors n_i, in the order of creation; no factor is zero.
     pub terms: Vec<(Expr, i64)>,
 }
 
@@ -44,7 +44,7 @@ impl Angle {
         self.quarter_turns.rem_euclid(4) == 0 && self.terms.is_empty()
     }
 
-    /// Adds n times a symbol.
+    /// Adds n times a symbol to the angle.
     pub fn add_term(&mut self, symbol: Expr, n: i64) {
         match self.terms.binary_search_by_key(&symbol, |t| t.0) {
             Ok(i) => {
@@ -61,7 +61,7 @@ impl Angle {
         }
     }
 
-    /// Cosine and sine of the angle; they are exactly zero or one for quarter turns.
+    /// Cosine and sine of the angle as expressions; they are exactly 0, 1 or -1 for quarter turns.
     pub fn turn(&self, g: &mut Graph) -> ZRotation {
         let mut turn = match self.quarter_turns.rem_euclid(4) {
             0 => ZRotation { cos: Expr::ONE, sin: Expr::ZERO },
@@ -107,7 +107,7 @@ fn name_turn(g: &mut Graph, turn: ZRotation, quarter_turns: i64, (symbol, n): (E
     }
 }
 
-/// cos(a + b) = ca cb - sa sb, sin(a + b) = sa cb + ca sb.
+/// Cosine and sine of the sum of two angles: cos(a + b) = ca cb - sa sb, sin(a + b) = sa cb + ca sb.
 fn sum(g: &mut Graph, a: ZRotation, b: ZRotation) -> ZRotation {
     let (cc, ss, sc, cs) = (g.mul(a.cos, b.cos), g.mul(a.sin, b.sin), g.mul(a.sin, b.cos), g.mul(a.cos, b.sin));
     ZRotation { cos: g.sub(cc, ss), sin: g.add(sc, cs) }

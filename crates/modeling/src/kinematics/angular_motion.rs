@@ -1,4 +1,4 @@
-//! The angular motion of a link: dw, w w^T and U = [dw]x + [w]x^2, with as few operations as its joint allows. w: angular
+//! The angular motion of a link (w w^T, dw, U = [dw]x + [w]x^2), with as few operations as its joint allows. w: angular
 //! velocity, dw: angular acceleration.
 //!
 //! U z is the second derivative of the unit vector z along the joint axis. The axis is also fixed in the antecedent, so U z
@@ -13,30 +13,30 @@ use expr::{Expr, Graph};
 
 use crate::kinematics::vector::{Vector, ZRotation};
 
-/// The bend U z of a joint axis z, in axes before the rotation of the joint.
+/// The second derivative U z of the unit vector z along a joint axis, in axes before the rotation of the joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend {
     pub x: Expr,
     pub y: Expr,
-    /// w_x^2 + w_y^2 if it follows from the antecedent's U; `None` if two squares must be computed.
+    /// w_x^2 + w_y^2 (w: angular velocity) if it follows from the antecedent's U; `None` if two squares must be computed.
     pub across: Option<Expr>,
 }
 
 impl Bend {
-    /// The bend of an axis at rest, U z = 0.
+    /// The second derivative U z = 0 of an axis at rest.
     pub(crate) const STILL: Bend = Bend { x: Expr::ZERO, y: Expr::ZERO, across: Some(Expr::ZERO) };
 
-    /// The bend from the three components of U z.
+    /// Makes the bend from the three components of U z.
     pub(crate) fn of_column([x, y, z]: Vector) -> Bend {
         Bend { x, y, across: Some(-z) }
     }
 
-    /// The bend from dw and the products w_x w_z and w_y w_z.
+    /// Makes the bend from dw (angular acceleration) and the products w_x w_z and w_y w_z.
     pub(crate) fn of_rates(g: &mut Graph, dw: Vector, [xz, yz]: [Expr; 2]) -> Bend {
         Bend { x: g.add(xz, dw[1]), y: g.sub(yz, dw[0]), across: None }
     }
 
-    /// The bend in axes that are turned about z by `turn`.
+    /// The same vector U z in axes rotated about z by `turn`.
     pub(crate) fn turned(self, g: &mut Graph, turn: ZRotation) -> Bend {
         let [x, y, _] = turn.turned(g, [self.x, self.y, Expr::ZERO]);
         Bend { x, y, ..self }
@@ -47,16 +47,16 @@ impl Bend {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AngularMotion {
     pub dw: Vector,
-    /// w w^T, row by row.
+    /// The products w w^T of the angular velocity, row by row.
     pub ww: [Vector; 3],
-    /// w_y^2 - w_z^2, w_z^2 - w_x^2, w_x^2 - w_y^2.
+    /// Differences of squares of the angular velocity: w_y^2 - w_z^2, w_z^2 - w_x^2, w_x^2 - w_y^2.
     pub differences: Vector,
-    /// [dw]x + [w]x^2, row by row.
+    /// The matrix U = [dw]x + [w]x^2, row by row.
     pub U: [Vector; 3],
 }
 
 impl AngularMotion {
-    /// The angular motion from the bend of the joint's axis, dw_z, and `product(i, k)` = w_i w_k.
+    /// The angular motion of a link from the bend U z of its joint axis, from dw_z, and from `product(i, k)` = w_i w_k.
     pub(crate) fn new(
         g: &mut Graph,
         bend: Bend,
@@ -67,7 +67,7 @@ impl AngularMotion {
         let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, k)| product(g, i, k));
         let dw = [g.sub(yz, bend.y), g.sub(bend.x, xz), dw_z];
 
-        // The diagonal of U is w_i^2 - w^2, so that its differences equal the differences of the squares.
+        // The diagonal of U is w_i^2 - |w|^2, so the differences of its entries equal the differences of the squares w_i^2.
         let (yy, across) = match bend.across {
             Some(across) => (g.sub(across, xx), across),
             None => {

@@ -1,6 +1,6 @@
-//! Axis intersections: points through which several joint axes pass, as in shoulders and wrists.
+//! Finds axis intersections: points through which several joint axes pass, as in shoulders and wrists.
 //!
-//! If coordinates k turn a link about axes through one point P, the linear parts of their twists are
+//! If coordinates k turn link j about axes through one point P, the linear parts of their twists are
 //!
 //! ```text
 //! d_jk = z_jk x c,   c = O_j - P
@@ -14,23 +14,23 @@ use robot::{JointKind, Link, LinkId};
 use crate::kinematics::placement::{Placement, Twist};
 use crate::kinematics::vector::{NULL, Vector, add};
 
-/// The axis intersections of the joints up to a link.
+/// The axis intersections of all joints between the base and a link.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AxisIntersections {
     pub all: Vec<AxisIntersection>,
-    /// For each coordinate: the index of its axis intersection, if it moves the link only by one axis through a point; otherwise
-    /// `None`.
+    /// For each coordinate, the index of its axis intersection. `None` if it does not move the link, or not only by one revolute
+    /// joint.
     pub of: Vec<Option<usize>>,
 }
 
 /// A point through which one or several joint axes pass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AxisIntersection {
-    /// The vector from the point to O_j, in frame j, m.
+    /// The vector from the point to the origin of link j, in frame j, m.
     pub lever: Vector,
     /// The link of the first axis through the point.
     pub first: LinkId,
-    /// Number of axes through the point.
+    /// Number of joint axes that pass through the point.
     axes: usize,
 }
 
@@ -40,7 +40,8 @@ impl AxisIntersections {
         AxisIntersections { all: Vec::new(), of: vec![None; n] }
     }
 
-    /// The axis intersections of link j, from those of its antecedent; `before`: the twists of the antecedent.
+    /// The axis intersections of link j, from the intersections of its antecedent (`self`); `before`: the twists of the
+    /// antecedent.
     pub(crate) fn carried(
         &self,
         g: &mut Graph,
@@ -59,7 +60,7 @@ impl AxisIntersections {
                 _ => poles.begin(j),
             }
         }
-        // The levers are in the axes before the joint turns; theta gives them in frame j.
+        // So far the levers are in the axes before the joint turns. The rotation by theta gives them in frame j.
         for pole in &mut poles.all {
             pole.lever = placement.theta.turned(g, pole.lever);
         }
@@ -70,7 +71,8 @@ impl AxisIntersections {
         poles
     }
 
-    /// Adds a new point at O_j. If the last point has only one axis, it is removed, because it cannot get a second axis any more.
+    /// Adds a new point at O_j, for the axis of joint j. If the last point has only one axis, it is removed, because it cannot
+    /// get a second axis any more.
     fn begin(&mut self, j: LinkId) {
         if self.all.last().is_some_and(|last| last.axes < 2) {
             self.all.pop();

@@ -1,4 +1,4 @@
-//! Numerical solution of the passive coordinates of loops that no affine function closes.
+//! Solves numerically for the passive coordinates of loops that no affine function closes.
 //!
 //! A loop is closed if its two cut frames C and T coincide. e holds the position of T in C, m, and the vector part of the
 //! rotation between them. With J_p = de/dq_p, the iteration is
@@ -15,56 +15,61 @@ use std::fmt;
 
 use random::SplitMix;
 
-/// A loop counts as closed if |e| (m and rad), divided by the larger of 1 and the largest entry of J_p, is at most this value.
+/// A loop counts as closed if its closure error |e| (m and rad), divided by the largest entry of the Jacobian J_p (at least 1),
+/// is at most this value.
 const CLOSED_LOOP_ERROR: f64 = 1e-11;
-/// A configuration counts as singular if its ratio of singular values is below this value.
+/// A configuration counts as singular if the ratio of smallest to largest singular value of the Jacobian J_p is below this value.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
-/// Samples and followed paths have at least this ratio of singular values.
+/// Sampled configurations and followed paths must have at least this ratio of smallest to largest singular value of J_p.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
-/// Largest number of steps of a search. Near the solution each step doubles the number of correct digits, and fewer halved
-/// steps than this lead there.
+/// Largest number of Gauss-Newton steps of a search. Near the solution each step doubles the number of correct digits, and fewer
+/// halved steps than this lead there.
 const MAX_STEPS: usize = 60;
-/// A step is halved until |e| decreases, but at most to about this fraction. The smallest step is then taken in any case, to
-/// escape from a minimum of |e| above zero.
+/// A Gauss-Newton step is halved until |e| decreases, but at most down to about this fraction. The smallest step is then taken in
+/// any case, to escape from a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// After the search, a loop counts as closed up to this many times [`CLOSED_LOOP_ERROR`]: rounding may prevent a smaller |e|.
+/// After the search, a loop also counts as closed up to this many times [`CLOSED_LOOP_ERROR`], because rounding may prevent a
+/// smaller closure error.
 const ALMOST_CLOSED_RATIO: f64 = 100.0;
-/// If the ratio of pivots of a block is above this value, its pseudoinverse is its inverse, which LU gives.
+/// If the ratio of smallest to largest pivot of a block of J_p is above this value, the block is inverted by LU instead of a
+/// pseudoinverse.
 const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
-/// Largest number of sweeps of the singular value decomposition; about ten are usual.
+/// Largest number of sweeps of a singular value decomposition; about ten are usual.
 const MAX_SVD_SWEEPS: usize = 200;
-/// Largest step of a coordinate along a path of one assembly, rad or m. It is small compared with the distance between
-/// assemblies, which meet only in singular configurations.
+/// Largest step of a coordinate along a path within one assembly of the loops, rad or m. It is small compared with the distance
+/// between assemblies, which meet only in singular configurations.
 const LARGEST_STRIDE: f64 = 0.05;
-/// Number of random configurations that are tried until one closes. The search may fail for loops that close at fewer than one
-/// configuration in a thousand.
+/// Number of random configurations that are tried until the loops close at one. The search may fail for loops that close at fewer
+/// than one configuration in a thousand.
 const MAX_RANDOM_TRIES: usize = 2000;
-/// Number of attempts after which the random coordinates cover a whole turn.
+/// Number of attempts of the search for a closed configuration after which the random coordinates cover a whole turn.
 const ATTEMPTS_PER_TURN: usize = 100;
-/// Seed of the search for a closed configuration near q = 0.
+/// Seed of the random search for a closed configuration near q = 0.
 const ORIGIN_SEED: u64 = 7;
-/// Number of paths that are tried for each requested sample. Many paths end immediately, at the limit of the assembly.
+/// Number of paths that are tried for each requested sample of closed configurations. Many paths end immediately, at the limit of
+/// the assembly.
 const PATHS_PER_SAMPLE: usize = 20;
 
-/// Solves for the passive coordinates of one robot.
+/// Solves numerically for the passive coordinates of one robot with loops.
 pub struct Closure {
     tape: Tape,
     work: Workspace,
     start: Vec<f64>,
     n_equations: usize,
     blocks: Vec<Block>,
-    /// A closed configuration (q, q_p) of the assembly that the start chooses; `None` until it is searched for.
+    /// A closed configuration (q, q_p) of the assembly to which the search from the start leads; `None` until it is computed.
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// A block of J_p: loops that are solved together, as the indices of their equations and of their passive coordinates.
+/// A diagonal block of the Jacobian J_p: loops that are solved together, as the indices of their equations (rows) and of their
+/// passive coordinates (columns).
 struct Block {
     rows: Vec<usize>,
     columns: Vec<usize>,
 }
 
 impl Block {
-    /// The diagonal blocks of J_p, from its non-zero entries.
+    /// The diagonal blocks of the Jacobian J_p, found from its non-zero entries.
     fn all(jacobian: &Output) -> Vec<Block> {
         let m = jacobian.columns;
         let mut blocks: Vec<Block> = (0..m).map(|c| Block { rows: Vec::new(), columns: vec![c] }).collect();
@@ -96,17 +101,17 @@ impl Block {
     }
 }
 
-/// Why the passive coordinates were not found at given coordinates.
+/// The reason why the passive coordinates were not found for given coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NotClosed {
-    /// The loops cannot be closed at these coordinates, or the search found no solution.
+    /// The loops cannot be closed for these coordinates, or the search found no solution.
     NotClosed {
-        /// |e| where the search ended, m and rad.
+        /// Norm of the closure error e at the end of the search, m and rad.
         gap: f64,
     },
-    /// The coordinates do not determine the passive coordinates here.
+    /// The configuration is singular: the coordinates do not determine the passive coordinates.
     Singular {
-        /// Smallest singular value of J_p, divided by the largest: zero in a singular configuration, one far from any.
+        /// Smallest singular value of the Jacobian J_p, divided by the largest: zero in a singular configuration.
         ratio: f64,
     },
 }
@@ -129,8 +134,8 @@ impl fmt::Display for NotClosed {
 impl std::error::Error for NotClosed {}
 
 impl Closure {
-    /// Makes the solver from the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs `e` and `j`.
-    /// `start`: passive coordinates from which searches start.
+    /// Makes the solver from the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs closure
+    /// error `e` and its Jacobian `j`. `start`: passive coordinates from which searches start.
     pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
         let tape = Tape::new(function);
         let work = tape.workspace();
@@ -138,17 +143,17 @@ impl Closure {
         Closure { work, start, n_equations: function.outputs[0].rows, blocks, tape, origin: None }
     }
 
-    /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start if there is no guess.
+    /// The passive coordinates at `q`, rad or m, searched from `guess`; `None`: from the start that the robot's file gives.
     pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, NotClosed> {
         self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
     }
 
-    /// The passive coordinates at `q`, and the ratio of singular values of J_p there.
+    /// The passive coordinates at `q`, and the ratio of smallest to largest singular value of the Jacobian J_p there.
     fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), NotClosed> {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
-            // NaN is not closed: it ends the search below.
+            // A closure error of NaN ends the search; it counts as not closed below.
             if !is_finite(&e, &j) {
                 break;
             }
@@ -167,14 +172,14 @@ impl Closure {
                 }
                 fraction *= 0.5;
             }
-            // One more step from a closed loop squares the residual, down to rounding. Without it, the error of the passive
-            // coordinates would exceed the gap near singular configurations.
+            // One more step from a closed loop squares the closure error, down to rounding. Without it, the error of the passive
+            // coordinates would exceed the closure error near singular configurations.
             if is_closed {
                 break;
             }
         }
         let gap = e.norm();
-        // NaN is not closed either.
+        // A closure error of NaN counts as not closed.
         if gap.is_nan() || gap > ALMOST_CLOSED_RATIO * CLOSED_LOOP_ERROR * size(&j) {
             return Err(NotClosed::NotClosed { gap });
         }
@@ -185,7 +190,7 @@ impl Closure {
         Ok((passive.iter().copied().collect(), ratio))
     }
 
-    /// The passive coordinates at `q`, rad or m, of the assembly that the robot's start chooses. The assembly is followed in
+    /// The passive coordinates at `q`, rad or m, in the assembly to which the robot's start leads. The assembly is followed in
     /// small steps from a fixed origin, so that the result depends only on `q`.
     pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, NotClosed> {
         if self.origin.is_none() {
@@ -193,11 +198,11 @@ impl Closure {
         }
         let Some(origin) = self.origin.clone() else { return Err(NotClosed::NotClosed { gap: f64::INFINITY }) };
         let reached = self.follow(&origin, q);
-        // If the path ends before q, this last search reports the reason.
+        // If the path ends before q, this last search fails and reports the reason.
         self.solve(q, Some(&reached.1))
     }
 
-    /// The closure error e and its Jacobian J_p at a configuration.
+    /// The closure error e and its Jacobian J_p by the passive coordinates, at a configuration.
     pub(crate) fn at(&mut self, q: &[f64], passive: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let inputs = [q, passive.as_slice()].concat();
         let mut outputs = vec![0.0; self.tape.n_outputs()];
@@ -206,8 +211,8 @@ impl Closure {
         (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
     }
 
-    /// Closed configurations (q, q_p) of one assembly. From the origin, q moves in small steps to random configurations. It stays
-    /// away from singular configurations, where assemblies meet. Fewer than `count` are found if the loops close at few
+    /// Samples closed configurations (q, q_p) of one assembly. From the origin, q moves in small steps to random configurations.
+    /// It stays away from singular configurations, where assemblies meet. Fewer than `count` are found if the loops close at few
     /// configurations.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
@@ -229,13 +234,13 @@ impl Closure {
         found
     }
 
-    /// A closed configuration (q, q_p) of the assembly that the start chooses; it is equal at every call. It is at q = 0 if the
-    /// loops close and are not singular there, otherwise at random coordinates near zero with a fixed seed. `None` if none was
-    /// found.
+    /// Finds a closed configuration (q, q_p) of the assembly to which the start leads; it is equal at every call. It is at q = 0
+    /// if the loops close and are not singular there, otherwise at random coordinates near zero with a fixed seed. `None` if none
+    /// was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(ORIGIN_SEED);
         (0..MAX_RANDOM_TRIES).find_map(|attempt| {
-            // Random coordinates in a range about zero that grows, because the start belongs to q = 0.
+            // The random coordinates are in a range about zero that grows, because the start belongs to q = 0.
             let range = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| range * random.unit()).collect();
             let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
@@ -243,7 +248,7 @@ impl Closure {
         })
     }
 
-    /// The last configuration (q, q_p) on the straight path to `goal` at which the assembly still closes.
+    /// The last configuration (q, q_p) on the straight path from `from` to `goal` at which the assembly still closes.
     ///
     /// J_p is singular at configurations where assemblies meet, and a step across one of them may end in another assembly. So a
     /// step is so short that the ratio of singular values, extrapolated from its last change, decreases by at most half.
@@ -267,7 +272,7 @@ impl Closure {
         at
     }
 
-    /// The step J_p^+ e, block by block; `None` if a decomposition fails.
+    /// The Gauss-Newton step J_p^+ e of the passive coordinates, computed block by block; `None` if a decomposition fails.
     fn step(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> Option<DVector<f64>> {
         let mut step = DVector::zeros(j.ncols());
         for block in self.blocks.iter().filter(|b| !b.rows.is_empty()) {
@@ -280,13 +285,14 @@ impl Closure {
         Some(step)
     }
 
-    /// Smallest singular value of J_p, divided by the largest: the minimum over its blocks.
+    /// Smallest singular value of the Jacobian J_p, divided by the largest: the minimum over its blocks. Zero if a number is not
+    /// finite.
     fn ratio(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> f64 {
         if !is_finite(e, j) {
             return 0.0;
         }
         let ratio = |block: &Block| {
-            // Fewer equations than joints: some joints are not determined.
+            // With fewer equations than passive joints, some joints are not determined.
             if block.rows.len() < block.columns.len() {
                 return None;
             }
@@ -297,7 +303,7 @@ impl Closure {
     }
 }
 
-/// J^+ e, with the pseudoinverse J^+; `None` if the decomposition fails.
+/// The product J^+ e with the pseudoinverse J^+ of a block; `None` if the decomposition fails.
 fn solved(j: DMatrix<f64>, e: &DVector<f64>) -> Option<DVector<f64>> {
     if j.is_square() {
         let lu = j.clone().full_piv_lu();
@@ -314,7 +320,7 @@ fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
     e.iter().chain(j).all(|x| x.is_finite())
 }
 
-/// The scale of a closure error: the largest magnitude of an entry of J_p, at least 1.
+/// Divisor of a closure error when it is compared with its bound: the largest magnitude of an entry of J_p, at least 1.
 fn size(j: &DMatrix<f64>) -> f64 {
     j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

@@ -1,4 +1,4 @@
-//! The robot's numbers as expressions: zeros and quarter turns are exact, all others are named constants.
+//! The robot's lengths and angles as expressions: zeros and quarter turns are exact numbers, all others are named constants.
 //!
 //! A symbol of the robot is a named constant of the graph. A length or an angle that is given as a number is a named constant
 //! too: its name is its place (`d3`, `r4`, `alpha5`). Equal numbers are one constant of the graph, because they are equal in the
@@ -13,29 +13,30 @@ use robot::{Robot, SymbolId, Value};
 use crate::kinematics::angle::Angle;
 use crate::kinematics::vector::Vector;
 
-/// The named constants that were created so far.
+/// Creates the named constants of a robot in a graph, each only once.
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,
     numbers: Vec<Number>,
 }
 
-/// A length or an angle that is given as a number.
+/// A length or an angle that the robot's file gives as a number.
 struct Number {
     kind: ConstantKind,
     magnitude: f64,
-    /// The constant of the number in the graph.
+    /// The named constant in the graph for this number (its magnitude).
     constant: Expr,
-    /// The places that use the number: `d3`, `d7`.
+    /// The places in the file that use this number: `d3`, `d7`.
     places: Vec<String>,
 }
 
-/// Whether two numbers are equal within the rounding of this program, which computes angles of loops from angles of the file.
+/// Whether two positive numbers are equal within rounding. This program computes some angles of loops from angles of the file,
+/// which adds rounding errors.
 fn is_one(a: f64, b: f64) -> bool {
     (a - b).abs() <= 4.0 * f64::EPSILON * a
 }
 
-/// The kind of a number: a length in m and an angle in rad of equal value are different constants.
+/// The kind of a number: a length in m and an angle in rad with equal values are different constants.
 #[derive(Clone, Copy, PartialEq)]
 enum ConstantKind {
     Length,
@@ -47,12 +48,12 @@ impl<'a> Constants<'a> {
         Constants { robot, symbols: vec![None; robot.symbols.len()], numbers: Vec::new() }
     }
 
-    /// -g in the base frame, m/s^2: the apparent acceleration of the base.
+    /// Minus gravity in the base frame, m/s^2, as expressions: the apparent acceleration of the base.
     pub(crate) fn weight(&mut self, g: &mut Graph) -> Vector {
         [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
     }
 
-    /// The expression of a length, m. A number without a name is named `place`: `d3`.
+    /// The expression of a length, m. A number without a name gets the name `place`, such as `d3`.
     pub(crate) fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
         match value {
             Value::Number(x) => self.number(g, ConstantKind::Length, *x, place),
@@ -85,7 +86,7 @@ impl<'a> Constants<'a> {
         if x < 0.0 { -constant } else { constant }
     }
 
-    /// The constants that are used at several places: name in the graph -> names of the places, `d3` -> `d3`, `d7`.
+    /// The constants that the file uses at several places: name in the graph -> names of the places, such as `d3` -> `d3`, `d7`.
     pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several
@@ -102,7 +103,8 @@ impl<'a> Constants<'a> {
         }
         let symbol = &self.robot.symbols[s.0];
         let x = symbol.value.number(&self.robot.symbols);
-        // A symbol defined by other symbols is replaced by its definition; a symbol defined by a number is a named constant.
+        // A symbol that is defined by other symbols is replaced by its definition. A symbol defined by a number is a named
+        // constant.
         let e = if x == 0.0 {
             Expr::ZERO
         } else if symbol.value.has_symbol() {
@@ -149,12 +151,13 @@ impl<'a> Constants<'a> {
                 let angle = self.angle(g, a, "angle");
                 angle.turn(g).cos
             }
-            // It becomes a named constant, because the graph has no inverse tangent.
+            // The inverse tangent becomes a named constant, because the graph has no such function.
             Value::Atan2(..) => self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), "atan"),
         }
     }
 
-    /// An angle, rad, as a combination of symbols. A number without a name is named `place`: `alpha5`.
+    /// An angle, rad, as a combination of symbols and quarter turns. A number without a name gets the name `place`, such as
+    /// `alpha5`.
     pub(crate) fn angle(&mut self, g: &mut Graph, value: &Value, place: &str) -> Angle {
         if let Some((n, d)) = value.as_multiple_of_pi(&self.robot.symbols)
             && (2 * n) % d == 0
@@ -174,7 +177,7 @@ impl<'a> Constants<'a> {
                 let symbol = self.symbol(g, *s);
                 Angle { quarter_turns: 0, terms: vec![(symbol, 1)] }
             }
-            // Any other value is a single angle, named after its place.
+            // Any other value is a single symbol, with the name of its place.
             _ => {
                 let symbol = self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), place);
                 let sign = if symbol.is_negative() { -1 } else { 1 };

@@ -1,4 +1,4 @@
-//! Loops that no affine function closes: the rates of the passive joints, from the loop Jacobian.
+//! Derives the rates of the passive joints of loops that no affine function closes, from the Jacobian of each loop.
 //!
 //! In a closed loop the two cut frames have the same motion. Let J_a (coordinates) and J_p (passive variables) be the difference
 //! of their twists per unit rate of each joint variable. Then
@@ -21,23 +21,23 @@ use crate::kinematics::links::{JointVariables, LinkMotion, MotionInput, link_mot
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
 use random::SplitMix;
 
-/// The m passive coordinates of a robot with n coordinates: their rates, accelerations and closure equations.
+/// The m passive coordinates of a robot with n coordinates, as expressions: their rates, accelerations and closure equations.
 pub(crate) struct Implicit {
-    /// G, m x n: rates of the passive coordinates per unit of the rates of the coordinates.
+    /// The matrix G, m x n, with dq_p = G dq: rates of the passive coordinates per unit of the rates of the coordinates.
     pub G: Vec<Vec<Expr>>,
     /// Accelerations of the passive coordinates at ddq = 0.
     pub coast: Vec<Expr>,
-    /// The function with e and J_p: inputs `q`, `passive`.
+    /// The function of the closure error e and its Jacobian J_p by the passive coordinates: inputs `q`, `passive`.
     pub function: Function,
-    /// e of all loops: m and rad, six per loop.
+    /// The closure error e of all loops: m and rad, six entries per loop.
     gaps: Vec<Expr>,
-    /// The rows of [J_a J_p], six per loop.
+    /// The rows of the loop Jacobian [J_a J_p], six per loop.
     equations: Vec<Vec<Expr>>,
 }
 
 impl Implicit {
-    /// The constraint equations e = 0, J_a dq + J_p dq_p = 0 and dq_p = G dq: inputs `q`, `passive`; outputs `e` (6 per loop),
-    /// `ja` (6 per loop, n columns), `jp` (6 per loop, m columns) and `g` (m x n).
+    /// The constraint equations e = 0, J_a dq + J_p dq_p = 0 and dq_p = G dq as a function: inputs `q`, `passive`; outputs `e` (6
+    /// per loop), `ja` (6 per loop, n columns), `jp` (6 per loop, m columns) and `g` (m x n).
     pub(crate) fn constraint_equations(&self, g: &Graph, motion: &JointVariables) -> Function {
         let n = motion.n;
         let matrix = |name: &str, columns: usize, rows: Vec<Vec<Expr>>| Output {
@@ -58,7 +58,7 @@ impl Implicit {
     }
 }
 
-/// Derives the passive coordinates and writes their rates and accelerations, which the loops determine, into `motion`.
+/// Derives the rates and accelerations of the passive coordinates from the loops and writes them into `motion`.
 ///
 /// `None` if no configuration was found that closes the loops.
 pub(crate) fn implicit(
@@ -77,13 +77,13 @@ pub(crate) fn implicit(
     let order = elimination_order(&mut Closure::new(&function, start), n, m)?;
     let solver = PassiveSolver::new(g, &equations, n, order);
 
-    // G = -J_p^-1 J_a and dq_p = G dq.
+    // G = -J_p^-1 J_a, and the rates dq_p = G dq of the passive coordinates.
     let columns: Vec<Vec<Expr>> = (0..n).map(|k| solver.solve(g, |row| -equations[row][k])).collect();
     let G: Vec<Vec<Expr>> = (0..m).map(|p| columns.iter().map(|c| c[p]).collect()).collect();
     for p in 0..m {
         motion.dq[n + p] = combination(g, &G[p], &motion.dq[..n]);
     }
-    // ddq_p = G ddq - J_p^-1 c.
+    // Accelerations of the passive coordinates: ddq_p = G ddq - J_p^-1 c.
     let c = relative_accelerations(g, &loops, constants, motion);
     let coast = solver.solve(g, |row| -c[row]);
     for p in 0..m {
@@ -93,8 +93,8 @@ pub(crate) fn implicit(
     Some(Implicit { G, coast, function, gaps, equations })
 }
 
-/// e and [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut frame, per unit rate of every joint
-/// variable. `still`: joint variables with zero rates.
+/// The closure error e and the loop Jacobian [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut
+/// frame, per unit rate of every joint variable. `still`: joint variables with zero rates.
 fn loop_equations(
     g: &mut Graph,
     loops: &[OpenLoop],
@@ -116,7 +116,7 @@ fn loop_equations(
     (gaps, equations)
 }
 
-/// The function with outputs e and J_p, and inputs `q` and `passive`.
+/// The closure as a function: inputs `q` and `passive`, outputs the closure error e and its Jacobian J_p.
 fn closure_function(g: &Graph, motion: &JointVariables, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
     let n = motion.n;
     let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
@@ -127,7 +127,7 @@ fn closure_function(g: &Graph, motion: &JointVariables, gaps: Vec<Expr>, equatio
     Function::new("closure", g, inputs, outputs)
 }
 
-/// c: the relative acceleration of the cut frames at ddq = ddq_p = 0, six numbers per loop.
+/// The relative acceleration c of the two cut frames of each loop at ddq = ddq_p = 0, six numbers per loop.
 fn relative_accelerations(
     g: &mut Graph,
     loops: &[OpenLoop],
@@ -146,7 +146,7 @@ fn relative_accelerations(
     rest
 }
 
-/// Solves J_p x = right with m independent equations of the loops, for m passive coordinates.
+/// Solves J_p x = right with m independent equations of the loops, for the m passive coordinates.
 struct PassiveSolver {
     /// The pivots, as (equation, passive coordinate), in the order of elimination.
     order: Vec<(usize, usize)>,
@@ -154,7 +154,8 @@ struct PassiveSolver {
 }
 
 impl PassiveSolver {
-    /// `equations`: the rows of [J_a J_p]; n: the number of columns of J_a.
+    /// Prepares the solution. `equations`: rows of [J_a J_p]; n: number of columns of J_a; `order`: the pivots, in the order of
+    /// elimination.
     fn new(g: &mut Graph, equations: &[Vec<Expr>], n: usize, order: Vec<(usize, usize)>) -> PassiveSolver {
         let J_p: Vec<Vec<Expr>> =
             order.iter().map(|&(row, _)| order.iter().map(|&(_, c)| equations[row][n + c]).collect()).collect();
@@ -172,7 +173,8 @@ impl PassiveSolver {
     }
 }
 
-/// The rows (for example torques) of the coordinates, from the rows of all joint variables: r_k + sum_p G_pk r_p.
+/// The rows (such as torques) of the n coordinates, from the rows r of all joint variables: r_k + sum_p G_pk r_p, by virtual
+/// work.
 pub(crate) fn reduced(g: &mut Graph, G: &[Vec<Expr>], rows: &[Vec<Expr>]) -> Vec<Vec<Expr>> {
     let n = rows.len() - G.len();
     (0..n)
@@ -200,7 +202,7 @@ pub(crate) struct OpenLoop {
     pub twin: LinkId,
 }
 
-/// An [`OpenLoop`] for each loop that no affine function closes.
+/// Makes an [`OpenLoop`] for each loop that no affine function closes.
 pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
     let implicit = robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one));
     implicit
@@ -221,7 +223,7 @@ pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
         .collect()
 }
 
-/// Adds the links of a branch, and its loop frame as the last link. Returns the loop frame.
+/// Adds the links of a branch to `open`, and the branch's loop frame as the last link. Gives the index of the loop frame.
 fn side(robot: &Robot, open: &mut Robot, path: &[LinkId], frame: &LoopFrame, label: &str) -> LinkId {
     let mut antecedent = None;
     for &j in path {
@@ -233,7 +235,8 @@ fn side(robot: &Robot, open: &mut Robot, path: &[LinkId], frame: &LoopFrame, lab
     LinkId(open.links.len() - 1)
 }
 
-/// Position of T in C, m, and the vector part of the rotation from C to T: six numbers, all zero if the loop is closed.
+/// The closure error of a loop: position of twin frame T in cut frame C, m, and the vector part of the rotation from C to T. Six
+/// numbers, all zero if the loop is closed.
 fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: LinkId) -> [Expr; 6] {
     let frame = |g: &mut Graph, j: LinkId| -> ([Vector; 3], Vector) {
         let unit = |i: usize| std::array::from_fn(|r| if r == i { Expr::ONE } else { Expr::ZERO });
@@ -256,20 +259,20 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
         let difference = g.sub(a, b);
         g.mul(half, difference)
     };
-    // The vector part is half of R_CT - R_CT^T; entry (k, l) of R_CT is c_k . t_l.
+    // The vector part of the rotation is half of R_CT - R_CT^T; entry (k, l) of R_CT is c_k . t_l.
     let rotation = [turn(1, 2), turn(2, 0), turn(0, 1)];
     [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
 }
 
-/// Number of closed configurations at which the orders of elimination are compared.
+/// Number of closed configurations at which different orders of elimination are compared.
 const TRIED_CONFIGURATIONS: usize = 5;
 
-/// Seed of the closed configurations.
+/// Seed of the closed configurations at which orders of elimination are compared.
 const CONFIGURATION_SEED: u64 = 7;
 
-/// The order of the pivots (equation, passive coordinate). Complete pivoting at each of several closed configurations gives one
-/// order; the order whose smallest pivot over all configurations is largest is taken. `None` if J_p is singular or no loop
-/// closes.
+/// The order of elimination of J_p: pivots (equation, passive coordinate). Complete pivoting at each of several closed
+/// configurations gives one order; the order whose smallest pivot over all configurations is largest is taken. `None` if J_p is
+/// singular or no loop closes.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
     let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(CONFIGURATION_SEED));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
@@ -277,7 +280,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // An order is judged by its smallest pivot over all samples.
+        // The quality of an order is its smallest pivot over all sampled configurations.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));
@@ -286,7 +289,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
     best.map(|b| b.1)
 }
 
-/// An entry below this value counts as zero and cannot be a pivot. Entries are of order one (rad/rad or m/rad), closed
+/// An entry of J_p below this value counts as zero and cannot be a pivot. Entries are of order one (rad/rad or m/rad), closed
 /// configurations are accurate to 1e-11, and samples stay away from singular configurations.
 const VANISHING_ENTRY: f64 = 1e-9;
 
@@ -325,7 +328,7 @@ fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
     smallest
 }
 
-/// L and U of a square matrix, stored in one matrix; its pivots are on the diagonal.
+/// The factors L and U of a square matrix of expressions, stored in one matrix; its pivots are on the diagonal.
 struct Elimination {
     rows: Vec<Vec<Expr>>,
 }

@@ -1,4 +1,4 @@
-//! Velocities and accelerations of every link in its own frame, and its Jacobian.
+//! Derives the velocity and acceleration of every link in its own frame, and the link's Jacobian, as expressions.
 //!
 //! For link j with the antecedent i (the base at rest, gravity as a_0 = -g):
 //!
@@ -26,7 +26,7 @@ use crate::kinematics::names::{name_motion, name_twists};
 pub(crate) use crate::kinematics::placement::{Placement, Twist, along_axis};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, plus_cross, plus_dot};
 
-/// The motion of a link, in its own frame.
+/// The motion of a link, in its own frame: angular velocity w, acceleration a of its origin minus gravity, and others.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
@@ -42,12 +42,12 @@ pub(crate) struct LinkMotion {
 }
 
 /// A run of links on parallel axes: w, bend and dw_z before the turns of the run, and the sums of turns and rates up to this
-/// link.
+/// link. w: angular velocity, bend: second derivative of the axis, dw_z: see below.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
     pub bend: Bend,
-    /// Angular acceleration about the axes, before the rates of the run are added.
+    /// Component of the angular acceleration along the axes, before the rates of the run are added.
     pub dw_z: Expr,
     /// Whether the link is the first of the run: its axis is not parallel to the axis before it.
     pub begins: bool,
@@ -56,11 +56,11 @@ pub(crate) struct Parallel {
     pub turn: Angle,
     pub rate: Expr,
     pub acceleration: Expr,
-    /// `rate` per unit rate of each coordinate.
+    /// Coefficients of `rate`: its value per unit rate of each coordinate.
     rates: Vec<f64>,
 }
 
-/// The motion of every link, in the order of the robot's links.
+/// The motion of every link with gravity, in the order of the robot's links.
 pub(crate) fn link_motions(
     g: &mut Graph,
     robot: &Robot,
@@ -71,7 +71,7 @@ pub(crate) fn link_motions(
     link_motions_under(g, robot, constants, motion, weight)
 }
 
-/// The motion of every link if the base has the acceleration `weight`, m/s^2 (-g for gravity).
+/// The motion of every link if the base has the acceleration `weight`, m/s^2 (minus g to include gravity).
 pub(crate) fn link_motions_under(
     g: &mut Graph,
     robot: &Robot,
@@ -79,7 +79,7 @@ pub(crate) fn link_motions_under(
     motion: &JointVariables,
     weight: Vector,
 ) -> Vec<LinkMotion> {
-    // The base: at rest, with the acceleration `weight`.
+    // The base is at rest and has the acceleration `weight`.
     let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
@@ -103,7 +103,7 @@ pub(crate) fn link_motions_under(
         placement: Placement { gamma: unturned, alpha: unturned, theta: unturned, p: NULL },
         parallel: at_rest,
     };
-    // Antecedents precede the links that they carry, so one pass outward is enough.
+    // Antecedents come before the links that they carry, so one pass outward is enough.
     let mut motions: Vec<LinkMotion> = Vec::with_capacity(robot.links.len());
     for (j, link) in robot.link_ids().zip(&robot.links) {
         let antecedent = link.antecedent.map_or(&base, |i| &motions[i.0]);
@@ -113,7 +113,7 @@ pub(crate) fn link_motions_under(
     motions
 }
 
-/// The motion of a link from the motion of its antecedent i, in six passes.
+/// The motion of link j from the motion of its antecedent i, computed in six passes.
 fn carried(
     g: &mut Graph,
     constants: &mut Constants,
@@ -141,19 +141,19 @@ fn carried(
     LinkMotion { w, angular_motion: spin, a, jacobian, poles, joint_acceleration: acceleration, placement, parallel }
 }
 
-/// gamma, b, alpha, d, theta, r of a link as expressions.
+/// The geometric parameters gamma, b, alpha, d, theta, r of a link (modified DH) as expressions.
 pub struct Geometry {
-    /// Angle about z of the antecedent, rad.
+    /// Angle about the z axis of the antecedent, rad.
     pub gamma: Angle,
-    /// Distance along z of the antecedent, m.
+    /// Distance along the z axis of the antecedent, m.
     pub b: Expr,
-    /// Angle about x, rad.
+    /// Angle about the x axis, rad.
     pub alpha: Angle,
-    /// Distance along x, m.
+    /// Distance along the x axis, m.
     pub d: Expr,
-    /// Angle about z of the link, rad.
+    /// Angle about the z axis of the link, rad; a revolute joint adds its variable.
     pub theta: Angle,
-    /// Distance along z of the link, m.
+    /// Distance along the z axis of the link, m; a prismatic joint adds its variable.
     pub r: Expr,
 }
 
@@ -170,13 +170,13 @@ impl Geometry {
         Geometry { gamma, b, alpha, d, theta, r }
     }
 
-    /// theta += q_j (revolute), r += q_j (prismatic), with q_j = sum_k c_k q_k.
+    /// Adds the joint variable q_j = sum_k c_k q_k: to theta for a revolute joint, to r for a prismatic one.
     fn add_joint_variable(&mut self, g: &mut Graph, link: &Link, q: &[Expr]) {
         match link.joint.kind {
             JointKind::Revolute => {
                 for &(k, c) in &link.joint.variable.terms {
                     let q = q[k.0];
-                    // cos and sin of an integer multiple of an angle are expanded into cos and sin of the angle itself.
+                    // cos and sin of an integer multiple of q are expanded into cos and sin of q itself.
                     if c.fract() == 0.0 {
                         self.theta.add_term(q, c as i64);
                     } else {
@@ -194,11 +194,11 @@ impl Geometry {
         }
     }
 
-    /// First pass, the placement of the link in its antecedent:
+    /// First pass: the placement of link j in its antecedent i,
     /// `iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)` [Khalil, Kleinfinger 1986].
     fn placement(&self, g: &mut Graph) -> Placement {
         let (gamma, alpha, theta) = (self.gamma.turn(g), self.alpha.turn(g), self.theta.turn(g));
-        // p_ij = Rz(gamma) (d, -r sin alpha, b + r cos alpha)
+        // Position of O_j: p_ij = Rz(gamma) (d, -r sin alpha, b + r cos alpha).
         let (rs, rc) = (g.mul(self.r, alpha.sin), g.mul(self.r, alpha.cos));
         let along_z = g.add(self.b, rc);
         let p = gamma.unturned(g, [self.d, -rs, along_z]);
@@ -206,8 +206,8 @@ impl Geometry {
     }
 }
 
-/// Second pass, the run of parallel axes up to the link: w_0, dw_0 and z_0k of the link before the run, in axes parallel to the
-/// axes of the run, and the sums over the links of the run
+/// Second pass: the run of parallel axes up to the link. It holds w_0, dw_0 and z_0k of the link before the run, in axes parallel
+/// to the axes of the run, and the sums over the links of the run
 ///
 /// ```text
 /// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
@@ -222,7 +222,7 @@ fn run_of_parallel_axes(
     rate: Expr,
     acceleration: Expr,
 ) -> Parallel {
-    // A parallel axis continues the run; otherwise a new run begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
+    // A link on a parallel axis continues the run; otherwise a new run begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
     let mut run = if geometry.alpha.is_zero() {
         Parallel { turn: i.parallel.turn.plus(&geometry.gamma), begins: false, ..i.parallel.clone() }
     } else {
@@ -239,7 +239,7 @@ fn run_of_parallel_axes(
             rates: vec![0.0; i.jacobian.len()],
         }
     };
-    // The turn and the rates of the link's own joint are added to the sums of the run.
+    // Add the turn and the rates of the link's own joint to the sums of the run.
     run.turn = run.turn.plus(&geometry.theta);
     if link.joint.kind == JointKind::Revolute {
         run.rate = g.add(run.rate, rate);
@@ -251,7 +251,8 @@ fn run_of_parallel_axes(
     run
 }
 
-/// At the start of a run: w_0 = Rx(-alpha) Rz(-gamma) w_i, the bend of the axis, and the component of dw_0 along the axis.
+/// Quantities of link i at the start of a run: angular velocity w_0 = Rx(-alpha) Rz(-gamma) w_i, second derivative of the axis,
+/// and the component of the angular acceleration dw_0 along the axis.
 fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vector, Bend, Expr) {
     let w = placement.to_link_before_theta(g, i.w);
     let dw = placement.to_link_before_theta(g, i.angular_motion.dw);
@@ -262,13 +263,14 @@ fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vect
     (w, bend, dw[2])
 }
 
-/// Third pass, w_j = Rz(-phi) w_0 + rate z, with one rotation for all turns of the run.
+/// Third pass: the angular velocity w_j = Rz(-phi) w_0 + rate z, with one rotation for all turns of the run.
 fn angular_velocity(g: &mut Graph, run: &Parallel, turn: ZRotation) -> Vector {
     let [x, y, z] = turn.turned(g, run.w);
     [x, y, g.add(z, run.rate)]
 }
 
-/// Fourth pass, a_j = jRi (a_i + U_i p_ij), and for a prismatic joint + 2 w_j x z dr_j + ddr_j z [Khalil, Dombre 2002].
+/// Fourth pass: the acceleration a_j = jRi (a_i + U_i p_ij), for a prismatic joint plus 2 w_j x z dr_j + ddr_j z [Khalil, Dombre
+/// 2002].
 fn acceleration_of_origin(
     g: &mut Graph,
     link: &Link,
@@ -281,7 +283,7 @@ fn acceleration_of_origin(
     let at_o_j = [0, 1, 2].map(|r| plus_dot(g, i.a[r], i.angular_motion.U[r], placement.p));
     let mut a = placement.to_link(g, at_o_j);
     if link.joint.kind == JointKind::Prismatic {
-        // w x z = (w_y, -w_x, 0)
+        // The cross product is w x z = (w_y, -w_x, 0).
         let two = g.constant(2.0);
         let twice = g.mul(two, rate);
         let (wy, wx) = (g.mul(w[1], twice), g.mul(w[0], twice));
@@ -290,7 +292,7 @@ fn acceleration_of_origin(
     a
 }
 
-/// Fifth pass, the twist of the link per unit rate of each coordinate; c_jk = dq_j / dq_k.
+/// Fifth pass: the twist of the link per unit rate of each coordinate. It is `None` if the coordinate does not move the link.
 fn jacobian(
     g: &mut Graph,
     link: &Link,
@@ -306,12 +308,12 @@ fn jacobian(
             columns.push(None);
             continue;
         }
-        // z_jk = Rz(-phi) z_0k + (sum over the run's revolute joints of c_k) z
+        // Angular part: z_jk = Rz(-phi) z_0k + (sum of c_k over the run's revolute joints) z, c_k: coefficient of coordinate k.
         let [x, y, z] = turn.turned(g, run.z[k]);
         let along = g.constant(run.rates[k]);
         let z = [x, y, g.add(z, along)];
 
-        // d_jk = jRi (d_ik + z_ik x p_ij), and for a prismatic joint + c_jk z
+        // Linear part: d_jk = jRi (d_ik + z_ik x p_ij), for a prismatic joint plus c_jk z, c_jk = dq_j / dq_k.
         let mut d = match twist {
             Some(t) => {
                 let d = plus_cross(g, t.d, t.z, placement.p);
@@ -328,13 +330,14 @@ fn jacobian(
     columns
 }
 
-/// Sixth pass, the angular acceleration dw_j and U_j.
+/// Sixth pass: the angular acceleration dw_j and the matrix U_j = [dw_j]x + [w_j]x^2.
 fn angular_motion(g: &mut Graph, run: &Parallel, turn: ZRotation, w: Vector) -> AngularMotion {
     let (bend, dw_z) = (run.bend.turned(g, turn), g.add(run.dw_z, run.acceleration));
     AngularMotion::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
 }
 
-/// Adds `along`, a component along the axis of a joint, to the sum of each coordinate k that the joint follows, times c_k.
+/// Adds `along`, a component along the axis of a joint, to the sum of each coordinate k that the joint follows, times the
+/// coefficient c_k of this coordinate.
 pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: &mut [Expr]) {
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);
@@ -343,7 +346,7 @@ pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: 
     }
 }
 
-/// The joint variable q_j, or its rate or acceleration: sum_k c_k x_k over the coordinates.
+/// The joint variable q_j of a link, its rate or its acceleration: sum_k c_k x_k over the coordinates with the values `x`.
 pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {

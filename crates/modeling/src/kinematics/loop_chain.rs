@@ -1,4 +1,4 @@
-//! The two branches of each loop as chains of constant placements and joints, to close a loop by algebra.
+//! The two branches of each loop as chains of constant placements and joints, from which the loop is closed by algebra.
 //!
 //! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`. The joint variable turns
 //! about the last z, or slides along it. The constants of all poses are one function of the robot's symbols ([`PLACEMENT`]
@@ -11,16 +11,17 @@ use crate::kinematics::constants::Constants;
 use crate::kinematics::implicit::{OpenLoop, open_loops};
 use crate::kinematics::links::Geometry;
 
-/// Number of entries per link: cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
+/// Number of constants in the placement of a link: cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
 pub(crate) const PLACEMENT: usize = 9;
 
-/// The two branches of each loop that no affine function closes.
+/// The two branches of each loop that no affine function closes, as chains.
 pub(crate) struct LoopChains {
-    /// [`PLACEMENT`] entries for each link and both loop frames of each loop.
+    /// Function of the constant placements: [`PLACEMENT`] entries for each link and both loop frames of each loop.
     pub placements: Function,
-    /// The joint between each of these links (and loop frames) and its antecedent.
+    /// The joint between each of these links (or loop frames) and its antecedent, in the same order.
     pub joints: Vec<ChainJoint>,
-    /// For each loop, the links from the last common link to the cut frame, and from this link to the twin frame.
+    /// For each loop, the indices of the links of its two branches: from the last common link to the cut frame, and to the twin
+    /// frame.
     pub loops: Vec<[Vec<usize>; 2]>,
 }
 
@@ -28,12 +29,12 @@ pub(crate) struct LoopChains {
 #[derive(Clone, Debug)]
 pub(crate) struct ChainJoint {
     pub kind: JointKind,
-    /// (variable, coefficient). Coordinates come first, then passive variables.
+    /// Joint variable as pairs (variable, coefficient). Variables: coordinates first, then passive variables.
     pub terms: Vec<(usize, f64)>,
 }
 
 impl LoopChains {
-    /// The chains of all loops. `g` and `constants` belong to the derivation, so the symbols are shared with it.
+    /// Makes the chains of all loops. `g` and `constants` belong to the derivation, so the symbols are shared with it.
     pub(crate) fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
         let (mut entries, mut joints, mut loops) = (Vec::new(), Vec::new(), Vec::new());
         for OpenLoop { robot, cut, twin } in open_loops(robot) {
@@ -45,7 +46,7 @@ impl LoopChains {
                 let terms = link.joint.variable.terms.iter().map(|&(k, c)| (k.0, c)).collect();
                 joints.push(ChainJoint { kind: link.joint.kind, terms });
             }
-            // The links of a branch are consecutive; its loop frame is the last one.
+            // The links of a branch are consecutive, and the branch's loop frame is the last one.
             loops.push([(before..=before + cut.0).collect(), (before + cut.0 + 1..=before + twin.0).collect()]);
         }
         let output = Output { name: "placement".into(), rows: joints.len(), columns: PLACEMENT, entries };

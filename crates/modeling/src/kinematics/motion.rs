@@ -1,12 +1,12 @@
-//! The joint variables and their rates as inputs of functions.
+//! The joint variables of a robot and their rates, as inputs of functions.
 
 use expr::{Expr, Graph, Input, SymbolKind};
 use robot::Robot;
 
 use crate::kinematics::names::coordinate_labels;
 
-/// The joint variables with their rates and accelerations: n coordinates, then the passive variables. The rates of the passive
-/// variables follow from the rates of the coordinates.
+/// The joint variables with their rates and accelerations, as expressions: n coordinates, then the passive variables. The rates
+/// of the passive variables follow from the rates of the coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct JointVariables {
     pub q: Vec<Expr>,
@@ -16,7 +16,7 @@ pub(crate) struct JointVariables {
     pub n: usize,
 }
 
-/// A quantity of the motion that can be an input of a function; the input's name is the variant in lower case.
+/// A quantity of the robot's motion that can be an input of a function. The name of the input is the variant in lower case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionInput {
     Q,
@@ -40,14 +40,14 @@ impl JointVariables {
         JointVariables { q, dq, ddq, n }
     }
 
-    /// The inputs `q`, `passive` (if there are passive variables), `dq` and `ddq`.
+    /// The motion as inputs of a function: `q`, `passive` (if there are passive variables), `dq` and `ddq`.
     pub(crate) fn inputs(&self) -> Vec<Input> {
         let mut inputs = self.configuration();
         inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
         inputs
     }
 
-    /// The inputs `q`, and `passive` if there are passive variables.
+    /// The configuration as inputs of a function: `q`, and `passive` if there are passive variables.
     pub(crate) fn configuration(&self) -> Vec<Input> {
         let mut inputs = vec![self.input(MotionInput::Q)];
         if self.q.len() > self.n {
@@ -56,7 +56,7 @@ impl JointVariables {
         inputs
     }
 
-    /// This quantity as an input of a function.
+    /// This quantity of the motion as an input of a function.
     pub(crate) fn input(&self, which: MotionInput) -> Input {
         let (name, entries) = match which {
             MotionInput::Q => ("q", &self.q[..self.n]),

@@ -1,12 +1,12 @@
-//! The names of coordinates and of the motion of links in formulas, after Khalil's programs.
+//! Gives coordinates and the motion of links their names in formulas, as in Khalil's programs.
 
 use expr::{Expr, Graph, Node};
 use robot::Robot;
 
 use crate::kinematics::vector::{Vector, name_vector};
 
-/// The label of each coordinate in formulas, which follows a letter: `2` in `q2`. The labels are the digits of the file if all
-/// its coordinates have such names, otherwise the index, from 1.
+/// The label of each coordinate, which follows a letter in formulas: `2` in `q2`. The labels are the digits in the file if all
+/// its coordinates have names such as `q2`, otherwise the indices, from 1.
 pub(crate) fn coordinate_labels(robot: &Robot) -> Vec<String> {
     let digits = |name: &str| {
         let digits = name.strip_prefix('q').filter(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))?;
@@ -16,7 +16,7 @@ pub(crate) fn coordinate_labels(robot: &Robot) -> Vec<String> {
     of_file.unwrap_or_else(|| (1..=robot.n_coordinates()).map(|k| k.to_string()).collect())
 }
 
-/// Names the motion of a link: w3_x, dw3_x, a3_x (acceleration minus g), ww3_xy and U3_xy for link 3.
+/// Gives the motion of a link its names in formulas: w3_x, dw3_x, a3_x (acceleration minus g), ww3_xy and U3_xy for link 3.
 pub(crate) fn name_motion(g: &mut Graph, label: &str, [w, dw, a]: [Vector; 3], [ww, U]: [&[Vector; 3]; 2]) {
     name_vector(g, w, || format!("w{label}"));
     name_vector(g, dw, || format!("dw{label}"));
@@ -30,7 +30,8 @@ pub(crate) fn name_motion(g: &mut Graph, label: &str, [w, dw, a]: [Vector; 3], [
     }
 }
 
-/// Names the twists of a link: for link 3, z3_1 and d3_1 are angular velocity and velocity per unit rate of coordinate 1.
+/// Gives the twists of a link their names in formulas: for link 3, z3_1 and d3_1 are angular velocity and velocity per unit rate
+/// of coordinate 1.
 pub(crate) fn name_twists(g: &mut Graph, label: &str, twists: impl Iterator<Item = Option<[Vector; 2]>>, q: &[Expr]) {
     for (k, twist) in twists.enumerate() {
         let Some([z, d]) = twist else { continue };

@@ -1,4 +1,4 @@
-//! The pose of a link in the frame of its antecedent, and the twist of a frame.
+//! The pose of a link in the frame of its antecedent, and the twist of a link frame.
 
 use expr::{Expr, Graph};
 use robot::JointKind;
@@ -9,30 +9,31 @@ use crate::kinematics::vector::{Vector, ZRotation, add, cross};
 /// The pose of link j in the frame of its antecedent i.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    /// Rotation about z of frame i.
+    /// Rotation by gamma about the z axis of frame i.
     pub gamma: ZRotation,
-    /// Rotation about x, after gamma.
+    /// Rotation by alpha about the x axis, after gamma.
     pub alpha: ZRotation,
-    /// Rotation about z of frame j.
+    /// Rotation by theta about the z axis of frame j.
     pub theta: ZRotation,
-    /// The vector from O_i to O_j, in frame i, m.
+    /// The vector from the origin of frame i to the origin of frame j, in frame i, m.
     pub p: Vector,
 }
 
 impl Placement {
-    /// Components in frame j of a vector given in frame i.
+    /// Converts a vector from components in frame i (antecedent) to components in frame j (link).
     pub fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.to_link_before_theta(g, v);
         self.theta.turned(g, v)
     }
 
-    /// Components of a vector given in frame i, in frame j before the rotation by theta.
+    /// Converts a vector from components in frame i (antecedent) to components in frame j before the rotation by theta.
     pub fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
 
-    /// The bend of the joint's axis, from a column of U_i; `None` if the joint's axis is not along an axis of frame i.
+    /// The second derivative U z of the unit vector z along the joint axis, from a column of U_i. `None` if the axis is not along
+    /// an axis of frame i.
     pub(crate) fn bend(&self, g: &mut Graph, U: &[Vector; 3]) -> Option<Bend> {
         let axis = self.alpha.unturned_about_x(g, [Expr::ZERO, Expr::ZERO, Expr::ONE]);
         let axis = self.gamma.unturned(g, axis);
@@ -43,15 +44,15 @@ impl Placement {
         Some(Bend::of_column(column))
     }
 
-    /// Components in frame i of a vector given in frame j.
+    /// Converts a vector from components in frame j (link) to components in frame i (antecedent).
     pub fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.theta.unturned(g, v);
         let v = self.alpha.unturned_about_x(g, v);
         self.gamma.unturned(g, v)
     }
 
-    /// Force and moment at O_i, in frame i, from force and moment at O_j, in frame j. Momentum and angular momentum change in the
-    /// same form.
+    /// Force and moment at O_i, in frame i (antecedent), from force and moment at O_j, in frame j (link). Momentum and angular
+    /// momentum change in the same form.
     pub fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
         let (f, n) = (self.to_antecedent(g, f), self.to_antecedent(g, n));
         let lever = cross(g, self.p, f);
@@ -59,7 +60,8 @@ impl Placement {
     }
 }
 
-/// The component along the joint axis z of [force, moment], or of [momentum, angular momentum], at the link of the joint.
+/// The component along the joint axis z of a wrench [force, moment], or of [momentum, angular momentum], at the link of the
+/// joint: moment for a revolute joint, force for a prismatic one.
 pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
     match kind {
         JointKind::Revolute => n[2],
@@ -71,8 +73,8 @@ pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
 /// The twist of a link frame per unit rate of one coordinate: angular and linear part.
 #[derive(Clone, Copy, Debug)]
 pub struct Twist {
-    /// Angular part.
+    /// Angular part: angular velocity per unit rate.
     pub z: Vector,
-    /// Linear part, at the origin of the frame.
+    /// Linear part: velocity of the frame's origin per unit rate.
     pub d: Vector,
 }

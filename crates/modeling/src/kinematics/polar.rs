@@ -17,7 +17,8 @@ use crate::kinematics::constants::Constants;
 use crate::kinematics::links::{JointVariables, LinkMotion, joint_variable, link_motions};
 use crate::kinematics::vector::{Vector, plus_dot};
 
-/// The polarised motion of every link. `links`: the motions at dq; `reference`: its dq is half of dq_r, its ddq is ddq_r.
+/// The motion of every link with polarised products. `links`: motions at the rates dq; `reference`: joint variables whose dq is
+/// half of the reference rates dq_r and whose ddq is ddq_r.
 pub(crate) fn polarised(
     g: &mut Graph,
     robot: &Robot,
@@ -28,7 +29,7 @@ pub(crate) fn polarised(
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // For each link: the bend of the axes of its run and dw about them, before the turns of the run.
+    // For each link: the second derivative of the axes of its run and dw along them, before the turns of the run.
     let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
@@ -60,7 +61,8 @@ pub(crate) fn polarised(
     polar
 }
 
-/// The bend of the axis that begins a run, and dw about this axis, from the polarised motion of the link before.
+/// The second derivative of the axis that begins a run, and dw (angular acceleration) along this axis, from the polarised motion
+/// `i` of the link before. `at`, `half`: motion of the link at dq and at half of dq_r.
 fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion) -> (Bend, Expr) {
     let dw = at.placement.to_link_before_theta(g, i.dw);
     let bend = at.placement.bend(g, &i.U).unwrap_or_else(|| {
@@ -71,7 +73,7 @@ fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion
     (bend, dw[2])
 }
 
-/// The x and y components of w x z rate, polarised.
+/// The x and y components of the cross product w x z rate, polarised with w_h and half_rate.
 fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2]) -> [Expr; 2] {
     [1, 0].map(|axis: usize| {
         let (a, b) = (g.mul(w[axis], half_rate), g.mul(half[axis], rate));
@@ -80,7 +82,7 @@ fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2])
     })
 }
 
-/// Entry (i, k) of w w_h^T + w_h w^T.
+/// Entry (i, k) of the polarised product w w_h^T + w_h w^T; w_h: half of the reference angular velocity.
 fn product(g: &mut Graph, [w, half]: [Vector; 2], (i, k): (usize, usize)) -> Expr {
     let (a, b) = (g.mul(w[i], half[k]), g.mul(half[i], w[k]));
     g.add(a, b)

@@ -1,19 +1,19 @@
-//! Three-vectors of expressions.
+//! Vectors with three components that are expressions, and rotations about one axis.
 
 use expr::{Expr, Graph};
 
-/// A vector of three components.
+/// A vector of three expressions.
 pub type Vector = [Expr; 3];
 
 /// The zero vector.
 pub const NULL: Vector = [Expr::ZERO; 3];
 
-/// a + b.
+/// The sum a + b.
 pub fn add(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| g.add(a[i], b[i]))
 }
 
-/// a x b.
+/// The cross product a x b.
 pub fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     let mut minor = |i: usize, j: usize| {
         let (x, y) = (g.mul(a[i], b[j]), g.mul(a[j], b[i]));
@@ -22,7 +22,7 @@ pub fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// c + a x b, added one product at a time.
+/// The sum c + a x b, added one product at a time.
 pub(crate) fn plus_cross(g: &mut Graph, c: Vector, a: Vector, b: Vector) -> Vector {
     [(0, 1, 2), (1, 2, 0), (2, 0, 1)].map(|(i, j, k)| {
         let (plus, minus) = (g.mul(a[j], b[k]), g.mul(a[k], b[j]));
@@ -31,12 +31,12 @@ pub(crate) fn plus_cross(g: &mut Graph, c: Vector, a: Vector, b: Vector) -> Vect
     })
 }
 
-/// a . b.
+/// The dot product a . b.
 pub fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
     plus_dot(g, Expr::ZERO, a, b)
 }
 
-/// c + a . b, added one product at a time, so that each product can be fused into the sum before it.
+/// The sum c + a . b, added one product at a time, so that each product can be fused with the sum before it (fused multiply-add).
 pub(crate) fn plus_dot(g: &mut Graph, c: Expr, a: Vector, b: Vector) -> Expr {
     let terms = [0, 1, 2].map(|i| g.mul(a[i], b[i]));
     terms.iter().fold(c, |s, &t| g.add(s, t))
@@ -46,7 +46,7 @@ pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
 }
 
-/// Names the components of a vector NAME_x, NAME_y, NAME_z if the graph keeps names.
+/// Names the components of a vector NAME_x, NAME_y, NAME_z in formulas, if the graph keeps names.
 pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
     for (component, axis) in v.into_iter().zip(["x", "y", "z"]) {
         g.name(component, || format!("{}_{axis}", name()));
@@ -63,25 +63,25 @@ pub struct ZRotation {
 }
 
 impl ZRotation {
-    /// Components of a fixed vector in the axes turned by the angle: Rz(-angle) v.
+    /// Components of a fixed vector in axes rotated about z by the angle: Rz(-angle) v.
     pub fn turned(self, g: &mut Graph, v: Vector) -> Vector {
         let [x, y, z] = v;
         let (cx, sy, cy, sx) = (g.mul(self.cos, x), g.mul(self.sin, y), g.mul(self.cos, y), g.mul(self.sin, x));
         [g.add(cx, sy), g.sub(cy, sx), z]
     }
 
-    /// The inverse rotation: Rz(angle) v.
+    /// The inverse of [`ZRotation::turned`]: Rz(angle) v.
     pub fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
         ZRotation { cos: self.cos, sin: -self.sin }.turned(g, v)
     }
 
-    /// Components of a fixed vector in the axes turned about x by the angle: Rx(-angle) v.
+    /// Components of a fixed vector in axes rotated about x by the angle: Rx(-angle) v.
     pub fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.turned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }
 
-    /// The inverse rotation about x: Rx(angle) v.
+    /// The inverse of [`ZRotation::turned_about_x`]: Rx(angle) v.
     pub fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.unturned(g, [v[1], v[2], v[0]]);
         [x, y, z]

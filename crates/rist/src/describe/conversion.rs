@@ -35,15 +35,15 @@ pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Er
     Ok(Converted { text, notes, differences })
 }
 
-/// Writes a robot as text; the notes say what the format cannot carry.
+/// A function that writes a robot as text. The notes name properties that the format cannot express.
 pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
 
-/// A writer for one format, which another package registers.
+/// The writer of one output format. Another package registers it.
 #[derive(Clone, Copy)]
 pub struct DescriptionWriter {
     /// The format that it writes.
     pub format: DescriptionFormat,
-    /// The function that writes; or the text of the error, if the writer was not built in.
+    /// The function that writes; an error text if this build does not contain the writer.
     pub write: Result<WriteDescription, &'static str>,
 }
 
@@ -61,7 +61,7 @@ fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Erro
     writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }
 
-/// Largest relative difference of torques that counts as rounding: a URDF has other frames, and angles written as decimals.
+/// Relative torque differences up to this value count as rounding: a URDF has other frames and writes angles as decimals.
 const RELATIVE_TORQUE_ROUNDING: f64 = 1e-9;
 
 /// The properties of the robot that are missing in `text`, which is read back. Fails if the text cannot be read.
@@ -77,7 +77,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
     })?;
     let mut differences = Vec::new();
-    // Coordinates can change their order, or be lost.
+    // The text may list the coordinates in another order, or lack some.
     let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (before, after) = (names(robot), names(&read));
     let mut sorted = [before.clone(), after.clone()];
@@ -88,7 +88,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
     if before.len() != after.len() {
         differences.push(format!("{} coordinates become {}", before.len(), after.len()));
     }
-    // Properties that the formats cannot express.
+    // Properties of this robot that the format cannot express.
     if robot.massless > 0 {
         let n = robot.massless;
         differences.push(format!(

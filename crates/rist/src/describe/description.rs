@@ -1,4 +1,4 @@
-//! Reads a description with the options of a user; finds values that the reader rounded and values that are missing.
+//! Reads a description with the options of a user. Finds angles that the reader replaced, and symbols without a value.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
     })
 }
 
-/// The text of a description without macros, into which identified bodies can be written.
+/// Expands the macros (xacro) of a description. Identified bodies can then be written into the text.
 ///
 /// Fails if a xacro cannot be expanded.
 pub fn without_macros(text: &str, path: &Path, options: &ModelOptions) -> Result<String, Error> {
@@ -81,12 +81,12 @@ const ANGLE_ROUNDING_RAD: f64 = 2e-5;
 pub fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
     let (roll, pitch, yaw) = turn.euler_angles();
     let unit = 10f64.powi(digits);
-    // -0 becomes 0.
+    // Adding 0 turns -0 into 0.
     [roll, pitch, yaw].map(|angle| (angle * unit).round() / unit + 0.0)
 }
 
-/// Mounts the base with roll, pitch and yaw `base`, rad; an earlier mount is replaced. g_base = R^T g_file: g_file is the
-/// gravity of the file, fixed in the world. Components as small as the rounding of an angle are set to zero.
+/// Mounts the base with roll, pitch and yaw `base`, rad, instead of an earlier mount: g_base = R^T g_file, with g_file the
+/// gravity vector in the file. Components of g_base that are as small as the rounding of an angle are set to zero.
 pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
     let now = robot.gravity_number();
     let of_file = *robot.file_gravity.get_or_insert(now);
@@ -95,8 +95,8 @@ pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
     robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
 }
 
-/// A sentence on the angles and axes that the reader replaced by exact values, and on the change of the torque by this; `None`
-/// if nothing was replaced.
+/// A sentence on the angles and axes that the reader replaced by exact values, and on the resulting change of the torque;
+/// `None` if nothing was replaced.
 pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
     /// Number of replaced angles that the sentence lists; the others are counted.
     const NAMED_ANGLES: usize = 4;
@@ -120,7 +120,7 @@ pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) 
     ))
 }
 
-/// Fails if a symbol of the description has no value, because numbers are to be computed.
+/// Fails if a symbol of the description has no value. Numeric results need all values.
 pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
     match missing.first() {
@@ -133,7 +133,7 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Fails if the derivation would take long or much memory, and gives the numbers; unless `any_size` is set.
+/// Fails if the derivation would need much time or memory, and gives both numbers. With `any_size` it never fails.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

@@ -42,7 +42,7 @@ pub struct OutputShape {
     pub columns: usize,
 }
 
-/// Many states, and parameters. An argument that the quantity does not depend on may be empty.
+/// Arguments of an evaluation at many states. An argument that the quantity does not depend on may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
     /// Positions, rad (m), one row per state.
@@ -66,7 +66,7 @@ pub enum ParametersOf {
     Standard(usize),
 }
 
-/// A quantity of a model, ready to be evaluated by several threads.
+/// A function of a model that can be evaluated at states, also by several threads at the same time.
 pub struct Evaluation {
     source: StateSource,
     n: usize,
@@ -77,7 +77,7 @@ pub struct Evaluation {
 enum StateSource {
     /// The base regressor of the model, as compiled code if this robot is built in.
     Regressor,
-    /// Any function of the states.
+    /// Another function of the state, evaluated by a tape.
     Tape(Box<StateTape>),
 }
 
@@ -100,7 +100,7 @@ impl Evaluation {
         Evaluation::of_function(model, function)
     }
 
-    /// The function with this name, the same names as in `rist generate`: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
+    /// Derives the function of this name. Names are those of `rist generate`: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
     ///
     /// Fails with the list of names if the name is unknown, and fails if a loop of the robot cannot be closed anywhere.
     pub fn of_function(model: &Model, name: &str) -> Result<Evaluation, Error> {
@@ -136,7 +136,7 @@ impl Evaluation {
         &self.outputs
     }
 
-    /// Names of the arguments beside q, dq, ddq and X that each state needs, with their numbers of entries.
+    /// Further arguments of the function (not q, dq, ddq or X): name and number of entries per state.
     pub fn others(&self) -> Vec<(&str, usize)> {
         let StateSource::Tape(tape) = &self.source else { return Vec::new() };
         let other =
@@ -144,13 +144,14 @@ impl Evaluation {
         tape.arguments.iter().filter_map(other).collect()
     }
 
-    /// Writes the outputs state after state. The outputs of a state are NaN if a loop does not close there.
+    /// Writes the output matrices of all states, one state after the other. The outputs of a state are NaN if a loop does not
+    /// close there.
     ///
     /// Fails if the arguments and `outputs` are not for the same number of states, or if X has another length.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
-            // The inverse geometric model needs no q: the states are counted by the first of its other arguments.
+            // The inverse geometric model does not take q, so its first other argument gives the number of states.
             [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
             _ => states.q.len().checked_div(n).unwrap_or(0),
         };
@@ -224,8 +225,8 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than one pass evaluates. The robots are a tree, a
-    /// compiled robot, and loops that are closed numerically.
+    /// Checks tau = Y X = Y_s X_s = A ddq + h and h(q, 0) = g, with more states than one pass evaluates. Robots: a tree, a
+    /// compiled robot, and a robot with loops that are closed numerically.
     #[test]
     fn the_quantities_of_a_state_agree() {
         for name in ["tree.yaml", "ur5.yaml", "sr400.par"] {
@@ -271,7 +272,7 @@ mod tests {
                     expected.len()
                 );
                 for (found, expected) in found.iter().zip(expected) {
-                    // Rounding of sums of some hundred terms of order one.
+                    // Tolerance: rounding of sums of some hundred terms of order one.
                     let close = (found - expected).abs() < 1e-10 * expected.abs().max(1.0);
                     assert!(close || (found.is_nan() && expected.is_nan()), "{name}: {what}: {found} for {expected}");
                 }
@@ -298,7 +299,7 @@ mod tests {
         let tau = at("inverse-dynamics", states);
         let found = at("forward-dynamics", ManyStates { ddq: &[], others: &[("tau", &tau)], ..states });
         let worst = found.iter().zip(&ddq).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The condition number of A, up to 1e4, amplifies the rounding.
+        // Tolerance: rounding, amplified by the condition number of A, up to 1e4.
         assert!(worst < 1e-9, "{worst:e}");
 
         let derivatives = Evaluation::of_function(&model, "forward-dynamics-derivatives").unwrap();

@@ -102,12 +102,13 @@ impl Inspection {
             "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
             "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
             "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-            // Standard parameters, then base parameters, each in the order of the columns of their regressor.
+            // Both lists are in the order of the columns of their regressors.
             "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
             "base": (0..parameters.len()).map(|k| base(derived, rules, nominal.as_deref(), k)).collect::<Vec<_>>(),
             "regrouped": rules.regrouped,
             "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-            // Base parameters that exist only with the angles exactly as given; if they are not known, the reason.
+            // Base parameters that would be added if the angles were used exactly as given. If they cannot be derived: the
+            // reason.
             "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
             "as_given_refused": tilted.appear.as_ref().err(),
             "no_effect": names(&parameters.no_effect),
@@ -185,7 +186,7 @@ impl Tilted {
     }
 }
 
-/// A sentence on the configuration in which the solver closed the loops first; `None` without numerically solved loops.
+/// A sentence on the configuration at which the solver closed the loops first; `None` without numerically solved loops.
 fn assembly(derived: &Model) -> Option<String> {
     if derived.assembly.is_empty() {
         return None;

@@ -8,8 +8,8 @@ use clearance::outside::outside;
 use robot::{Part, Robot};
 use serde_json::{Value, json};
 
-/// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Collision
-/// meshes omit motors and cables, so smaller distances are normal.
+/// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Smaller
+/// distances are normal, because collision meshes omit motors and cables.
 const REPORTED_DISTANCE_SHARE: f64 = 0.1;
 
 /// The suspected mistakes in a description.

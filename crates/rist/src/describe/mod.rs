@@ -1,4 +1,4 @@
-//! From a description to a model: base parameters, functions at states, generated source.
+//! Derives a model from a description: base parameters, functions of a state, generated source.
 
 pub(crate) mod adapters;
 pub(crate) mod conversion;

@@ -1,4 +1,4 @@
-//! [`Model`], which every step uses: a robot that is read and derived once, with its base regressor.
+//! [`Model`]: a robot whose dynamics are derived once, with its base regressor. Every step uses it.
 
 use std::path::{Path, PathBuf};
 
@@ -55,7 +55,7 @@ impl Model {
         Model::read_with(path, &ModelOptions::default())
     }
 
-    /// Reads a description with options and derives its dynamics; fails like [`Model::read`].
+    /// Reads a description with the options `options` and derives its dynamics; fails like [`Model::read`].
     pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         Model::parse(&robot::format::text_of(path)?, path, options)
@@ -114,7 +114,8 @@ impl Model {
         })
     }
 
-    /// The model after `robot` changed the robot; `options` records this change in the options of the description.
+    /// Applies the change `robot` to a copy of the robot and derives its model. `options` records the change in the reading
+    /// options.
     ///
     /// Fails if the rank of the base parameters is not clear-cut.
     pub(crate) fn changed(
@@ -209,7 +210,7 @@ impl Model {
         Some(self.parameters.standard.iter().map(value).collect())
     }
 
-    /// Drive gains of the description, one per coordinate, N m/A; `None` if it gives none.
+    /// Drive gains in the description, one per coordinate, N m/A; `None` for a drive without a gain.
     pub fn drive_gains(&self) -> Vec<Option<f64>> {
         let gain = |k| self.robot.joint_of(CoordinateId(k)).and_then(|j| self.robot.link(j).joint.drive_gain);
         (0..self.robot.n_coordinates()).map(gain).collect()
@@ -226,7 +227,7 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// Writes the gains `given`, each with the name of its coordinate, into `all`, the gains of all drives.
+    /// Overwrites gains in `all`, the gains of all drives. `given`: each new gain with the name of its coordinate.
     ///
     /// Fails with the list of names if a coordinate is unknown.
     pub fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
@@ -237,7 +238,8 @@ impl Model {
         })
     }
 
-    /// The values with which torques are predicted, one per base parameter, in the order of the regressor.
+    /// The parameter values of an estimate with which torques are predicted: one per base parameter, in the order of the
+    /// regressor.
     ///
     /// Fails if the estimate lacks a base parameter.
     pub fn values(&self, estimate: &Estimate) -> Result<Vec<f64>, Error> {
@@ -251,14 +253,14 @@ impl Model {
         self.regressor.coordinates().iter().map(gain).collect()
     }
 
-    /// The values that a known load adds to the base parameters, in the order of the regressor.
+    /// The changes of the base parameters by a known load, in the order of the regressor.
     ///
     /// Fails if the robot has no link with the name in `load`.
     pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Fails if `estimate` was made with another robot or geometry, or does not say with which. `file` is named in messages.
+    /// Fails if `estimate` was made with another robot or geometry, or does not name its model. `file` is named in messages.
     pub fn check_estimate(&self, file: &Path, estimate: &Estimate) -> Result<(), Error> {
         let Some(made_with) = estimate.made_with() else {
             return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
@@ -296,7 +298,7 @@ impl Model {
     }
 }
 
-/// The value with which torques are predicted, for the parameter `id` of an estimate.
+/// The value of the parameter `id` of an estimate, as used to predict torques.
 ///
 /// Fails if the estimate lacks this parameter.
 pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
@@ -304,7 +306,7 @@ pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Err
     estimate.prediction(id).ok_or_else(missing)
 }
 
-/// The coordinates of a robot, with their names in its file, and whether they slide.
+/// The coordinates of a robot: the name in its file, and whether the joint slides.
 pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let is_prismatic = |k: usize| {
         let joint = robot.joint_of(CoordinateId(k));
@@ -315,7 +317,7 @@ pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     robot.coordinates.iter().enumerate().map(coordinate).collect()
 }
 
-/// The configuration from which the solver follows all others: names and values. Empty if the loops close nowhere.
+/// The configuration from which the solver of the loops starts: names and values (rad or m). Empty if the loops close nowhere.
 fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
     let found = closure.and_then(|mut closure| closure.find_origin(robot.n_coordinates()));
     let Some((q, passive)) = found else { return Vec::new() };
@@ -323,7 +325,7 @@ fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
     q.into_iter().chain(passive).enumerate().map(|(k, x)| (name(k), x)).collect()
 }
 
-/// The columns of the base regressor: the name of each, and the coordinates that the joint of its link follows.
+/// The columns of the base regressor: the name of each, and the coordinates that move the joint of its link.
 pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
     let column = |base: &modeling::BaseParameter| {
         let standard = parameters.standard[base.column];
@@ -344,7 +346,7 @@ pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParam
     parameters.base.iter().map(column).collect()
 }
 
-/// The coordinates that the joint of a link follows; none for a joint that is solved numerically.
+/// Indices of the coordinates that move the joint of a link; empty if this joint is solved numerically.
 fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
     let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
     terms.filter(|&k| k < robot.n_coordinates()).collect()

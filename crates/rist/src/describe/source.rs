@@ -1,4 +1,4 @@
-//! Generates source code with functions of a robot, for a project of the user.
+//! Generates source code with functions of a robot, which a user adds to a project.
 
 use expr::ConstantValue;
 use modeling::RobotFunction;
@@ -13,9 +13,9 @@ pub use crate::request::function_names;
 /// The language of generated source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// One file: no_std, generic over f64, f32 and number types of the user.
+    /// One Rust file without std. It is generic over the number type: f64, f32 or a type of the user.
     Rust,
-    /// C99: a header of this name and a source file; both need math.h.
+    /// C99: a header and a source file. Both need math.h.
     C {
         /// Name of the header in the `#include` of the source.
         header: String,
@@ -61,7 +61,7 @@ impl IdentifiedValues {
     }
 }
 
-/// The function name by which a user asks for gravity compensation, feedforward and computed torque together.
+/// Name by which a user requests gravity compensation, feedforward and computed torque together.
 pub(crate) const CONTROLLER: &str = "controller";
 /// Functions that the generated controllers call.
 const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
@@ -83,7 +83,7 @@ pub fn generate(
 ) -> Result<GeneratedSource, Error> {
     check_size(robot, any_size)?;
     let (controllers, functions): (Vec<&String>, Vec<&String>) = functions.iter().partition(|name| *name == CONTROLLER);
-    // The generated controllers call these functions.
+    // Add the functions that the generated controllers call.
     let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
     let names = functions.into_iter().map(String::as_str).chain(called.copied());
     let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;

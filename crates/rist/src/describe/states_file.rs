@@ -52,16 +52,16 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
 
-/// Largest size of a file of states, bytes: all states and their outputs are held in memory.
+/// Largest size of a file of states, bytes. It is limited because all states and their outputs are held in memory.
 const MAX_STATES_BYTES: u64 = 1 << 28;
 
-/// The inputs of the function for all states, row after row.
+/// The inputs of the function at all states, one state after the other.
 struct StateTable {
     inputs: Vec<f64>,
     n_rows: usize,
 }
 
-/// Where an input comes from: a column of the file, or one number for all rows.
+/// The source of an input of the function: a column of the file, or one number for all rows.
 enum InputOrigin {
     Column(usize),
     Number(f64),
@@ -105,7 +105,7 @@ impl StateTable {
                     },
                 });
             }
-            // The function takes the passive joints after the coordinates.
+            // The function takes the positions of the passive joints directly after q.
             if let Some(closure) = &mut closure {
                 let n = robot.n_coordinates();
                 let passive =
@@ -122,7 +122,7 @@ impl StateTable {
     }
 }
 
-/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
+/// The sources of q, dq and ddq; velocities and accelerations without a column are zero.
 fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<InputOrigin>, Error> {
     let mut origins = Vec::new();
     for quantity in ["q", "dq", "ddq"] {
@@ -144,7 +144,7 @@ fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<In
     Ok(origins)
 }
 
-/// Where a parameter comes from: the file's column `x_<parameter>` if it exists, otherwise the description's value.
+/// The source of a parameter's value: the file's column `x_<parameter>` if it exists, otherwise the description.
 fn parameter_origin(
     robot: &Robot,
     parameter: StandardParameter,

@@ -4,9 +4,8 @@ use robot::Robot;
 
 use crate::error::Error;
 
-/// Fails if an asked symbol does not exist, or if a constant that becomes a number has no value in the file. `asked`: the
-/// symbols that were asked for; `kept`: the constants that stay symbols; `constants`: all constants, each with all its names in
-/// the file.
+/// Fails if a requested symbol does not exist, or if a constant that becomes a number has no value in the file. `asked`: the
+/// requested symbols; `kept`: constants that stay symbols; `constants`: all constants, each with all its names in the file.
 pub fn check_symbols(
     robot: &Robot,
     asked: &[String],

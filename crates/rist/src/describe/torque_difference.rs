@@ -1,16 +1,15 @@
-//! Compares the torques of two descriptions of one robot.
+//! Computes the largest torque difference between two descriptions of one robot.
 //!
 //! ```text
 //! max over states of  |tau_a - tau_b|_inf / |tau_a|_inf
-//! ```
-//! at a few random states; tau_a and tau_b have the inertial parameters of their own descriptions. A body without inertial
-//! parameters counts as 1 kg in the frame of its file. The result shows values that a reader rounds or a writer drops.
+//! over a few random states. tau_a and tau_b are computed with the inertial parameters of each description; a body without them
+//! counts as 1 kg in the frame of its file. The result shows values that a reader rounded or a writer lost.
 
 use expr::Tape;
 use modeling::{Closure, Derivation};
 use robot::{Inertial, Robot, StandardParameter, transform_inertial};
 
-/// Number of random states: almost every difference shows at random states.
+/// Number of random states. Few are enough, because almost every difference shows at any random state.
 const N_STATES: usize = 5;
 
 /// Rotor inertia of a joint whose description gives none, kg m^2.
@@ -19,14 +18,14 @@ const DEFAULT_ROTOR_INERTIA: f64 = 0.1;
 /// Inertial parameters of a 1 kg body in the frame of its file: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg).
 const UNIT_BODY: [f64; 10] = [0.06, 0.01, -0.01, 0.05, 0.01, 0.07, 0.1, -0.05, 0.08, 1.0];
 
-/// The largest difference over the states, relative to the torques of `a`. `None` if the numbers of coordinates differ, if a
-/// loop does not close, or if a symbol has no value.
+/// The largest relative difference of the torques. `None` if the numbers of coordinates differ, if a loop does not close, or if
+/// a symbol has no value.
 pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
     let n = a.n_coordinates();
     if n == 0 || n != b.n_coordinates() || a.symbols.iter().chain(&b.symbols).any(|s| s.generic) {
         return None;
     }
-    // Coordinates are paired by name if all names agree, otherwise in order, because a writer may have to rename them.
+    // Coordinates are paired by name if all names agree, otherwise by order, because a writer may have to rename them.
     let place = |k: usize| b.coordinates.iter().position(|c| c.name == a.coordinates[k].name);
     let order: Vec<usize> = (0..n).map(place).collect::<Option<_>>().unwrap_or_else(|| (0..n).collect());
     let (mut of_a, mut of_b) = (Torque::new(a)?, Torque::new(b)?);

@@ -1,4 +1,4 @@
-//! Proposes names and units for the columns of a log, to paste into the file of options.
+//! Proposes names and units for the columns of a log; the user can paste them into the file of options.
 
 use std::fmt;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 
-/// Number of rows that are read: some seconds of a log are enough to recognise a signal.
+/// Number of rows that are read. Some seconds of a log are enough to recognise a signal.
 const READ_ROWS: usize = 20_000;
 
 /// The signals that are proposed for the columns of a log.
@@ -30,7 +30,7 @@ pub fn propose_columns(robot: &Robot, path: &Path) -> Result<ColumnProposal, Err
 }
 
 impl ColumnProposal {
-    /// Whether the log can be read with the proposal.
+    /// Whether the proposal is complete, so that the log can be read with it.
     pub fn is_whole(&self) -> bool {
         self.proposal.mapping.is_some()
     }

@@ -1,4 +1,4 @@
-//! Checks whether logs belong to the robot of a description, before anything is fitted.
+//! Checks before a fit whether logs belong to the robot of a description.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{Change, Measured, log_check};
@@ -20,7 +20,7 @@ use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
-/// Checks logs, which are read as by an identification with `options`.
+/// Checks whether logs belong to the robot. The logs are read as in an identification with `options`.
 ///
 /// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without gains,
 /// currents are used unscaled, and the log check gives the gains that the description implies. Fails if a log cannot be read or
@@ -55,7 +55,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
 }
 
 impl DoctorRequest {
-    /// The options of this request with which logs are checked.
+    /// The options for checking logs: those of the request, with its sample rate and drive gains.
     ///
     /// Fails if a gain names an unknown coordinate.
     pub fn options(&self, model: &Model) -> Result<Options, Error> {
@@ -70,8 +70,8 @@ impl DoctorRequest {
     }
 }
 
-/// Writes the remedies into the findings: one common request if options undo them together, and one for each finding that other
-/// bodies also explain.
+/// Writes a remedy (options to set) into each finding of a log check. The findings of one explanation get a common remedy,
+/// because together they explain the log. A finding that other bodies also explain gets its own remedy.
 fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options, model: &Model) {
     let Some(columns) = logs.first().map(LogSource::names) else { return };
     let are_alike = logs.iter().all(|log| log.names() == columns);
@@ -84,7 +84,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
         let together = log_check.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
         let together = say(&together.collect::<Vec<Change>>());
-        // Drive gains are left out: they come from a data sheet, since the description determines them only roughly.
+        // Missing drive gains get no remedy here: they come from a data sheet, since the description determines them only
+        // roughly.
         let is_said = |f: &&mut Finding| f.instead == number && !f.undo.is_empty() && f.fault != Fault::NoTorque;
         for finding in log_check.findings.iter_mut().filter(is_said) {
             finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
@@ -95,11 +96,11 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
     }
 }
 
-/// The remedy if no option undoes a finding.
+/// The remedy if no option can undo a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// Checks logs, with the records made from them. `gains`: the drive gains by which currents became torques, if they are known.
-/// `options`: the options with which the records were made.
+/// Checks logs by `records`, which were made from them with `options`. `gains`: the drive gains by which currents became
+/// torques, if they are known.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
@@ -113,7 +114,7 @@ pub fn log_check_of<R: Records + ?Sized>(
         let described = model.nominal_parameters();
         Ok(log_check(model.regressor(), records, &suspects, described.as_deref())?)
     };
-    // Another mount is searched first, because it may replace findings; the remedies are written after that.
+    // Another mount is searched before remedies are written, because it may replace findings.
     let mut found: LogCheck = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);

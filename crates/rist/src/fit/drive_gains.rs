@@ -1,4 +1,4 @@
-//! Drive gains, the torque per unit of current of each drive: known, or estimated with the parameters.
+//! Determines drive gains, the torque per unit of current of each drive: some are known, the others are estimated.
 
 use std::fmt::Write as _;
 
@@ -13,14 +13,14 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use identification::estimate::artefact::Estimate;
 
-/// Writes the known gains into the options, and estimates the missing gains; `None` if all are known.
+/// Writes the known gains into the options, and estimates the others. `None` if all are known.
 pub(crate) fn drive_gains(
     model: &Model,
     logs: &[LogSource],
     given: &[(String, Gain)],
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
-    // Cases without anything to estimate: torques in the logs, gains in the options, or all gains given.
+    // Nothing is estimated if the logs hold torques, if the options give the gains, or if all gains are given.
     let effort = efforts(logs)?;
     if effort == Effort::Torque {
         return match given.first() {
@@ -38,7 +38,7 @@ pub(crate) fn drive_gains(
         options.transmission.drive_gains = all;
         return Ok(None);
     }
-    // If no gain is known, the scale of all torques is undetermined.
+    // If no gain is known, the scale of all torques is undetermined, so the parameters are not identifiable.
     if known.iter().all(|g| *g == Gain::Free) {
         if effort == Effort::PositionError {
             options.transmission.drive_gains = Some(vec![1.0; coordinates.len()]);
@@ -50,7 +50,7 @@ pub(crate) fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
-    // A gain that is not significant is refused, because all parameters scale with it.
+    // Fails if an estimated gain is not significant, because all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
     // An estimated gain has to be positive, unless a negative one is expected.
     let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
@@ -71,7 +71,7 @@ pub(crate) fn drive_gains(
     Ok(Some(found))
 }
 
-/// Whether the logs hold position errors of servos and no gain is known: their torques are then the unscaled position errors.
+/// Whether the logs hold position errors of servos and no gain is known. Torques are then unscaled position errors.
 ///
 /// Fails if a gain names an unknown coordinate.
 pub(crate) fn is_own_scale(
@@ -85,7 +85,7 @@ pub(crate) fn is_own_scale(
     Ok(are_errors && options.transmission.drive_gains.is_none() && is_free(known_gains(model, given)?))
 }
 
-/// The remark on all results with unscaled torques.
+/// Remark on all results with unscaled torques.
 pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
      which counts as 1 N m/rad (1 N/m where it slides)";
 
@@ -121,7 +121,7 @@ fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
     model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
 }
 
-/// A sentence on the gains that an estimate is based on.
+/// A sentence on the drive gains that an estimate is based on.
 pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, Gain)], found: &DriveGains) -> String {
     let known = known_gains(model, given).unwrap_or_default();
     let mut text = match logs.iter().map(LogSource::effort_is).find(|effort| effort.needs_gains()) {
@@ -144,8 +144,8 @@ pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, G
 /// Adds the uncertainty of the gains to the standard deviations and the covariance of an estimate, because the parameters
 /// depend on the gains.
 pub(crate) fn inflate_sigma(estimate: &mut Estimate, gains: &DriveGains) {
-    // If the friction terms were chosen after the gains, the parameters differ: the estimate then keeps its standard
-    // deviations.
+    // If friction terms were added after the gains were estimated, the numbers of parameters differ. The estimate then keeps
+    // its standard deviations.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

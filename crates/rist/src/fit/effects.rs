@@ -1,5 +1,5 @@
-//! Turns the effects that a request names (ripple, springs, ..) into options of RIST-MH: indices instead of names, each effect
-//! once.
+//! Converts the joint effects of a request (ripple, springs, ..) into options of RIST-MH, the identification by harmonics.
+//! Joint names become indices, and duplicates are removed.
 
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
@@ -9,7 +9,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::request::{Delay, HarmonicRequest, JointSelector, Request};
 
-/// Largest number of ripple periods per turn of a joint: a motor of a hundred poles behind a gear of ratio one hundred.
+/// Largest number of ripple periods per turn of a joint: a motor of a hundred poles with a gear ratio of one hundred.
 const LARGEST_PERIODS_PER_TURN: f64 = 1e4;
 
 impl HarmonicRequest {
@@ -19,7 +19,7 @@ impl HarmonicRequest {
     pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
         let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
         self.check()?;
-        // The frequency band of the motion has to cover at least twice the band of the equations.
+        // The motion must be resolved up to at least twice the cut-off frequency of the equations.
         if let Some(hz) = self.cutoff {
             options.band.equations = hz;
             options.band.motion = options.band.motion.max(2.0 * hz);
@@ -41,7 +41,7 @@ impl HarmonicRequest {
         };
         let of =
             |what: &str, whose: &JointSelector| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
-        // Ripple needs its number of periods per turn too; the other effects need only their joints.
+        // Ripple also needs its number of periods per turn; the other effects need only their joints.
         let mut found = Vec::new();
         for (whose, periods) in &self.ripple {
             if !(*periods > 0.0 && *periods <= LARGEST_PERIODS_PER_TURN) {
@@ -63,7 +63,7 @@ impl HarmonicRequest {
         for whose in &self.backlash {
             found.extend(of("backlash", whose)?.map(|joint| Effect::Play { joint }));
         }
-        // "all" and a single coordinate may name the same effect twice.
+        // Remove duplicates: "all" and a single coordinate may name the same effect.
         let is_new = |i: &usize| !found[..*i].contains(&found[*i]);
         Ok((0..found.len()).filter(is_new).map(|i| found[i]).collect())
     }
@@ -95,7 +95,7 @@ mod tests {
         let expected =
             [ripple(0, 6.0), ripple(1, 6.0), ripple(1, 12.0), elastic(1), elastic(0), Effect::Delay].to_vec();
         assert_eq!(options.effects, expected);
-        // Springs limit the equations to 10 Hz, unless a cut-off frequency is given.
+        // Springs limit the equations to 10 Hz, unless the request gives a cut-off frequency.
         assert_eq!(options.band.equations, 10.0);
         let cut = HarmonicRequest { cutoff: Some(25.0), ..request }.options(&planar()).unwrap();
         assert_eq!((cut.band.equations, cut.band.motion), (25.0, 50.0));

@@ -1,4 +1,5 @@
-//! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
+//! Identifies parameters from the logs of an experiment plan: by RIST-MH (all harmonics), or by the paper's rows of Sp (one
+//! projection of the spectrum per experiment).
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -22,7 +23,7 @@ use crate::fit::motion_range::{allowed, seen_in_plan};
 use crate::request::{ClosedLoopRequest, HarmonicRequest, Method, PaperRequest, Request, WordChoice};
 use identification::estimate::artefact::Estimate;
 
-/// The logs of a plan that was run.
+/// The logs of a plan whose experiments were run.
 #[derive(Clone, Copy)]
 pub struct ExperimentLogs<'a> {
     /// The folder with `e01.csv`, .. named after the experiments, and `e01_loaded.csv`, .. of experiments repeated with a load.
@@ -44,7 +45,7 @@ fn plain(experiment: &str) -> String {
     format!("{experiment}.csv")
 }
 
-/// The file name of the log of this experiment repeated with a load.
+/// The file name of the log of the experiment `experiment` when it was repeated with a load.
 fn loaded(experiment: &str) -> String {
     format!("{experiment}_loaded.csv")
 }
@@ -58,7 +59,7 @@ pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &Harmo
     identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
 }
 
-/// Identifies the parameters from the experiments of a plan by the paper's rows, which have no friction.
+/// Identifies the parameters from the experiments of a plan by the paper's rows of Sp. These rows contain no friction.
 ///
 /// Fails like [`identify_experiments`].
 pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -66,7 +67,7 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
 }
 
-/// Identifies the parameters by the paper's rows, and the drive gains by the paper's total least squares.
+/// Identifies the parameters by the paper's rows of Sp, and the drive gains by the paper's total least squares.
 ///
 /// Fails like [`identify_experiments`], and if all gains are known.
 pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -74,12 +75,12 @@ pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &Pap
     identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
 }
 
-/// A function that identifies parameters from the logs of a plan, and simulates the experiments for this.
+/// A function that identifies parameters from the logs of a plan by simulating the experiments in closed loop.
 pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method) -> Result<Estimate, Error>;
 
 static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
 
-/// Registers this function, or the error text if none was built in; only the first call has an effect.
+/// Registers the function `identify`, or the error text if this build has none. Only the first call has an effect.
 pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
     IN_LOOP.get_or_init(|| identify);
 }
@@ -108,14 +109,14 @@ fn identify_by(
 ) -> Result<Estimate, Error> {
     let columns = request.columns()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
-    // The logs of the plan, in its order.
+    // The logs of the plan's experiments, in the order of the plan.
     let mut read = ExperimentReader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
     }
     let mut remark = None;
-    // Logs of the same experiments with a known load, if they exist.
+    // Experiments that were repeated with a known load, if their logs exist.
     if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
@@ -161,8 +162,8 @@ pub fn identify_records(
     Ok(estimate)
 }
 
-/// Uncertainty of the torques of the bodies, one per use. Friction is not included: it only disturbs the experiments. Empty if
-/// a parameter is not identifiable.
+/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate. Friction is not included, because it
+/// only disturbs these experiments. Empty if a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
     estimate: &Estimate,
@@ -177,7 +178,7 @@ fn errors_of_bodies(
     torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
 }
 
-/// A motion counts as not periodic if a position scatters between periods by more than this share of its range. Noise in
+/// If a position scatters between periods by more than this share of its range, the motion counts as not periodic. Noise in
 /// periodic logs gives less than 0.01, a saturated drive gives 1.
 const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 

@@ -1,4 +1,4 @@
-//! Searches the direction of gravity, if the description does not predict a log with its own mount of the base.
+//! Searches another direction of gravity, if a log contradicts the mount of the base in the description.
 //!
 //! The torque of the described bodies is linear in gravity g in the frame of the base:
 //!
@@ -6,9 +6,9 @@
 //! tau_j ~ a P_j(q, dq, ddq) + sum_i b_i G_ij(q) + terms in ddq_j, dq_j, its direction and 1
 //! ```
 //! tau_j: torque of joint j; P_j: its torque by the described bodies without gravity; G_ij: its torque by unit gravity along
-//! axis i of the base. Least squares over all joints, each divided by the norm of its torque, gives b, which points along
-//! gravity. The mount is accepted if the residual of the torques then falls strongly, and if the check of the turned robot has
-//! no gross finding, or fewer, which are reported too.
+//! axis i of the base. Least squares over all joints, with each joint divided by the norm of its torque, gives b, which points
+//! along gravity. The new mount is accepted if it lowers the residual of the torques strongly, and if a log check with it has
+//! fewer or no gross findings. Findings that remain are reported too.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{Fault, Finding};
@@ -22,37 +22,38 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::mount::{Tilt, axes};
 
-/// Number of samples of the log that are evaluated.
+/// Largest number of samples of a log that are evaluated.
 const EVALUATED_SAMPLES: usize = 400;
-/// Another mount is accepted if its residual of the torques, divided by the residual with the described mount, is below this
-/// value.
+/// Another mount is accepted only if the relative residual of the torques with it, divided by the residual with the described
+/// mount, is below this value.
 const ACCEPTED_RESIDUAL_RATIO: f64 = 0.5;
-/// For a short motion, another mount is reported only if its squared residual, divided by that of the described mount, is at
-/// most this value.
+/// For a short motion: another mount is reported only if its squared residual, divided by the squared residual of the described
+/// mount, is at most this value.
 const SHORT_MOTION_RATIO: f64 = 0.1;
-/// Least number of samples of a joint: four columns (ddq, dq, its direction, 1) are fitted to it alone.
+/// Least number of used samples of a joint, since four columns (ddq, dq, its direction, 1) are fitted to each joint alone.
 const LEAST_SAMPLES: usize = 9;
 /// The torque of a joint counts as explained if its squared relative residual is below this value.
 const EXPLAINED_JOINT_RESIDUAL: f64 = 0.5;
 /// No other mount is searched if the squared relative residual of the description is below this value.
 const LEAST_UNEXPLAINED_SHARE: f64 = 0.1;
-/// Smallest rotation of gravity that is searched here, rad. The fit identifies smaller rotations, because its bodies are free.
+/// Smallest rotation of gravity that the log check searches, rad. The fit identifies smaller ones, because it does not assume
+/// the described bodies.
 const SMALLEST_TURN_RAD: f64 = 0.26;
 /// A direction within this angle of an axis of the base is replaced by the axis, rad: bases are usually mounted along an axis.
 const AXIS_TOLERANCE_RAD: f64 = 0.09;
 
-/// Range of a common factor that is fitted to the torques of the described bodies.
+/// Range of the common factor that is fitted to the torques of the described bodies, since descriptions are inaccurate.
 const LEAST_FACTOR: f64 = 0.5;
 const LARGEST_FACTOR: f64 = 2.0;
 
-/// The samples of a log, and for each joint its torques with the columns that predict them; `None` for a joint without use.
+/// Samples of a log. For each joint: its torques with the columns that predict them; `None` for a joint that is not used.
 struct SampledLog {
     states: States,
     joints: Vec<Option<GravityOfJoint>>,
 }
 
-/// The samples of one joint: its torque, and P and G of the description by axis. The joint's own columns (ddq, dq, its
-/// direction, 1) are projected out of all, and all are divided by the norm of the projected torque.
+/// The samples of one joint: its torque, P, and G by axis. The joint's own columns (ddq, dq, its direction, 1) are projected
+/// out of all of them, and all are divided by the norm of the projected torque.
 struct GravityOfJoint {
     torque: DVector<f64>,
     columns: DMatrix<f64>,
@@ -82,7 +83,7 @@ pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result
 /// rotated by the smallest possible angle.
 pub fn base(model: &Model, gravity: &Vector3<f64>) -> Rotation3<f64> {
     let described = Vector3::from(model.robot.gravity_number());
-    // If the directions are opposite: half a turn about an axis perpendicular to gravity.
+    // If the directions are opposite, the rotation is half a turn about an axis perpendicular to gravity.
     let turn = Rotation3::rotation_between(gravity, &described)
         .unwrap_or_else(|| Rotation3::from_scaled_axis(axes(&described)[0].1 * std::f64::consts::PI));
     turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn
@@ -104,26 +105,26 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let Some(look) = SampledLog::of(model, records)? else { return Ok(()) };
     let described = Vector3::from(model.robot.gravity_number());
     let Some(gravity) = look.gravity(described).filter(|found| look.is_mount(found, &described)) else { return Ok(()) };
-    // Five digits, because pi/2 with fewer digits would not be recognised as a quarter turn.
+    // Angles are rounded to five digits. With fewer digits, pi/2 would not be recognised as a quarter turn.
     let rpy = rounded_rpy(&base(model, &gravity.vector), 5);
-    // A mount with which the base parameters cannot be derived is not proposed.
+    // If the base parameters cannot be derived with this mount, it is not proposed.
     let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
     let turned = again(&turned)?;
-    // If gross findings remain with this mount, it is not the cause.
+    // If gross findings remain with this mount, the mount is not the cause.
     if turned.findings.iter().any(|f| f.fault.is_gross() && f.tried.is_none()) {
         return Ok(());
     }
     let shares =
         [log_check.unexplained(), turned.findings.iter().find_map(|f| f.tried).map_or(turned.unexplained(), |t| t[1])];
-    // In a short motion, a partial explanation may be chance.
+    // In a short motion, a mount that explains the log only in part may be chance.
     if log_check.is_short && shares[1] > SHORT_MOTION_RATIO * shares[0] {
         return Ok(());
     }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
-    // Other explanations are kept beside the mount if their residual is as small. They are kept alone if their residual is
-    // smaller or if they need fewer faults.
+    // Other explanations are kept together with the mount if their residual is about equal. They are kept alone if their
+    // residual is smaller or if they need fewer faults.
     let own: Vec<[f64; 2]> = log_check.findings.iter().filter(|f| f.instead == 0).filter_map(|f| f.tried).collect();
     let gross_count = turned.findings.iter().filter(|f| f.fault.is_gross()).count();
     let left = own.iter().map(|tried| tried[1]).reduce(f64::max);
@@ -158,7 +159,7 @@ impl Gravity {
     }
 }
 
-/// Text for the user: the option, and the joint of a URDF, that set the mount; roll, pitch and yaw in rad.
+/// Text for the user that sets the mount: as an option, and as a joint in a URDF. Roll, pitch and yaw in rad.
 pub fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     format!(
         "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
@@ -217,7 +218,7 @@ impl SampledLog {
     fn by_joint(&self, gravity: Vector3<f64>) -> Vec<Option<f64>> {
         let of_joint = |GravityOfJoint { torque, columns }: &GravityOfJoint| {
             let predicted = columns * Vector4::new(1.0, gravity.x, gravity.y, gravity.z);
-            // Descriptions are wrong by tens of per cent, so a common factor is fitted to their torques.
+            // A common factor is fitted to the described torques, because descriptions are wrong by tens of per cent.
             let slope = predicted.dot(torque) / predicted.norm_squared().max(f64::MIN_POSITIVE);
             let slope = slope.clamp(LEAST_FACTOR, LARGEST_FACTOR);
             (torque - predicted * slope).norm_squared()
@@ -238,7 +239,7 @@ impl SampledLog {
         let axis = Vector3::ith(nearest, direction[nearest].signum());
         let direction = if direction.angle(&axis) < AXIS_TOLERANCE_RAD { axis } else { direction };
         let vector = direction * described.norm();
-        // Descriptions do not predict the torques of light joints: only joints whose torque gravity explains count.
+        // Only joints whose torque gravity explains count, because descriptions do not predict the torques of light joints.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT_RESIDUAL);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
@@ -278,12 +279,12 @@ impl GravityOfJoint {
     }
 }
 
-/// The matrix if all its entries are finite, otherwise `None`: its decomposition would not terminate.
+/// Returns the matrix if all its entries are finite, otherwise `None`, because its decomposition would not terminate.
 fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     matrix.iter().all(|x| x.is_finite()).then_some(matrix)
 }
 
-/// Root of the mean of `by_joint` (squared residuals) over `joints`.
+/// Root of the mean of the squared residuals `by_joint` over the joints `joints`.
 fn mean(by_joint: &[Option<f64>], joints: &[usize]) -> f64 {
     (joints.iter().filter_map(|&j| by_joint[j]).sum::<f64>() / joints.len().max(1) as f64).sqrt()
 }

@@ -25,35 +25,35 @@ use crate::error::Error;
 pub struct Load {
     /// The link that carries the load.
     pub link: String,
-    /// Whether all ten parameters are determined. They are then in the link's frame of the model's file, otherwise in the
-    /// link's modified DH frame.
+    /// Whether all ten parameters are determined. If so, they are in the link's frame of the model's file, otherwise in its
+    /// modified DH frame.
     pub is_whole: bool,
     /// The parameters XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
-    /// Standard deviations of the parameters; they include the autocorrelation of the residuals.
+    /// Standard deviations of the parameters. They include the autocorrelation of the residuals.
     pub sigma: Ten,
-    /// Whether each parameter is identifiable.
+    /// For each parameter, whether the logs determine it.
     pub determined: [bool; 10],
-    /// The source of the scale of the parameters.
+    /// How the scale of the parameters is known.
     pub scale: LoadScale,
-    /// Whether the parameters are in the frame of the user's file, although not all are determined.
+    /// Whether all parameters that are determined are in the frame of the user's file, even if some are not determined.
     pub in_file_frame: bool,
 }
 
-/// The source of the scale of a load. If the scale of the signals is wrong by some per cent, all ten parameters are wrong by
-/// the same per cent.
+/// How the scale of a load is known. If the scale of the torques is wrong by some per cent, all ten parameters are wrong by as
+/// many per cent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadScale {
-    /// A force sensor; the verdict on the sensor includes its scale.
+    /// The scale comes from a force sensor. The verdict on the sensor includes its scale.
     Sensor,
-    /// Torques as logged, or gains as given. The number is the smallest common factor that the log check would have detected;
-    /// `None` if it would detect none.
+    /// The scale comes from torques as logged, or from given gains. The number is the smallest common factor that the log check
+    /// would have detected; `None` if it would detect none.
     AsLogged(Option<f64>),
-    /// Estimated drive gains; the standard deviation of the load includes their standard deviation.
+    /// The scale comes from estimated drive gains. The standard deviation of the load includes theirs.
     Gains,
 }
 
-/// The sources of the torques' scale in a fit, and what is known about errors of this scale.
+/// Evidence on scale errors of the torques in a fit: estimated gains, tested faults, and the log check.
 pub(crate) struct Scales<'a> {
     pub(crate) gains: Option<&'a DriveGains>,
     pub(crate) faults: &'a [HypothesisTest],
@@ -77,8 +77,8 @@ impl Scales<'_> {
     }
 }
 
-/// Identifies the load in the logs `loaded`. Its covariance is the sum of two terms: by the residuals, and by the scales of the
-/// joints' torques.
+/// Identifies the load in the logs `loaded`. Its covariance is the sum of two terms: noise in the residuals, and scale errors
+/// of the joints' torques.
 ///
 /// Fails if the link does not exist or is ambiguous, or if the logs cannot be read.
 pub(crate) fn load(
@@ -99,15 +99,15 @@ pub(crate) fn load(
     let found = payload(&without, &with, &fit.weights, map, index)?;
     let carrier = model.robot.link(model.body_links()[index]);
 
-    // The other frame has x' = T x: column k of T is the transformed unit vector k.
+    // In the file's frame, the parameters are x' = T x. Column k of T is the transformed unit vector k.
     let is_whole = found.determined.iter().all(|d| *d);
     let to_file = carrier.file_frame.inverse();
     let unit = |k: usize| -> Ten { std::array::from_fn(|i| f64::from(i == k)) };
     let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
-    // Cov = T (C d + S R S^T) T^T. C: for white noise; d: discount, because residuals are autocorrelated; S: slopes of the
-    // parameters by the torque scales; R: covariance of these scales.
+    // Cov = T (C d + S R S^T) T^T. C: covariance for white noise; d: discount for the autocorrelation of the residuals; S:
+    // derivatives of the parameters by the torque scales; R: covariance of these scales.
     let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
     let of_scales = &by_scale * of_scales * by_scale.transpose();
     let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
@@ -120,8 +120,8 @@ pub(crate) fn load(
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
-/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed; without a name
-/// the last body, if the chain has only one end.
+/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed. Without a name
+/// it is the last body; this fails if the chain has several ends.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();
@@ -144,7 +144,7 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     }
 }
 
-/// The bodies at the ends of the chains: no other link follows them.
+/// Indices of the bodies at the ends of the chains, to which no other link is attached.
 pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
     let ids = model.body_links();
     let is_last = |body: &usize| model.robot.links.iter().all(|other| other.antecedent != Some(ids[*body]));
@@ -152,8 +152,8 @@ pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
 }
 
 impl Load {
-    /// The 95 % interval of the mass, kg. It includes the common factor that could be undetected; `None` if this factor has no
-    /// bound.
+    /// The 95 % interval of the mass, kg, including a common factor of the torques that the log check would not detect. `None`
+    /// if this factor has no bound.
     pub fn mass_interval(&self) -> Option<[f64; 2]> {
         let factor = match self.scale {
             LoadScale::AsLogged(factor) => factor?,
@@ -163,7 +163,7 @@ impl Load {
         Some([(mass - certain) / factor, (mass + certain) * factor])
     }
 
-    /// A sentence on the source of the load's scale; `None` for a force sensor.
+    /// A sentence on how the load's scale is known; `None` for a force sensor.
     fn of_scale(&self) -> Option<String> {
         let logged = "in the units of the torques as logged: a common factor";
         Some(match (self.scale, self.mass_interval()) {
@@ -179,8 +179,9 @@ impl Load {
         })
     }
 
-    /// Mass (kg), centre of mass (m) and the inertia about it (kg m^2), in the axes of the link's frame of the model's file.
-    /// `None` if the logs do not determine the mass and all other parameters, or if the body is physically impossible.
+    /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the axes of the link's frame of the
+    /// model's file. `None` if a parameter is not determined, if the mass is not significant, or if the body is physically
+    /// impossible.
     pub fn body(&self) -> Option<Centroidal> {
         let is_determined = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
         let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;
@@ -188,8 +189,8 @@ impl Load {
     }
 }
 
-/// Writes a load in the syntax of robot controllers. Each takes the centre of mass (m), and the inertia about it (kg m^2), in
-/// the axes of its flange. If the inertia is unknown, controllers that need it are left out.
+/// Writes a load in the syntax of robot controllers. Each takes the centre of mass (m) and the inertia about it (kg m^2), in
+/// the axes of its flange. If the inertia is unknown, only controllers that do not need it are listed.
 ///
 /// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
 /// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last line is the file of rist's own `load`.
@@ -200,7 +201,7 @@ fn words_of_controllers(
     centre: [f64; 3],
     inertia: Option<[f64; 6]>,
 ) -> fmt::Result {
-    // Rounded to the printed digits; adding 0 avoids that an entry is printed as -0.
+    // Rounded to the printed digits. Adding 0 turns -0 into 0.
     let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
     let [x, y, z] = centre.map(|x| rounded(x, 1e4));
     let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
@@ -223,7 +224,7 @@ fn words_of_controllers(
 }
 
 impl Load {
-    /// Writes the parameters and the centre of mass; if `may_be_used`, also in the syntax of controllers.
+    /// Writes the parameters and the centre of mass. If `may_be_used`, also writes the load in the syntax of controllers.
     pub fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
@@ -255,8 +256,8 @@ impl Load {
         match self.body() {
             _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
-            // Ten parameters can be transformed into the frame of the file only together; otherwise the centre has to be in it
-            // already.
+            // Without all ten parameters, the load cannot be transformed into the file's frame. Mass and centre are written
+            // only if they are already in that frame.
             None if is_point && self.in_file_frame && !self.is_whole => {
                 words_of_controllers(f, &self.link, mass, centre, None)
             }
@@ -289,8 +290,8 @@ mod tests {
         }
     }
 
-    /// A load of 2 kg at (0.1, 0, 0.2) m with 0.01, 0.02 and 0.025 kg m^2 about it: each syntax gives these values in its own
-    /// order.
+    /// Load: 2 kg at (0.1, 0, 0.2) m with inertias 0.01, 0.02 and 0.025 kg m^2 about its centre. Each syntax has its own order
+    /// of these values.
     #[test]
     fn a_load_is_told_in_the_words_of_controllers() {
         let (m, [x, z]) = (2.0, [0.1, 0.2]);
@@ -307,7 +308,7 @@ mod tests {
         ] {
             assert!(shown.contains(line), "{line}\n{shown}");
         }
-        // No common factor is mentioned if estimated gains or a sensor scale the load.
+        // If estimated gains or a sensor give the scale of the load, no common factor is mentioned.
         for scale in [LoadScale::Gains, LoadScale::Sensor] {
             let other = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
             assert!(!other.to_string().contains("factor"), "{other}");

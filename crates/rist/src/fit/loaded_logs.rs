@@ -1,4 +1,4 @@
-//! Logs that were read with a model and options: their records, the log check, and their rows if the same pass computed them.
+//! Logs that were read with a model and options: their records, their log check, and possibly their regression rows.
 
 use identification::estimate::identify::Fit;
 use identification::estimate::log_check::LogCheck;
@@ -13,9 +13,9 @@ use crate::error::Error;
 use crate::fit::doctor::log_check_of;
 use crate::fit::undetermined::may_lack_rotors;
 
-/// Logs that were read, with everything that was computed from them.
+/// Logs that were read, with the results computed from them.
 pub(crate) struct LoadedLogs<'a> {
-    /// The options with which the logs were read: other options need a new reading.
+    /// The options with which the logs were read. Other options need a new reading.
     pub options: Options,
     pub records: SourceRecords<'a>,
     pub log_check: LogCheck,
@@ -32,7 +32,7 @@ impl<'a> LoadedLogs<'a> {
         let gains = options.transmission.drive_gains.as_deref();
         let (log_check, rows, with_rotors) = match records.are_made_anew() {
             false => (log_check_of(model, logs, &records, gains, options)?, None, None),
-            // These records are computed on each use; so the rows are computed in the same pass as the check.
+            // These records are recomputed on each use. So the rows are computed in the same pass as the log check.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
                 let look = |records: &SinglePass<SourceRecords<'_>>| log_check_of(model, logs, records, gains, options);

@@ -1,4 +1,4 @@
-//! From logs to parameters: the log check, the choice of a variant, the fit, and the verdict on it.
+//! Identifies parameters from logs: log check, choice of a variant, fit, and verdict.
 
 pub(crate) mod candidates;
 pub mod column_proposal;

@@ -1,4 +1,4 @@
-//! The range of positions, speeds and accelerations that logs cover, and the range that the description allows.
+//! Computes the range of positions, speeds and accelerations that logs cover, and the range that the description allows.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -7,7 +7,8 @@ use identification::rows::observation::Observation;
 
 use crate::describe::model::Model;
 
-/// A range of position larger than this, rad (m), counts as no limit; so does a limit of speed above this, rad/s (m/s).
+/// A position range above this value, rad (m), counts as no limit. A speed limit above this value, rad/s (m/s), counts as none
+/// too.
 const LIMITLESS_POSITION: f64 = 1e3;
 
 /// The range of motion of the logs. The acceleration of a joint is estimated as 2 pi f95 times its largest speed, rad/s^2
@@ -44,9 +45,9 @@ pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTr
     }
 }
 
-/// The range of motion that the description allows. Without a limit of position, a turning joint gets one turn, a sliding one
-/// the range of `seen`; without a limit of speed, the speed is that of `seen`. The acceleration is scaled with the speed, which
-/// keeps the frequencies of `seen`.
+/// The range of motion that the description allows. Missing limits: position, one turn for a revolute joint and the range of
+/// `seen` for a prismatic one; speed, the speed of `seen`. The acceleration is scaled like the speed, which keeps the
+/// frequencies of `seen`.
 pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {

@@ -1,4 +1,4 @@
-//! The torques that a tilt of the base causes: gravity is rotated about axes of the base.
+//! Computes the torques that a tilt of the base causes. A tilt rotates gravity about axes of the base.
 //!
 //! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by e x g a. The torques per
 //! radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself has no
@@ -34,9 +34,8 @@ pub struct Tilt {
 }
 
 impl Tilt {
-    /// Tilts about both axes perpendicular to gravity, each with the number of the nearest axis of the base. Empty for a robot
-    /// without described bodies, and for one whose loops are solved numerically. `changes`: values added to the described
-    /// parameters.
+    /// Tilts about the two axes perpendicular to gravity, each with the number of the nearest axis of the base. Empty if no
+    /// link has inertial parameters, or if loops are solved numerically. `changes`: values added to the described parameters.
     pub(crate) fn both(robot: &Robot, changes: &[(StandardParameter, f64)]) -> Vec<(usize, Tilt)> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
         let gravity = Vector3::from(robot.gravity_number());
@@ -93,7 +92,7 @@ mod tests {
             for q in [[0.3, -0.4, 0.5, 1.0, 2.0, -1.0], [1.0, 2.0, -2.0, 0.1, 0.2, 0.3]] {
                 for j in 0..6 {
                     let found = (turned.torques(&q)[j] - zero.torques(&q)[j]) / angle;
-                    // Tolerance: torques of some ten N m, whose differences over 1e-6 rad have nine digits.
+                    // Tolerance: differences over 1e-6 rad, of torques of some ten N m with nine correct digits.
                     assert!((found - tilts[k].1.torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
                 }
             }

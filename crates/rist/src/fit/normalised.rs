@@ -1,11 +1,11 @@
-//! Recognises positions in per cent of half the range of each joint, -100 to 100, as libraries of hobby arms log them.
+//! Recognises positions in per cent of half the joint range, from -100 to 100. Libraries of hobby arms log them.
 //!
 //! With l and u the limits of a joint, and x the position of the log,
 //! ```text
 //! q = (l + u) / 2 + x (u - l) / 200
 //! ```
-//! This is a ratio 200 / (u - l) with an offset. The logged torque acts at the joint, so `scales` undo the effect of the ratio
-//! on the torque.
+//! As a transmission, this is a ratio 200 / (u - l) with an offset. The logged torque acts at the joint, so `scales` cancel the
+//! effect of the ratio on the torque.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};
@@ -16,10 +16,11 @@ use crate::error::Error;
 
 /// Largest range of a normalised position in a log, per cent, with an allowance for rounding.
 const LARGEST_NORMALISED_RANGE: f64 = 200.5;
-/// Largest range of a joint in SI units, rad (m): a larger range shows another unit.
+/// Largest range of a joint in SI units, rad (m). A larger range indicates another unit.
 const LARGEST_RANGE_RAD_M: f64 = 12.6;
 
-/// The options that convert normalised positions; `None` if a joint has no limits, or if ratios, offsets or scales are given.
+/// Options that convert normalised positions to SI units; `None` if a joint has no limits, or if ratios, offsets or scales are
+/// given.
 fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
     let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
     let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;
@@ -35,8 +36,8 @@ fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
     Some(options)
 }
 
-/// If normalised positions explain the log, replaces the findings by this explanation. `again`: checks the log with other
-/// options.
+/// Replaces the findings of a log check by "positions are normalised", if this explains the log. `again`: checks the log with
+/// other options.
 ///
 /// Fails if a log cannot be read.
 pub(super) fn look_for_shares(
@@ -62,7 +63,8 @@ pub(super) fn look_for_shares(
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
     let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
-    // The new check repeats findings that allow an estimate; explanations by other bodies would need another check.
+    // The new check repeats the findings that allow an estimate. Explanations by other bodies are dropped, since they would
+    // need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),

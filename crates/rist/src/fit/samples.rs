@@ -1,4 +1,4 @@
-//! Identifies parameters from logs, step by step: gains, delay, friction, fit, physically possible bodies, load, remarks.
+//! Identifies parameters from logs, in steps: gains, delay, friction, fit, physically possible bodies, load, remarks.
 
 use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::claims::inflate_by_unknowns;
@@ -40,18 +40,18 @@ use identification::estimate::artefact::Estimate;
 
 /// The outcome of an identification.
 pub struct Identification {
-    /// The model that was used; `None` if it is the given one. It may have rotor inertias, for example, which a URDF cannot
-    /// express.
+    /// The model of the fit; `None` if it is the given model. It may have rotor inertias, for example, which a URDF cannot
+    /// contain.
     pub model: Option<Model>,
     /// Parameter values, intervals, residuals and remarks.
     pub estimate: Estimate,
-    /// The decisions before the fit.
+    /// The decisions made before the fit.
     pub decided: Decisions,
     /// The load in the loaded logs; `None` without such logs.
     pub load: Option<Load>,
-    /// The bodies, if physically possible ones were asked for.
+    /// The identified bodies; `None` if the request did not ask for physically possible ones.
     pub bodies: Option<Bodies>,
-    /// The check of whether the logs belong to the description.
+    /// The log check: whether the logs belong to the description.
     pub log_check: LogCheck,
     /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
     pub described: Option<f64>,
@@ -59,20 +59,20 @@ pub struct Identification {
     pub held_out: Option<f64>,
     /// If there are several logs: the error of each log, predicted by parameters from the others.
     pub logs_left_out: Vec<LogLeftOut>,
-    /// The evidence for and against the bodies.
+    /// Evidence for and against the use of the identified bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
-    /// The noise, gains and unknowns from which the uncertainty of the torques is computed.
+    /// Noise, gains and unknowns, from which the uncertainty of predicted torques is computed.
     pub(crate) unsure: UnsureTorques,
     /// Possible faults of the logs, each tested as one additional unknown.
     pub faults: Vec<HypothesisTest>,
     /// Whether the residuals have outliers at some times.
     pub has_events: bool,
-    /// The base parameters of the description; `None` if it has no inertial parameters.
+    /// Base parameters by the inertial parameters of the description; `None` if it has none.
     pub described_parameters: Option<Vec<f64>>,
 }
 
 impl Identification {
-    /// The model that was used when `given` was the model of the request.
+    /// The model of the fit, if `given` was the model of the request.
     pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
         self.model.as_ref().unwrap_or(given)
     }
@@ -85,8 +85,8 @@ impl Identification {
         Identification { model: self.model.or(unknowns.model), ..self }
     }
 
-    /// Judges whether to trust the estimate. If the answer is no, the reasons are stored in the estimate. `prediction`: errors
-    /// on logs that were not fitted, if any.
+    /// Judges whether to trust the estimate. If the verdict is no, the estimate stores the reasons. `prediction`: errors on
+    /// logs that were not fitted, if any.
     pub(crate) fn judge(&mut self, prediction: Prediction) -> Verdict {
         self.estimate.refusal = Vec::new();
         let parts_are_new = self.log_check.visited.has_new_parts();
@@ -115,13 +115,13 @@ impl Identification {
     }
 }
 
-/// Identified bodies that are physically possible, and rotors.
+/// Identified physically possible bodies, and rotor inertias.
 pub struct Bodies {
     /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of its frame.
     pub links: Vec<(LinkId, Ten)>,
     /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has none.
     pub armatures: Vec<f64>,
-    /// The reason why the bodies must not be used, if any. With a reason, no simulator's file is written.
+    /// The reason why the bodies must not be used, if any. With a reason, no file for a simulator is written.
     pub refusal: Option<String>,
 }
 
@@ -152,8 +152,8 @@ pub fn identify_loaded(
     identify_kept(model, logs, loaded, &request.samples, kept)
 }
 
-/// Identifies only the essential parameters, which the data need; the others are set to zero. There are no bodies, since these
-/// need all parameters. Loads are identified as in [`identify_loaded`].
+/// Identifies only the essential parameters (the smallest set with nearly the same residual); the others are zero. No bodies
+/// are computed, since they need all parameters. Loads are identified as in [`identify_loaded`].
 ///
 /// Fails like [`identify`].
 pub fn identify_essential(
@@ -166,14 +166,14 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// A sentence on each outlier of the residuals.
+/// A sentence on each outlier of the residuals in time.
 fn of_events(model: &Model, logs: &[String], events: &[StandingOut]) -> Vec<String> {
     let of_log = |event: &StandingOut| logs.get(event.log).filter(|_| logs.len() > 1).map(String::as_str);
     let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
     events.iter().map(|event| event.statement(name(event), of_log(event))).collect()
 }
 
-/// Decisions that are tried if the request leaves them free, in this order.
+/// Decisions that are tried in this order. The request can fix each of them.
 const CANDIDATES: [VariantProposer; 9] =
     [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 
@@ -196,7 +196,7 @@ fn identify_kept(
     let (mut log_check, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
     let (gains, map, link) = (decided.gains.as_ref(), model.standard_map(), request.loaded_link.as_deref());
-    // Load and noise are computed before the bodies, which may change the fit.
+    // Load and noise are computed before the possible bodies, because these may change the fit.
     let scales = Scales { gains, faults: &faults, log_check: &log_check };
     let of_gains = gains.map(|found| gain_remark(model, logs, &request.gain, found));
     let load = (!loaded.is_empty()).then(|| load(model, &map, link, &fit, loaded, &options, &scales)).transpose()?;
@@ -204,7 +204,7 @@ fn identify_kept(
     let kept = if decided.possible_bodies { KeptParameters::Consistent } else { kept };
     let mut found = found_bodies(model, &map, &mut fit, kept, &options)?;
     if decided.possible_bodies {
-        // The request did not ask for a file of bodies.
+        // The request did not ask for bodies, so only the restricted estimate is kept.
         (found.bodies, found.evidence, found.exceeding_description) = (None, None, Vec::new());
     }
     let described_parameters = model.nominal_parameters();
@@ -214,7 +214,7 @@ fn identify_kept(
         found.refuse(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
     }
 
-    // The remarks follow, with one on the gains that the estimate depends on.
+    // Adds remarks to the estimate, among them one on the gains that it depends on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
@@ -260,7 +260,7 @@ struct FoundBodies {
 }
 
 impl FoundBodies {
-    /// Refuses the bodies because the torques are unscaled: nothing can then be compared with a description in N m.
+    /// Refuses the bodies if the torques are unscaled, because a description in N m cannot be compared with them.
     fn refuse(&mut self, why: String) {
         self.exceeding_description.clear();
         if let (Some(bodies), Some(evidence)) = (&mut self.bodies, &mut self.evidence) {
@@ -295,14 +295,14 @@ fn found_bodies(
     let found = identify_consistent(model.regressor(), map, &known, fit, options, &Default::default())?;
     let phi = &found.consistent.phi;
     let armatures = rotors.into_iter().map(|column| column.map_or(0.0, |c| phi[c])).collect();
-    // Ratio of identified mass to described mass: a large difference is evidence against the bodies.
+    // Ratio of the identified mass to the described mass. A large difference is evidence against the bodies.
     let named: Vec<(&str, Ten)> = bodies(map, phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| exceeding_description(body, known.as_ref()?);
     let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
-    // Bodies are refused if they change the torques at rest more than the description does.
+    // Bodies are refused if their torques at rest deviate more from the fit than those of the description.
     let linear = options.linear_model(model.regressor());
     let at_rest = model.nominal_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &*fit;
@@ -315,7 +315,7 @@ fn found_bodies(
             &found.estimate.joints,
         )
     });
-    // The offset and the weight of a sliding joint are not separable if it carries the same weight in every pose.
+    // For a sliding joint that carries the same weight in every pose, friction offset and weight are not separable.
     let weighed = linear.parameters.iter().filter_map(|p| offset_beside_weight(&linear, p));
     let weighed = weighed.map(|j| linear.regressor.coordinates()[j].clone()).collect();
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();

@@ -1,17 +1,17 @@
-//! A search for the best variant of a model and of the options of its fit.
+//! Searches the best variant: a model, and the options of its fit.
 //!
-//! Decisions that the request leaves free are tried one after the other. Each candidate proposes a variant, and gives the error
-//! E of the fit without and with it, on segments of the logs that are held out in turn. A variant is kept if
+//! Decisions that the request leaves free are tried one after the other. Each candidate proposes a variant, and computes the
+//! error E of the fit without and with it, on segments of the logs that are held out in turn. A variant is kept if
 //!
 //! ```text
 //! E(with) <= limit E(without)
 //! ```
 //! and if E(without) is not negligible. A variant with a significant unknown is kept if E falls at all. Decisions that follow
-//! from the columns of a log or from the request need no errors. If a variant has another model, the search starts again with
-//! it, because the decisions before were made with the old model.
+//! from the request or from the columns of a log need no errors. If a variant changes the model, the search starts again,
+//! because earlier decisions were made with the old model.
 //!
-//! The error of each of several logs predicted from the others is not used, because the true variant predicts a poor log worse
-//! (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques would be 7 to 11 % wrong instead of 1 %).
+//! The error of each log predicted from the other logs is not used, because the true variant predicts a poor log worse (seeds
+//! 9252, 9359 and 9473 of the bench `random_situations`: torques would be 7 to 11 % wrong instead of 1 %).
 
 use claims::{Claim, Topic};
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest, UndeterminedMechanics, hypotheses};
@@ -39,30 +39,31 @@ use crate::request::SamplesRequest;
 
 /// A candidate is kept if the error on held-out data with it, divided by the error without it, is at most this value.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// If the relative error on held-out data is below this value, differences of it are rounding.
+/// Relative errors on held-out data below this value are rounding, so their differences do not count.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
-/// Which parameters an identification keeps, and how it restricts them.
+/// Selects which parameters an identification keeps, and whether the bodies must be physically possible.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KeptParameters {
-    /// All; restricted to physically possible bodies if the logs are poor.
+    /// All parameters. If the logs are poor, the bodies are restricted to physically possible ones.
     All,
-    /// All, even if the bodies are physically impossible.
+    /// All parameters, even if the bodies are physically impossible.
     Free,
-    /// The essential ones, which the data need; the others are zero.
+    /// Only the essential parameters (the smallest set with nearly the same residual). The others are zero.
     Essential,
-    /// All, with physically possible bodies. Parameters that the logs do not identify get values from the description.
+    /// All parameters, with physically possible bodies. Parameters that the logs do not identify get values from the
+    /// description.
     Consistent,
 }
 
-/// A choice of the model and of the options of its fit.
+/// A choice of a model, and of options for its fit.
 pub(crate) struct Variant {
     /// The changed model; `None` if the model of the search is kept.
     pub model: Option<Model>,
     pub options: Options,
 }
 
-/// Relative error on held-out segments of logs, each predicted from the others; the logs are read for this.
+/// Relative error of the fit on held-out segments of logs, each predicted from the other segments. Reads the logs again.
 ///
 /// Fails if a log cannot be read.
 pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Options) -> Result<f64, Error> {
@@ -74,16 +75,16 @@ pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Option
 
 /// The evidence by which a variant is kept or rejected.
 pub(crate) enum Evidence {
-    /// It follows from the request, or from the columns of the logs.
+    /// The variant follows from the request, or from the columns of the logs.
     Given,
     /// The errors on held-out data without and with the variant; the second has to be at most `limit` times the first.
     Errors { errors: [f64; 2], limit: f64 },
-    /// A significant unknown; the errors on held-out data (without, with) have to fall at all.
+    /// An unknown of the variant is significant. The errors on held-out data (without, with) have to fall at all.
     Significant([f64; 2]),
 }
 
 impl Evidence {
-    /// Whether the variant is kept, by the rule at the top of this file.
+    /// Whether the variant is kept. The rule is in the documentation of this module.
     pub(crate) fn is_enough(&self) -> bool {
         match *self {
             Evidence::Given => true,
@@ -95,11 +96,11 @@ impl Evidence {
     }
 }
 
-/// The variant of a candidate, and the evidence for it.
+/// A variant that a candidate proposes, with its evidence.
 pub(crate) struct Proposal {
     pub variant: Variant,
     pub evidence: Evidence,
-    /// The decisions that the variant contains.
+    /// The decisions that lead to this variant, for the user.
     pub found: Decisions,
 }
 
@@ -109,7 +110,7 @@ impl Proposal {
         Proposal { variant: Variant { model: None, options }, evidence: Evidence::Given, found }
     }
 
-    /// A proposal that the request does not ask for; `sentence` tells the user about it.
+    /// A proposal that the request does not ask for. `sentence` is shown to the user.
     pub(crate) fn mending(variant: Variant, evidence: Evidence, topic: Topic, sentence: String) -> Proposal {
         let found =
             Decisions { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Decisions::default() };
@@ -124,11 +125,11 @@ pub struct Decisions {
     pub gains: Option<DriveGains>,
     /// The delay, if one was found.
     pub delay: Option<Delay>,
-    /// The chosen set of friction terms for all joints, if this choice was asked for.
+    /// The friction terms for all joints, if the request leaves their choice to the search.
     pub friction: Option<FrictionSelection>,
-    /// The chosen additional terms of single joints, if this choice was asked for.
+    /// The additional friction terms of single joints, if the request leaves their choice to the search.
     pub joint_terms: Option<JointTerms>,
-    /// The last step of the unknowns; their values are in the options and the description.
+    /// The last Gauss-Newton step of each unknown. The values of the unknowns are in the options and the description.
     pub unknowns: Vec<UnknownStep>,
     /// Whether the parameters are restricted to physically possible bodies although the request does not ask for it.
     pub possible_bodies: bool,
@@ -154,7 +155,7 @@ impl Decisions {
     }
 }
 
-/// The logs, and the request for their fit.
+/// The logs, the request for their fit, and the parameters to keep.
 #[derive(Clone, Copy)]
 pub(crate) struct FitQuestion<'a> {
     pub logs: &'a [LogSource],
@@ -162,13 +163,13 @@ pub(crate) struct FitQuestion<'a> {
     pub kept: KeptParameters,
 }
 
-/// A fit, with the faults that were tested as additional unknowns.
+/// A fit, with the log faults that were tested as additional unknowns.
 pub(crate) struct Fitted {
     pub fit: Fit,
     pub faults: Vec<HypothesisTest>,
 }
 
-/// The variant that is tried now; its logs and its fit are computed on demand.
+/// The variant that is being tried. Its logs and its fit are computed on demand.
 pub(crate) struct TriedVariant<'a> {
     pub model: &'a Model,
     pub asked: FitQuestion<'a>,
@@ -215,14 +216,14 @@ impl<'a> TriedVariant<'a> {
         let fit = looked.fit(model, logs)?;
         let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
         let mut faults = with_undetermined(model, None, test)?;
-        // Another mount is not reported a second time.
+        // If the log check already reports another mount, the fit does not report it again.
         if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }
         Ok(Fitted { fit, faults })
     }
 
-    /// Returns the log check, the fit, and the outliers of its residuals.
+    /// Ends the search: returns the log check, the fit, and the outliers of its residuals.
     ///
     /// Fails like [`TriedVariant::fitted`].
     pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<StandingOut>), Error> {
@@ -233,7 +234,7 @@ impl<'a> TriedVariant<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        // If the load changed during the log, this explains the outliers, and they are not listed.
+        // If the load changed during the log, the outliers are explained by this and not listed.
         let events = match looked.log_check.has_changed_load() {
             true => Vec::new(),
             false => standing_out(&linear, &looked.records, fitted.fit.point().x)?,

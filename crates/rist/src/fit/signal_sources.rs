@@ -5,8 +5,8 @@ use identification::estimate::log_check::{LogCheck, TIMELY_S};
 use identification::estimate::options::Options;
 use identification::signals::signal_options::Velocity;
 
-/// Sets derivatives of the positions as the source, if velocity or acceleration columns are not such derivatives. Returns
-/// sentences on this.
+/// Replaces velocity or acceleration columns by derivatives of the positions, if the log check finds that they disagree.
+/// Returns a sentence on each replacement.
 pub(crate) fn sources(seen: &LogCheck, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;

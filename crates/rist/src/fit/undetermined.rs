@@ -1,4 +1,4 @@
-//! Properties that a description may lack: the rotor inertias of its joints, and a tilt of its base.
+//! Unknown mechanical properties that a description may lack: rotor inertias of the joints, and a tilt of the base.
 
 use identification::estimate::claims::hypotheses::{Tilt as TiltTorque, UndeterminedMechanics};
 use linear_model::description_options::RotorInertias;
@@ -10,8 +10,8 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::mount::Tilt;
 
-/// Whether rotor inertias may be missing: the model comes from a URDF, which cannot contain them, or from an MJCF, where they
-/// are optional, and the options do not decide about them.
+/// Whether rotor inertias may be missing in the description: a URDF cannot contain them, and in an MJCF they are optional.
+/// False if the options decide about them.
 pub(crate) fn may_lack_rotors(model: &Model) -> bool {
     let may_say_none = model.robot.format != Format::Complete;
     let is_decided = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
@@ -19,7 +19,7 @@ pub(crate) fn may_lack_rotors(model: &Model) -> bool {
     may_say_none && !is_decided && lacks
 }
 
-/// Words for the reason why a model lacks rotor inertias.
+/// Part of a sentence: why the model lacks rotor inertias.
 pub(crate) fn lack(model: &Model) -> &'static str {
     if model.robot.format == Format::Urdf { "a URDF cannot say" } else { "the description does not give" }
 }
@@ -32,11 +32,11 @@ pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
     )
 }
 
-/// Calls `look` with the mechanics that the description may lack: the torques per radian of a tilt of the base, and the
-/// coordinates whose rotors may be missing.
+/// Calls `look` with properties that the description may lack: the torques per radian of a tilt of the base, and the
+/// coordinates whose rotor inertia may be missing.
 ///
-/// `fitted`: base parameters. For the torques of a tilt, the described bodies are changed to give these values; only the
-/// standard parameter of each column changes.
+/// `fitted`: identified base parameters. The torques of a tilt are computed with bodies that have these base parameters: the
+/// standard parameter of each column is changed, the others stay.
 pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(UndeterminedMechanics) -> T) -> T {
     let (of, described) = (&model.parameters, model.nominal_parameters().unwrap_or_default());
     let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));
@@ -48,7 +48,7 @@ pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl Fn
     look(UndeterminedMechanics { tilts: &torques, rotors: &undetermined_rotors(model) })
 }
 
-/// The coordinates whose motor may have a rotor that is missing in the description.
+/// The coordinates whose motor may have a rotor inertia that the description lacks.
 fn undetermined_rotors(model: &Model) -> Vec<usize> {
     let is_actuated = |k: &usize| model.robot.joint_of(CoordinateId(*k)).is_some();
     let count = if may_lack_rotors(model) { model.robot.n_coordinates() } else { 0 };

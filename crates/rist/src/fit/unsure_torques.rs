@@ -1,8 +1,8 @@
-//! Uncertainty of predicted torques: by the noise of the fit, by faults and gains, and by logs that were not fitted.
+//! Computes the uncertainty of predicted torques from the noise of the fit, log faults, drive gains, and changes between logs.
 //!
-//! Another log of the same robot has the same faults and gains, so it contains information on the noise alone. Therefore the
-//! logs are combined without the errors by faults and gains, and these errors are added afterwards. A gain adds to the variance
-//! of each parameter. A fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x (y: row of the
+//! Another log of the same robot has the same faults and gains, so it adds information on the noise alone. Therefore logs are
+//! combined by their noise, and the errors by faults and gains are added afterwards. A gain adds to the variance of each
+//! parameter. A fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x (y: row of the
 //! regressor, x: parameters).
 
 use identification::estimate::claims::hypotheses::HypothesisTest;
@@ -21,18 +21,19 @@ use crate::fit::drive_gains::inflate_sigma;
 use crate::fit::motion_range::{allowed, seen};
 use identification::estimate::artefact::Estimate;
 
-/// The uncertainty of a fit's parameters by noise.
+/// The uncertainty of the fitted parameters by noise.
 pub struct Noise {
     /// The covariance of the parameters for white noise, up to a factor.
     inverse: DMatrix<f64>,
-    /// Standard deviations of the least-norm solution, used for parameters that are not identifiable. They are computed for
-    /// white noise and inflated by the autocorrelation, like those of the other parameters.
+    /// Standard deviations of the least-norm solution, for parameters that are not identifiable. Like those of the other
+    /// parameters, they are computed for white noise and inflated by the autocorrelation.
     of_open: Vec<f64>,
-    /// For each parameter, its standard deviation without changes from log to log, divided by its whole standard deviation.
+    /// For each parameter, the standard deviation by noise within logs, divided by the total one, which includes changes
+    /// between logs.
     within_logs: Vec<f64>,
-    /// For each of several logs, the change of the parameters that its error causes.
+    /// If there are several logs: for each log, the change of the parameters that its own error causes.
     moved_by_logs: Vec<Vec<f64>>,
-    /// Changes of the parameters that change no row of the equations (basis of the null space).
+    /// Basis of the null space of the regression rows: parameter changes without any effect on the torques of the logs.
     open: Vec<Vec<f64>>,
     /// Number of autocorrelated rows that contain as much information as one independent row.
     discount: f64,
@@ -41,7 +42,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// The noise of the fit `fit`.
+    /// The uncertainty of the parameters of a fit by noise.
     pub fn of(fit: &Fit) -> Noise {
         let discount = fit.estimate.discount();
         let of_open = fit.deviation.white.iter().map(|white| discount.sqrt() * white).collect();
@@ -57,22 +58,23 @@ impl Noise {
         }
     }
 
-    /// The standard deviations of an estimate's parameters; for one without, the value of the least-norm solution.
+    /// Standard deviation of each parameter of an estimate. If the estimate gives none, that of the least-norm solution.
     fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
         let deviation = |(c, p): (usize, &Identified)| p.sigma.or(self.of_open.get(c).copied()).unwrap_or(0.0);
         estimate.parameters.iter().enumerate().map(deviation).collect()
     }
 }
 
-/// Everything from which the uncertainty of torques is computed.
+/// Data from which the uncertainty of predicted torques is computed.
 pub struct UnsureTorques {
-    /// Whether all unidentified parameters stay unidentified in any motion. No torque depends on them in that case.
+    /// Whether the parameters that the logs do not identify are unidentifiable in any motion. If so, no torque depends on them.
     pub opens_in_any_motion: bool,
-    /// Range of motion of the logs; `discount`: the number of rows that contain as much information as one independent row.
+    /// Range of motion of the logs; below it `discount`: number of rows that contain as much information as one independent
+    /// row.
     seen: MotionRange,
     discount: f64,
     covariance: Covariance,
-    /// Changes of the parameters that change no row of the logs, but torques of some other motion.
+    /// Parameter changes that have no effect on the torques of the logs, but on torques of some other motion.
     open: Vec<Vec<f64>>,
     /// Whether a parameter is not identified although some other motion would identify it.
     is_open: bool,
@@ -81,7 +83,7 @@ pub struct UnsureTorques {
 /// The covariance of the parameters and the contributions to it, in the order of the parameters.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
-    /// For each of several logs, the change of the parameters that its error causes.
+    /// If there are several logs: for each log, the change of the parameters that its own error causes.
     of_logs: Vec<Vec<f64>>,
     /// For each parameter, the variance that the gains add.
     of_gains: Vec<f64>,
@@ -112,8 +114,8 @@ impl UnsureTorques {
         unsure
     }
 
-    /// `of_noise`: standard deviations by noise; `with_gains`: by noise and gains; those in `estimate` include the `faults`
-    /// too.
+    /// Standard deviations of the parameters: `of_noise` by noise; `with_gains` by noise and gains; in `estimate` by noise,
+    /// gains and `faults`.
     fn of(
         noise: Noise,
         [of_noise, with_gains]: [&[f64]; 2],
@@ -139,18 +141,18 @@ impl UnsureTorques {
         UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance, open, is_open }
     }
 
-    /// Errors of torques, one entry per use of the estimate.
+    /// Errors of predicted torques, one entry per use of the estimate (gravity compensation, feedforward).
     fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 
-    /// The covariance of the parameters. `None` if a parameter is not identified although some other motion would identify it.
+    /// The covariance of the parameters. `None` if the logs do not identify a parameter that some other motion would identify.
     pub(crate) fn covariance(&self) -> Option<&[Vec<f64>]> {
         (!self.is_open).then_some(&self.covariance.whole)
     }
 
-    /// Errors of torques, one entry per use, with the information of logs of another motion. `logs`: for each log, the
-    /// triangles of its joints. `None` if these logs have no information on the errors, or if a parameter is undetermined.
+    /// Errors of predicted torques if logs of another motion are added. One entry per use of the estimate. `logs`: for each
+    /// log, one triangle per joint. `None` if these logs give no information on the errors, or if a parameter is undetermined.
     pub(crate) fn errors_with(
         &self,
         model: &Model,
@@ -166,7 +168,8 @@ impl UnsureTorques {
         Some(self.errors_by(&both, model, options, estimate))
     }
 
-    /// Errors of torques, one entry per use: from the covariance `noise`, and from gains, faults and changes from log to log.
+    /// Errors of predicted torques, one entry per use of the estimate, from four sources: the covariance `noise`, gains,
+    /// faults, and changes between logs.
     fn errors_by(&self, noise: &[Vec<f64>], model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         let (rest, range) = (&self.covariance, allowed(model, &self.seen));
         let noise = widened(noise, &rest.of_gains);
@@ -177,7 +180,7 @@ impl UnsureTorques {
     }
 }
 
-/// A covariance in which the variances are larger by `added`, one per parameter; the correlations stay.
+/// A covariance whose variances are increased by `added`, one entry per parameter. The correlations stay.
 fn widened(covariance: &[Vec<f64>], added: &[f64]) -> Vec<Vec<f64>> {
     let p = added.len();
     let deviations: Vec<f64> = (0..p).map(|c| (covariance[c][c] + added[c]).max(0.0).sqrt()).collect();
@@ -188,9 +191,8 @@ fn values(estimate: &Estimate) -> Vec<f64> {
     estimate.parameters.iter().map(Identified::prediction).collect()
 }
 
-/// Whether no other motion within the limits would identify more parameters: the rows of the logs already have the highest
-/// possible rank. Example: for a sliding joint that carries its weight, mass, rotor inertia and offset have one independent
-/// column too few in any motion.
+/// Whether the logs identify all parameters that any motion within the limits can identify. A deficit may remain: a sliding
+/// joint that carries its weight has one independent column too few for mass, rotor inertia and offset in any motion.
 fn is_all_that_shows(model: &Model, options: &Options, estimate: &Estimate, range: &MotionRange) -> bool {
     let (linear, values) = (options.linear_model(model.regressor()), values(estimate));
     let base = linear.regressor.parameters().len();

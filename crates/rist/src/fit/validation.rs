@@ -36,24 +36,24 @@ pub struct Predicted {
     pub residuals: Residuals,
     /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
     pub described: Option<f64>,
-    /// The relative error that is expected from the covariance of the estimate; `None` if no covariance is known.
+    /// The relative error expected from the covariance of the parameters; `None` if the covariance is not known.
     pub unsure: Option<f64>,
-    /// Relative error |tau - W X| / |tau| of parameters that are fitted to this log alone.
+    /// Smallest possible relative error |tau - W X| / |tau|: with parameters fitted to this log alone.
     pub(crate) least: f64,
     /// The rows of the log as triangular matrices, one per joint.
     pub(crate) joints: Vec<Triangle>,
-    /// The states that the robot visited in the log.
+    /// The states (positions, velocities) that the log covers.
     pub visited: VisitedStates,
 }
 
 impl Predicted {
-    /// The share of the relative error that other parameter values could avoid.
+    /// The part of the relative error that other parameter values could remove.
     pub(crate) fn by_parameters(&self) -> f64 {
         held_out::of_parameters(self.residuals.total, self.least)
     }
 }
 
-/// Predicts logs one by one, with the signal options and the friction terms of the estimate's fit.
+/// Predicts each log, with the signal options and friction terms of the estimate's fit.
 ///
 /// Empty for an estimate of experiments; use [`validate_experiments`] for it. `covariance`: covariance of the estimate's
 /// parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
@@ -107,12 +107,12 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     Ok(series(&linear, &x, options, logs)?)
 }
 
-/// For each column, the parameter value with which torques are predicted.
+/// For each column of the regression matrix, the parameter value with which torques are predicted.
 fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
-/// Whether the estimate was made from the log `log`: one of its files is the same file, or still exists and has the same bytes.
+/// Whether the estimate was fitted to the log `log`: one of its logs is the same file, or a file with the same bytes.
 pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
     let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
     let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
@@ -122,7 +122,7 @@ pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
 /// Whether two files have the same bytes.
 fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
-    // A pipe must not be opened here, because it can be read only once.
+    // Pipes must not be opened here, because they can be read only once.
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }
@@ -138,7 +138,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// Predicts logs with an estimate from samples, and returns the errors as an artefact.
+/// Predicts logs with an estimate that was fitted to samples. Returns the errors as an artefact.
 ///
 /// Fails if a log cannot be read or does not fit the robot.
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
@@ -147,8 +147,8 @@ pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }
 
-/// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate none.
-/// Gains in the request replace the gains of the estimate.
+/// Predicts motions with an estimate of plan experiments. Friction is fitted to the motions, since the paper's rows estimate
+/// none. Drive gains in the request replace the gains of the estimate.
 ///
 /// Fails if a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(

@@ -1,4 +1,4 @@
-//! Judges whether to trust an estimate: one of experiments by its own evidence, one of logs also by other logs.
+//! Judges whether to trust an estimate. Evidence: the estimate itself, and for an estimate of logs also other logs.
 
 use identification::estimate::log_check::finding::Fault;
 use identification::estimate::nominal_prediction::nominal_residuals;
@@ -15,18 +15,18 @@ use crate::error::Error;
 use crate::fit::doctor::examine;
 use identification::estimate::artefact::Estimate;
 
-/// Judges an estimate by its own evidence alone. [`crate::fit::samples::Identification::verdict_of_logs`] uses more evidence.
+/// Judges an estimate by its own content alone. [`crate::fit::samples::Identification::verdict_of_logs`] also uses logs.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
 
-/// Judges an estimate by its own evidence. `predicted`: its relative error on motions that were not fitted, if any.
+/// Judges an estimate by its own content. `predicted`: its relative error on motions that were not fitted, if any.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// The evidence that an estimate itself contains. It does not store the motion of its held-out segments, but each experiment of
-/// a plan counts as another motion.
+/// The evidence that an estimate contains. It does not store whether held-out segments show another motion; for a plan they do,
+/// because each experiment is another motion.
 pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {
@@ -44,7 +44,7 @@ pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     }
 }
 
-/// Judges an estimate by the logs to which it was fitted; they are read again.
+/// Judges an estimate by the logs that it was fitted to. The logs are read again.
 ///
 /// Fails if a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
@@ -60,7 +60,7 @@ pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) ->
     }))
 }
 
-/// Relative error of the description with fitted friction; `None` if it has no inertial parameters.
+/// Relative torque error of the description with fitted friction; `None` if it has no inertial parameters.
 fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
     let Some(nominal) = model.nominal_parameters() else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
@@ -69,7 +69,7 @@ fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result
     Ok(Some(nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], &nominal).total))
 }
 
-/// Judges an estimate by its relative error `total` on logs. For an estimate of experiments `total` is the only evidence.
+/// Judges an estimate by its relative torque error `total` on logs. For an estimate of experiments, this is the only evidence.
 /// `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
 ///
 /// Fails if a log cannot be read.
@@ -86,7 +86,7 @@ pub fn validation_verdict(
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut log_check = examine(model, logs, options)?;
-    // A log that is too short for a fit can be long enough for a prediction.
+    // A log too short for a fit can be long enough for a prediction, so this finding is dropped.
     log_check.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
     evidence.log_check = Some(&log_check);
     evidence.described = nominal_error(model, options, logs)?;

@@ -1,4 +1,4 @@
-//! Predicts other logs, judges an identification, and withholds results if necessary, before the program or Python shows them.
+//! Judges an identification by logs that were not fitted, and withholds results if necessary. The program and Python use it.
 
 use identification::estimate::logs_left_out::LogLeftOut;
 use identification::estimate::residuals::Residuals;
@@ -19,13 +19,13 @@ pub struct JudgedIdentification {
     pub validation: Option<Validation>,
     /// Whether to trust the estimate.
     pub verdict: Verdict,
-    /// Whether results for a simulator are withheld.
+    /// Whether the results for a simulator are withheld because of the verdict.
     pub is_withheld: bool,
 }
 
 impl Identification {
-    /// Predicts logs that were not fitted, and judges the estimate. If the verdict is no, the results that it forbids are
-    /// withheld, unless `anyway` is set.
+    /// Predicts logs that were not fitted, and judges the estimate. Results that the verdict forbids are withheld, unless
+    /// `anyway` is set.
     ///
     /// Fails if a log cannot be read.
     pub fn verdict_of_logs(
@@ -59,9 +59,9 @@ impl Identification {
         log.visited.is_other_than(&self.log_check.visited)
     }
 
-    /// The prediction errors on logs that were not fitted; the log with the largest error counts. Without such logs, each
-    /// fitted log is predicted from the others, and the log with the smallest error by parameters counts, because fewer logs
-    /// identify less.
+    /// The prediction error that the verdict uses: the largest error on logs that were not fitted. Without such logs, each
+    /// fitted log is predicted from the other fitted logs. Then the log with the smallest error by parameters counts, because
+    /// fewer logs identify less.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
         let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
         let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };
@@ -81,7 +81,7 @@ impl Identification {
         }
     }
 
-    /// Adds the prediction errors of the fitted logs, each predicted from the others.
+    /// Adds the error on one fitted log, predicted from the other fitted logs.
     fn of_the_fit(&self, prediction: Prediction) -> Prediction {
         let is_new = |left: &LogLeftOut| self.log_check.visited.is_new_log(left.log);
         let has_new = self.logs_left_out.iter().any(is_new);

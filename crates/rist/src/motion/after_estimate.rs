@@ -1,9 +1,9 @@
-//! Uses the information of an earlier estimate in the search of the next motion.
+//! Uses an earlier estimate as prior information in the search of the next motion.
 //!
-//! Let S be the covariance of the estimate and R'R = S^-1. The rows R are appended to the rows of the motion, so that the
-//! determinant is computed from the information of both. If an estimate has no covariance, its parameters count as
-//! uncorrelated, with their standard deviations. By Hadamard's inequality, the determinant of the information is then never
-//! greater. The noise of a torque sample is computed from the estimate's residuals:
+//! Let S be the covariance of the estimate and R'R = S^-1. The rows R are appended to the regression rows of the motion, so
+//! that the determinant is computed from the information of both. If an estimate has no covariance, its parameters count as
+//! uncorrelated, with their standard deviations. By Hadamard's inequality, this does not overstate the determinant. The noise
+//! of a torque sample is computed from the estimate's residuals:
 //!
 //! ```text
 //! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)
@@ -17,12 +17,12 @@ use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
-/// The rows R, row by row, with one entry per column of `model`, and notes if the file was changed or the covariance is
-/// missing. Columns of parameters that the estimate lacks are zero.
+/// The rows R, row by row, with one entry per column of `model`; columns of parameters that the estimate lacks are zero. Also
+/// returns notes if the file was changed or has no covariance.
 pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Vec<String>) {
     let p = model.p();
     let column = |id: &ParameterId| model.parameters.iter().position(|own| own.id == *id);
-    // (index in the estimate, index in the model, sigma).
+    // Each entry: (index in the estimate, index in the model, sigma).
     let known: Vec<(usize, usize, f64)> = estimate
         .parameters
         .iter()
@@ -30,7 +30,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
         .filter_map(|(i, found)| Some((i, column(&found.id)?, found.sigma.filter(|s| s.is_finite() && *s > 0.0)?)))
         .collect();
     let m = known.len();
-    // The covariance is scaled to unit standard deviations, because parameters differ by orders of magnitude.
+    // The covariance is scaled to a correlation matrix, because parameters differ by orders of magnitude.
     let entry = |a: usize, b: usize| {
         let ((i, _, s), (j, _, t)) = (known[a], known[b]);
         estimate.covariance.get(i).and_then(|row| row.get(j)).map_or(f64::NAN, |x| x / (s * t))
@@ -60,7 +60,8 @@ pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -
     Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
 }
 
-/// Friction of the joint of `coordinate` by an estimate. Parameters that the estimate lacks are taken from `described`.
+/// Friction of the joint of `coordinate` by an estimate. Friction parameters that the estimate lacks are taken from
+/// `described`.
 pub(crate) fn identified_friction(
     estimate: &Estimate,
     coordinate: &str,
@@ -68,7 +69,7 @@ pub(crate) fn identified_friction(
 ) -> NominalFriction {
     let value =
         |parameter, otherwise| estimate.prediction(&ParameterId::friction(parameter, coordinate)).unwrap_or(otherwise);
-    // If the friction differs by direction: the greater of the two values.
+    // If the friction differs by direction, the greater of the two values is used.
     let greater = |forward, backward, otherwise: f64| {
         value(forward, otherwise).abs().max(value(backward, otherwise).abs()).max(otherwise)
     };
@@ -89,7 +90,7 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model as LinearModel;
 
-    /// R'R equals the inverse of the covariance; without a covariance, the inverse of the diagonal matrix of the variances.
+    /// R'R must equal the inverse of the covariance; without a covariance, the inverse of the diagonal matrix of the variances.
     #[test]
     fn rows_are_the_information_of_the_estimate() {
         let model = Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar2r.yaml")).unwrap();

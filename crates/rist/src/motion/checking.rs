@@ -1,4 +1,4 @@
-//! Checks whether a motion keeps its limits. Only the coefficients in its file and the model are used.
+//! Checks whether a motion keeps its limits, from the coefficients in its file and the model alone.
 
 use std::path::Path;
 
@@ -23,11 +23,11 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// The result of a check: a certificate that was proved again.
+/// The result of a check: the certificate, proved again.
 pub struct Checked {
-    /// The limits with their proofs.
+    /// The limits of the motion, each with its proof.
     pub certificate: Vec<CertificateRow>,
-    /// Requirements that the certificate does not cover.
+    /// Requirements that the certificate does not cover, with reasons.
     pub left_out: Vec<LeftOut>,
     /// Height of the floor, m; `None` if there is no floor.
     pub floor: Option<f64>,
@@ -37,9 +37,9 @@ pub struct Checked {
     pub margins: Margins,
     /// Further remarks, in sentences.
     pub notes: Vec<String>,
-    /// The limits that the coordinates are checked against.
+    /// The limits that the motion is checked against, one entry per coordinate.
     pub limits: Vec<CoordinateLimits>,
-    /// The entries of `limits` one by one, each with its origin (description, request or motion file).
+    /// Each single entry of `limits` with its origin (description, request or motion file).
     pub origins: Vec<EnforcedLimit>,
 }
 
@@ -50,7 +50,7 @@ impl Checked {
         MotionClaims { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
     }
 
-    /// Whether every row is proven, and all requirements of the user are checked.
+    /// Whether every row of the certificate is proven, and all requirements of the user are checked.
     pub fn is_proven(&self) -> bool {
         self.claims().is_kept()
     }
@@ -61,12 +61,12 @@ impl Checked {
     }
 }
 
-/// Proves the limits of a motion again. From its file are used: coefficients, times, and limits that are tighter than the
-/// limits of the description and of the request. Torques come from the description, or from the estimate in the request. `file`
-/// is named in messages.
+/// Proves the limits of a motion again. Its file gives coefficients, times, and limits that are stricter than those of the
+/// description and of the request. Torques come from the description, or from the estimate in the request. `file` is named in
+/// messages.
 ///
-/// Distances and the floor are checked by the current rules, even if the motion's own certificate does not list them; a note
-/// names the requirements that it does not list.
+/// Distances and the floor are checked by the current rules, even if the certificate in the file does not list them. A note
+/// names what it does not list.
 ///
 /// Fails if the motion was made with another model, if the file holds no motion, or if the limits exclude every motion.
 pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
@@ -88,7 +88,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     let limits =
         with_margins(&errors, names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", file.display())))?;
 
-    // Torques.
+    // Known torques of the robot, for limits of effort and power.
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
     let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
     let loaded = known.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
@@ -99,7 +99,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         loaded,
     });
 
-    // Bodies.
+    // Bodies of the robot, for limits of distance, floor and walls.
     let nothing = SpaceLimits::default();
     let user = asked.and_then(|asked| asked.space.as_ref()).unwrap_or(&nothing);
     let surroundings = RobotSurroundings::new(model, user, Some(&artefact.space), &limits, &errors)?;
@@ -107,7 +107,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let certificate = obligations.certificate(&motion);
 
-    // Requirements that the proof does not cover, and its assumptions.
+    // Requirements that the proof does not cover, and assumptions of the proof.
     let mut left_out = surroundings.left_out.clone();
     left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
@@ -122,7 +122,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
 }
 
-/// The margins of the user; a margin of the motion's own file is used instead if it is larger.
+/// The error margins of the user. A larger margin in the motion's own file replaces the user's margin.
 fn margins_of(
     artefact: &ExcitingMotion,
     file: &Path,
@@ -134,12 +134,12 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note if the file of the estimate that gives the torques was changed after it was written.
+/// A note if the estimate's file was changed after it was written. The estimate gives the torques.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }
 
-/// Notes on statements in the motion's own file that prove nothing.
+/// Notes on entries of the motion's own file that do not count as proof.
 fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit]) -> Vec<String> {
     let mut notes = Vec::new();
     let space = &artefact.space;
@@ -161,7 +161,7 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit
     notes
 }
 
-/// A report on the kinds of limits that only the motion's file gives; `None` if there are none.
+/// Reports kinds of limits that only the motion's file gives; `None` if there are none.
 fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     let kinds = kinds_of_motion_alone(origins);
     let what =
@@ -169,7 +169,7 @@ fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     (!kinds.is_empty()).then(|| LeftOut::assumed(LeftOutTopic::Limit, kinds, what, "the motion's file"))
 }
 
-/// A report that torques in the motion's file prove nothing, since the author of the file can write any torque.
+/// Reports that torques in the motion's file do not count as proof, since the author of the file can write any torque.
 fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<LeftOut> {
     let what = "the motion was made with torques of an estimate, which its file repeats; they prove nothing here \
                 ([after=ESTIMATE] gives them)";
@@ -178,7 +178,7 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
         .then(|| LeftOut::assumed(LeftOutTopic::Effort, of, what, "the description"))
 }
 
-/// A note on gaps that the certificate in the motion's file does not list. They are proved all the same: a file must not decide
+/// A note on gaps that the certificate in the motion's file does not list. They are proved too, because a file must not decide
 /// which requirements it has to meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     // Certificates of an earlier version name a gap by the link that carries the body.
@@ -196,7 +196,7 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     })
 }
 
-/// The limits that the motion of each coordinate has to keep, and the origin of each limit.
+/// The limits for the motion of each coordinate, and the origin of each limit.
 fn enforced_limits(
     model: &Model,
     file: &Path,
@@ -215,8 +215,8 @@ fn enforced_limits(
         let (mut own, rows) = enforced(name, &joint.limits, &coordinate.limits, of_file.as_ref())
             .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
-            // The motion moves a coordinate that should be locked: its position limits are then the locked position, and its
-            // bodies count as moving.
+            // The motion moves a coordinate that should be locked. Its position limits then enclose only the locked position,
+            // and its bodies count as moving.
             own = CoordinateLimits {
                 position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
                 locked: None,
@@ -232,7 +232,7 @@ fn enforced_limits(
 /// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_MOTION_TOLERANCE: f64 = 1e-9;
 
-/// Whether a locked coordinate moves, or rests at another position.
+/// Whether a locked coordinate moves, or rests at a position other than `locked`.
 fn stirs(coefficients: &[f64], locked: f64) -> bool {
     let swing: f64 = coefficients.iter().skip(1).map(|x| x.abs()).sum();
     let centre = coefficients.first().copied().unwrap_or(locked);

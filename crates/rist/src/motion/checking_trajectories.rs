@@ -1,7 +1,7 @@
 //! Checks trajectories from other sources: points in a CSV or a JointTrajectory, and the experiments of a plan.
 //!
 //! The interpolation between points is stated ([`Interpolation`]), and the motion between the points is bounded too. A limit
-//! that neither the description nor the request gives is not assumed: it is not checked, and this is reported.
+//! that neither the description nor the request gives is not checked, and this is reported.
 
 use std::path::Path;
 
@@ -30,23 +30,23 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// Tells which derivatives of a trajectory have no bound because a derivative jumps, and why.
+/// States which derivatives of a trajectory have no bound, because a derivative jumps at points.
 struct Discontinuity {
-    /// The lowest derivative that has no bound; all higher ones have none either.
+    /// The lowest derivative without bound. All higher derivatives have no bound either.
     from: LimitKind,
     why: &'static str,
     would_tell: &'static str,
-    /// An excess over a limit up to this share of the limit counts as rounding.
+    /// Share of a limit up to which an excess counts as rounding.
     slack: f64,
 }
 
-/// In a plan, which uses limits fully, an excess over a limit up to this share of the limit counts as rounding.
+/// A plan uses its limits fully. An excess over a limit up to this share of the limit counts as rounding.
 const PLAN_ROUNDING_SHARE: f64 = 1e-9;
 /// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_TOLERANCE: f64 = 1e-9;
 
-/// Proves the limits of a motion through points from another source, with the given interpolation, or else with the smoothest
-/// that the points allow. The limits come from the description and the request; efforts and powers may reach them fully.
+/// Proves the limits of a motion through points from another source, with the given interpolation. Without one, the smoothest
+/// that the points allow is used. Limits come from the description and the request; efforts and powers may reach them fully.
 ///
 /// Fails if the file moves an unknown coordinate, or does not give the position of a coordinate; if the points lack derivatives
 /// that the interpolation needs; or if the limits exclude every motion.
@@ -62,7 +62,7 @@ pub fn check_points(
     let asked = limits_of_request(model, request.limits.as_ref())?;
     let points = points.of_coordinates(names, &|k| asked[k].locked).map_err(refused)?;
     let interpolation = points.interpolation(interpolation).map_err(refused)?;
-    // Linear: dq jumps, so ddq has no bound. Cubic: ddq jumps, so the jerk has no bound.
+    // Linear: dq jumps at the points, so ddq has no bound. Cubic: ddq jumps, so the jerk has no bound.
     let jumps = match interpolation {
         Interpolation::Linear => Discontinuity {
             from: LimitKind::Acceleration,
@@ -78,7 +78,7 @@ pub fn check_points(
         },
         Interpolation::Quintic => Discontinuity { from: LimitKind::Effort, why: "", would_tell: "", slack: 0.0 },
     };
-    // Points may rest exactly at a limit: the limit is then extended by the tolerance of the proof.
+    // If the points start or end exactly at a position limit, this limit is extended by the tolerance of the proof.
     let course = PolynomialTrajectory::through(&points, interpolation);
     let mut held = CourseCheck::new(model, request, asked, jumps)?;
     held.let_stand_at_ends(&points);
@@ -114,8 +114,8 @@ pub fn check_experiments(
     Ok(plan.experiments.iter().zip(&experiments).map(one).collect())
 }
 
-/// The lower bound of the D-efficiency that the proof in a plan's file gives, computed again from the model and from the
-/// candidates in the file; `None` if the plan has no proof.
+/// A lower bound of the D-efficiency of a plan, computed again from the proof in its file, the model and the candidates in the
+/// file. `None` if the plan has no proof.
 ///
 /// Fails if the plan was made with another model, or if the proof proves nothing.
 pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<Option<f64>, Error> {
@@ -142,7 +142,7 @@ pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Res
     names.iter().zip(&model.robot.coordinates).map(one).collect()
 }
 
-/// The limits for a proof. A limit is infinite if it is not given, or if its quantity has no bound because of jumps.
+/// The limits for a proof. A limit is infinite if it is not given, or if jumps leave the quantity without a bound.
 fn bounds(asked: &AskedLimits, jumps: &Discontinuity) -> CoordinateLimits {
     let unlimited = f64::INFINITY;
     let is_bounded = |kind: LimitKind| {
@@ -170,7 +170,7 @@ fn bounds(asked: &AskedLimits, jumps: &Discontinuity) -> CoordinateLimits {
     }
 }
 
-/// The requirements that trajectories have to meet: limits, torques and bodies.
+/// The requirements for trajectories: limits of coordinates, torques and bodies.
 pub(crate) struct CourseCheck<'a> {
     model: &'a Model,
     request: &'a CheckRequest,
@@ -205,10 +205,10 @@ impl<'a> CourseCheck<'a> {
         Ok(CourseCheck { model, request, asked, jumps, limits, known, surroundings, errors })
     }
 
-    /// The requirements on the experiments of plans.
+    /// The requirements for the experiments of plans.
     pub(crate) fn of_plans(model: &'a Model, request: &'a CheckRequest) -> Result<CourseCheck<'a>, Error> {
         let asked = limits_of_request(model, request.limits.as_ref())?;
-        // Bang-bang swings and sweeps: the acceleration jumps at ramps and corners, so the jerk has no bound.
+        // In swings and sweeps, the acceleration jumps at ramps and corners, so the jerk has no bound.
         let jumps = Discontinuity {
             from: LimitKind::Jerk,
             why: "the acceleration of a bang-bang swing and of a sweep jumps",
@@ -218,8 +218,8 @@ impl<'a> CourseCheck<'a> {
         CourseCheck::new(model, request, asked, jumps)
     }
 
-    /// Extends a limit of position by the tolerance of a proof, if the points start or end exactly at it, as a folded arm does:
-    /// a proof is not more accurate than this.
+    /// Extends a position limit by the tolerance of the proof, if the points start or end exactly at it, as for a folded arm.
+    /// The proof is not more accurate than this tolerance.
     fn let_stand_at_ends(&mut self, points: &PointTrajectory) {
         for (limits, q) in self.limits.iter_mut().zip(points.positions()) {
             let (low, high) = limits.position;
@@ -252,7 +252,7 @@ impl<'a> CourseCheck<'a> {
         }
     }
 
-    /// The requirements that no row of the certificate covers, for any trajectory.
+    /// Requirements that no row of the certificate covers, for any trajectory, with reasons.
     pub(crate) fn left_out(&self) -> Vec<LeftOut> {
         let (names, asked) = (self.model.regressor().coordinates(), &self.asked);
         let mut left_out = self.surroundings.left_out.clone();
@@ -273,7 +273,8 @@ impl<'a> CourseCheck<'a> {
     }
 }
 
-/// Reports the kinds of limits that no row of the certificate covers: not given, or without bound because of jumps.
+/// Reports kinds of limits that the certificate does not cover: they are not given, or jumps leave the quantity without a
+/// bound.
 fn unbounded(
     names: &[String],
     asked: &[AskedLimits],
@@ -292,7 +293,7 @@ fn unbounded(
             vec![format!("{kind} of {}", all.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", "))]
         };
         if !jumping.is_empty() {
-            // The description may give this limit too, but a limit that the user asks for must not be ignored.
+            // A limit that the user gives must not be ignored, even if the description gives it too.
             let is_asked = |&k: &usize| {
                 request.limits.as_ref().is_some_and(|f| f.of(&names[k]).bounds(kind).or(f.all.bounds(kind)).is_some())
             };
@@ -307,7 +308,7 @@ fn unbounded(
     found
 }
 
-/// The limits one by one, each with its origin.
+/// Each limit as a row with its origin (description or request).
 fn origins(model: &Model, names: &[String], asked: &[AskedLimits], limits: &[CoordinateLimits]) -> Vec<EnforcedLimit> {
     let kinds = [LimitKind::KINEMATIC.as_slice(), &[LimitKind::Effort, LimitKind::Power]].concat();
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Chooses the period, the blend (the time from rest to the motion) and the number of harmonics or spans of an exciting motion.
+//! Chooses the timing of an exciting motion: period, blend (time from rest to the motion), number of harmonics or spans.
 
 use experiments::excitation::fourier_series::FourierSeries;
 use experiments::excitation::limits::CoordinateLimits;
@@ -9,13 +9,13 @@ use experiments::motion::sample_count::check_samples;
 use crate::error::Error;
 use crate::request::{ExciteRequest, MotionFamily};
 
-/// Number of instants per period of the highest harmonic: enough to distinguish products of three harmonics.
+/// Number of instants per period of the highest harmonic. It resolves products of three harmonics.
 const INSTANTS_PER_HARMONIC: usize = 30;
 /// Least number of instants per period of a Fourier series.
 const LEAST_INSTANTS: usize = 100;
-/// Largest allowed frequency divided by the sample rate: ten samples per period.
+/// Highest allowed frequency divided by the sample rate: at least ten samples per period.
 const HIGHEST_SHARE_OF_RATE: f64 = 0.1;
-/// Number of instants per span of a spline. Between the instants, limits are exceeded by less than a hundredth.
+/// Number of instants per span of a spline. Between the instants, limits are exceeded by less than one per cent.
 const INSTANTS_PER_SPAN: usize = 10;
 
 /// The median of the quantity `of` over the joints that move.
@@ -39,17 +39,18 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     room.max(speed).clamp(SHORTEST_PERIOD_S, LONGEST_PERIOD_S)
 }
 
-/// Number of harmonics from which the default period is computed, and the smallest default number.
+/// Number of harmonics with which the default period is computed, and the smallest default number.
 const FEW_HARMONICS: usize = 5;
 /// Largest number of harmonics by default.
 const MANY_HARMONICS: usize = 8;
-/// With more moving joints than this, the number of harmonics stays at the smallest default: such a search would take minutes.
+/// With more moving joints than this, the default number of harmonics stays at its minimum, since the search would take
+/// minutes.
 const FEW_JOINTS: usize = 8;
-/// Highest useful frequency, divided by the frequency at which velocity and acceleration reach their limits together.
+/// Highest useful frequency, divided by the frequency at which a joint reaches its velocity and acceleration limits together.
 const CORNER_FREQUENCY_FACTOR: f64 = 1.5;
 
-/// The default number of harmonics, 5 to 8: as many as the median joint can use in this period. On a UR5, eight give a quarter
-/// more information than five.
+/// The default number of harmonics, 5 to 8: the number that the median joint can use in this period. On a UR5, eight harmonics
+/// give a quarter more information than five.
 fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usize {
     if limits.iter().filter(|l| l.locked.is_none()).count() > FEW_JOINTS {
         return FEW_HARMONICS;
@@ -59,34 +60,34 @@ fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usi
     (useful_harmonics.round() as usize).clamp(FEW_HARMONICS, MANY_HARMONICS)
 }
 
-/// Duration of a span, divided by the time from rest to the greatest velocity.
+/// Duration of a span, divided by the time from rest to the largest velocity.
 const SPAN_OVER_RISE: f64 = 1.5;
 /// Range of the default number of spans.
 const LEAST_SPANS: f64 = 8.0;
 const LARGEST_SPANS: f64 = 30.0;
 
-/// The default number of spans of a spline, 8 to 30. A span takes 1.5 times the time of the median joint from rest to its
-/// greatest velocity. With more spans, the motion in each would be small, and the search time grows with the cube of the
-/// number.
+/// The default number of spans of a spline, 8 to 30. A span takes 1.5 times the time in which the median joint reaches its
+/// largest velocity from rest. More spans would make the motion in each span small, and the search time grows with the cube of
+/// the number.
 fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     let rise = middle(limits, |l| l.velocity / l.acceleration);
     (period / (SPAN_OVER_RISE * rise)).round().clamp(LEAST_SPANS, LARGEST_SPANS) as usize
 }
 
-/// Duration of the blend, divided by the time from rest to the greatest velocity at the greatest acceleration.
+/// Duration of the blend, divided by the time from rest to the largest velocity at the largest acceleration.
 const BLEND_OVER_RISE: f64 = 2.5;
 /// Shortest default blend, s.
 const SHORTEST_BLEND_S: f64 = 0.5;
 
-/// The default duration of the blend, s: the longest time that a joint needs from rest to its greatest velocity at 0.4 of its
-/// greatest acceleration.
+/// The default duration of the blend, s: the longest time in which a joint reaches its largest velocity from rest at 0.4 of its
+/// largest acceleration; at least 0.5 s.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)
 }
 
-/// The shape of the motion, with times rounded to whole numbers of samples; and the number of instants per period that the
-/// search evaluates.
+/// The shape of the motion, with times rounded to whole samples, and the number of instants per period that the search
+/// evaluates.
 ///
 /// Fails if the sample rate is too low for the highest frequency of the shape, or if the motion has more samples than a file
 /// can hold.
@@ -95,7 +96,7 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
     let or_default = |harmonics| whole(request.seconds().unwrap_or_else(|| tenths(default_period(limits, harmonics))));
     let usual_period = or_default(FEW_HARMONICS);
-    // (shape, number of instants, name of its fastest component, frequency of this component in Hz).
+    // Each entry: (shape, number of instants, name of the fastest component, frequency of this component in Hz).
     let (shape, samples, quickest, highest) = match request.family()? {
         MotionFamily::Fourier { blend, harmonics } => {
             let period = harmonics.map_or(usual_period, or_default);

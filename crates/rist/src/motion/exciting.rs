@@ -1,4 +1,4 @@
-//! Searches one motion that makes the parameters of a model identifiable, within proved limits.
+//! Searches a motion that makes the parameters of a model identifiable, and proves that it keeps its limits.
 
 use std::path::Path;
 use std::time::Duration;
@@ -46,16 +46,16 @@ use crate::motion::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
 /// Reports the progress of a search. Arguments: number of finished starts, number of all starts, and a text with the criterion
-/// (det^(1/p), or cond_fro) and the nearest limits.
+/// (det^(1/p) or cond_fro) and the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// Longest time of the proof after an interruption; the user waits for its end.
+/// Longest duration of the proof after an interruption, because the user waits for its end.
 pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_millis(700);
 
-/// Searches for the motion with the greatest determinant of the information (or the smallest condition number) of the columns
-/// of an identification, and proves its limits. If the proof fails, the certificate of the motion says so.
+/// Searches the motion with the largest determinant of the information (or the smallest condition number) of the regressor
+/// columns, and proves its limits. If the proof fails, the certificate of the motion states it.
 ///
-/// Links keep a default distance; if no motion is found with it, a smaller one.
+/// Links keep a default distance. If no motion is found with it, smaller distances are tried.
 ///
 /// Fails if a number of the request gives no motion, or if no motion is found within the limits. If the user interrupts the
 /// search, it continues with the best motion found; an interrupted proof fails.
@@ -64,7 +64,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let steps = KeptRoom::steps(request);
     let mut floor_is_tried = true;
     for (i, kept) in steps.iter().enumerate() {
-        // If the step before assumed no floor, the same step without a floor is not repeated.
+        // A step without floor is skipped, if the step with floor and the same distance has already found that no floor
+        // applies.
         let is_last = i + 1 == steps.len();
         if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
             continue;
@@ -88,14 +89,14 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
 enum SearchOutcome {
     /// A motion was found.
     Found(Box<ExcitingMotion>),
-    /// No pose keeps this distance between the bodies; `floor`: whether a floor was assumed.
+    /// No pose keeps the distances between bodies. `floor`: whether a floor was assumed.
     NoPose { floor: bool },
     /// No motion was found, with the reason.
     Refused(Refusal),
 }
 
-/// Searches for a motion that keeps the distances `kept`. If smaller distances follow, the search runs only if a pose with
-/// these distances is found quickly.
+/// Searches for a motion that keeps the distances `kept`. If smaller distances can be tried later, the search runs only if a
+/// pose with these distances is found quickly.
 fn searched(
     model: &Model,
     request: &ExciteRequest,
@@ -105,7 +106,7 @@ fn searched(
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // Here a body is always below a floor that was only assumed: the next step has no floor.
+    // A body is always below the assumed floor, so the next step has no floor.
     if conditions.is_err() && kept.assumes_floor && !is_last {
         return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
@@ -114,7 +115,7 @@ fn searched(
     let torque = known.nominal_enclosure(request.effort_share, limits);
     let barrier = known.torque_barrier(request.effort_share).filter(|_| torque.is_some());
 
-    // The search. Prior information is divided by the number of samples, because the search uses the information of one sample.
+    // The search uses the information of one sample, so the prior information is divided by the number of samples.
     let linear = LinearModel::new(&regressor, &friction, &[]);
     let columns = visible_columns(&linear, limits);
     let (prior, prior_notes) =
@@ -149,7 +150,7 @@ fn searched(
         Err(why) => return Ok(SearchOutcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
-    // The best motion that is proven, or else the best motion of all; its certificate then says so.
+    // The best motion whose limits are proven, or else the best motion; its certificate then states that the proof failed.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
@@ -166,16 +167,16 @@ fn searched(
     Ok(SearchOutcome::Found(Box::new(conditions.artefact(proved, noise, seen, margins, notes))))
 }
 
-/// The model, limits, torques and bodies for a search of a motion.
+/// The conditions of a search of a motion: model, limits, torques and bodies.
 struct Conditions<'a> {
     model: &'a Model,
     request: &'a ExciteRequest,
     names: Vec<String>,
-    /// The limits of the request; none is looser than the limit of the description.
+    /// The limits of the request; none is looser than the description.
     stated: Vec<CoordinateLimits>,
-    /// The error margins of the robot.
+    /// Error margins of the robot (tracking, encoder zeros, bodies, payload).
     errors: ErrorMargins,
-    /// The `stated` limits, reduced by these margins.
+    /// The limits `stated`, reduced by the error margins.
     limits: Vec<CoordinateLimits>,
     shape: MotionShape,
     /// Number of instants per period that the search evaluates.
@@ -185,7 +186,7 @@ struct Conditions<'a> {
     noise: Vec<f64>,
     known: KnownTorque<'a>,
     surroundings: RobotSurroundings,
-    /// The requirements on space that the user asks for, and the default distances.
+    /// The requirements on space from the user, with the default distances.
     space: SpaceLimits,
     left_out: Vec<LeftOut>,
 }
@@ -215,16 +216,16 @@ impl<'a> Conditions<'a> {
             request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
         let noise = noise(model, request, &names, &mut notes);
 
-        // The torques of the robot, as far as they are known.
+        // Known torques of the robot.
         let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
         known.check_power(&names, &limits).map_err(of_model)?;
         known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
 
-        // Limits in space.
+        // Limits in space: distances between bodies, floor, walls.
         let (user, own) = (request.space(), SpaceLimits { spacing: kept.spacing, ..SpaceLimits::default() });
         let surroundings =
             RobotSurroundings::on_floor(model, &user, (Some(&own), kept.assumes_floor), &limits, &errors)?;
-        // If the user asks for a floor, it gets no default distance: a later check of the file has the same requirement.
+        // A floor that the user requires gets no default distance, so that a later check of the file has the same requirement.
         let spacing = own.spacing.filter(|_| user.floor.is_none());
         let space = SpaceLimits { spacing: spacing.or(user.spacing), ..user };
         let mut left_out = surroundings.left_out.clone();
@@ -251,8 +252,8 @@ impl<'a> Conditions<'a> {
         Ok((conditions, notes))
     }
 
-    /// The noise of the torques, and the noise that simulated encoders add to the residuals of the motion. If residuals of an
-    /// earlier estimate are used, they already include the encoders.
+    /// The noise of the torques, and the torque residuals that noise of the simulated encoders causes. Residuals of an earlier
+    /// estimate already include the encoders.
     fn joint_noise(&self, motion: &Motion) -> JointNoise {
         let torque = self.noise.clone();
         match &self.known.parameters {
@@ -279,7 +280,7 @@ impl<'a> Conditions<'a> {
         let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
             MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
         };
-        // An assumed floor is written into the file like a required one.
+        // An assumed floor is written into the file like a required floor.
         let floor = self.surroundings.floor().map(Floor::At).or(self.space.floor);
         let found = ExcitingMotion {
             checksum: Default::default(),
@@ -332,7 +333,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// The limits of the request, none looser than the limit of the description, and notes on them.
+/// The limits of the request, none looser than the description, and notes on them.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,

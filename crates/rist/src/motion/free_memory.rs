@@ -1,17 +1,17 @@
-//! Finds the free memory of the machine, from files of Linux; it is unknown on other systems.
+//! Reads the free memory of the machine from files of Linux. On other systems it is unknown.
 //!
-//! A process may take the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the remaining memory
-//! of its control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these
-//! files first). No result depends on the free memory: it only serves to refuse a request that would run out of memory.
+//! A process may use the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the free memory of its
+//! control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these files
+//! first). The free memory changes no result; it only serves to refuse a request that would run out of memory.
 
 use std::path::Path;
 
 use gate::source;
 
-/// Largest size of these files, bytes.
+/// Largest size that is read of such a file, bytes.
 const LARGEST_FILE_BYTES: usize = 1 << 16;
 
-/// Memory that the process may still take, bytes; `None` if it is unknown.
+/// Memory that the process may still use, bytes; `None` if it is unknown.
 pub(crate) fn free_bytes() -> Option<f64> {
     let text = |path: &str| String::from_utf8(source::system_file_head(Path::new(path), LARGEST_FILE_BYTES).ok()?).ok();
     let of_machine = text("/proc/meminfo").and_then(|content| available(&content));
@@ -47,7 +47,7 @@ mod tests {
         assert_eq!(available("MemAvailable: much kB\n"), None);
         assert_eq!(inactive_files("anon 5\nfile 7\ninactive_file 4096\n"), Some(4096.0));
         assert_eq!(inactive_files("file 7\n"), None);
-        // On Linux the free memory is known.
+        // On Linux the free memory must be known.
         let free = free_bytes();
         assert!(free.map_or(!cfg!(target_os = "linux"), |free| free > 1e6 && free < 1e15), "{free:?}");
     }

@@ -1,4 +1,4 @@
-//! The distances that a motion keeps by default: to the limits of position, between links, and to the floor.
+//! Default distances that a motion keeps: to position limits, between links, and to the floor.
 
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
@@ -6,15 +6,16 @@ use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use crate::describe::model::Model;
 use crate::request::ExciteRequest;
 
-/// Distance that turning joints keep to their limits of position, rad: larger than usual errors of encoder zero and tracking.
+/// Default distance of revolute joints to their position limits, rad. It exceeds usual errors of encoder zero and tracking.
 const DISTANCE_FROM_ENDS_RAD: f64 = 0.02;
-/// This distance is at most this share of a joint's range, so that joints with a small range can move.
+/// The default distance to a position limit is at most this share of the joint's range, so that joints with a small range can
+/// move.
 const SHARE_OF_RANGE: f64 = 0.02;
-/// Distances between links and to the floor, m; the first one that allows a motion is used: the default distance; half of it,
-/// which a check demands of motions from other sources; and a minimum.
+/// Default distances between links and to the floor, m, in the order in which they are tried. The second is also the distance
+/// that a check demands of motions from other sources.
 const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
 
-/// One step of the distances that bodies keep by default.
+/// The default distances between bodies in one step of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KeptRoom {
     /// Whether the plane of the base is assumed to be the floor.
@@ -24,7 +25,7 @@ pub(crate) struct KeptRoom {
 }
 
 impl KeptRoom {
-    /// The distances to try, in this order.
+    /// The default distances to try, in this order: first with an assumed floor, then without.
     pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
         let space = request.space();
         let spacings = match space.spacing {
@@ -57,8 +58,8 @@ impl KeptRoom {
     }
 }
 
-/// Reduces the limits of position of turning joints, if only the description gives them and no margin of joints is given.
-/// Returns a note on this.
+/// Narrows the position limits of revolute joints by the default distance, if only the description gives them and no margin of
+/// joints is given. Returns a note on this.
 pub(crate) fn keep_from_ends(
     model: &Model,
     request: &ExciteRequest,

@@ -1,4 +1,4 @@
-//! The known torques of a robot, for a search and a proof: from the description or an identification, with a possible payload.
+//! Known torques of a robot, from the description or an identification, with a possible payload. Search and proof use them.
 
 use experiments::excitation::limits::CoordinateLimits;
 use experiments::excitation::proof::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};
@@ -10,13 +10,13 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::nominal::nominal_friction;
 
-/// The torques known from the description or from an identification.
+/// The torques of a robot as known from the description or from an identification.
 pub(crate) struct KnownTorque<'a> {
     /// Bounds of the torques; `None` if no torque is known.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
-    /// The base parameters of these torques; `None` if none are known.
+    /// The base parameters from which the torques are computed; `None` if none are known.
     pub(crate) parameters: Option<Vec<f64>>,
-    /// Bounds of the torques and base parameters with a possible payload; `None` without a payload.
+    /// Bounds of the torques with a possible payload, and the base parameters with it; `None` without a payload.
     pub(crate) loaded: Option<(TorqueEnclosure<'a>, Vec<f64>)>,
     /// The friction of each coordinate.
     pub(crate) friction: Vec<NominalFriction>,
@@ -51,7 +51,7 @@ impl<'a> KnownTorque<'a> {
         Ok(KnownTorque { loaded, ..self })
     }
 
-    /// Fails if there are limits of power but no known torques, which these limits need.
+    /// Fails if a power limit is given but no torque is known, because power needs the torque.
     pub(crate) fn check_power(&self, names: &[String], limits: &[CoordinateLimits]) -> Result<(), String> {
         let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
         limited.map_or(Ok(()), |(name, _)| {
@@ -62,7 +62,7 @@ impl<'a> KnownTorque<'a> {
         })
     }
 
-    /// Fails if the dry friction of a joint alone exceeds the allowed share of its limit of effort.
+    /// Fails if the dry friction of a joint alone exceeds the allowed share of its effort limit.
     pub(crate) fn check_friction(
         &self,
         names: &[String],
@@ -71,7 +71,7 @@ impl<'a> KnownTorque<'a> {
     ) -> Result<(), String> {
         let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
             let effort = l.effort.filter(|effort| share * effort <= dry)?;
-            // A larger share helps only if the full limit exceeds the friction.
+            // The message advises a larger share only if the full effort limit exceeds the friction.
             let or_share = if effort > dry { " or [effort_share]" } else { "" };
             Some(format!(
                 "the effort limit of {name} is {effort}, of which [effort_share] allows {:.4}, and its dry friction alone takes \
@@ -90,8 +90,8 @@ impl<'a> KnownTorque<'a> {
         }
     }
 
-    /// The torques for a proof; `None` if there are no limits of effort or power, or no known torques. A motion may use `share`
-    /// of these limits.
+    /// The torques for a proof; `None` if there are no limits of effort or power, or no known torques. A motion may use the
+    /// share `share` of these limits.
     pub(crate) fn nominal_enclosure(&self, share: f64, limits: &[CoordinateLimits]) -> Option<NominalTorque<'_>> {
         limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
@@ -99,8 +99,8 @@ impl<'a> KnownTorque<'a> {
         Some(NominalTorque { torque, friction: self.friction.clone(), share, loaded })
     }
 
-    /// The barrier term that keeps the search within the limits of the torque. It includes the possible payload, which mostly
-    /// needs more torque.
+    /// The barrier that keeps the search within the effort limits. It includes a possible payload, which usually needs more
+    /// torque.
     pub(crate) fn torque_barrier(&self, share: f64) -> Option<TorqueBarrier> {
         let parameters = self.loaded.as_ref().map(|(_, parameters)| parameters).or(self.parameters.as_ref())?;
         Some(TorqueBarrier { parameters: parameters.clone(), friction: self.friction.clone(), share })

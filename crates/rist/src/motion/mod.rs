@@ -1,4 +1,4 @@
-//! Motions and plans of motions: how they are searched, proved, checked, simulated and played.
+//! Motions and plans of motions: search, proof, check, simulation and playing.
 
 pub(crate) mod after_estimate;
 pub mod checking;

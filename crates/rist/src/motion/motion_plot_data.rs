@@ -1,4 +1,4 @@
-//! Data for plots of an exciting motion on a page.
+//! Plot data of an exciting motion, for a page.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ use crate::motion::exciting::ExcitingMotion;
 use crate::motion::known_torque::KnownTorque;
 use crate::request::CheckRequest;
 
-/// The plot data of a motion from its file alone. Torques and positions of links are missing, since they need a model. `file`
-/// is named in messages.
+/// The plot data of a motion from its file alone, without torques and positions of links, since these need a model. `file` is
+/// named in messages.
 ///
 /// Fails if the file contains no motion.
 pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {
@@ -33,7 +33,7 @@ pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> 
     Ok(MotionPlotData { certificate, notes, left_out, floor, lowest, margins: Some(margins), ..plot_data })
 }
 
-/// The plot data of a motion with its own certificate.
+/// The plot data of a motion with the certificate in its file.
 ///
 /// Fails if `found` holds no valid motion.
 pub fn found_motion(model: &Model, found: &ExcitingMotion) -> Result<MotionPlotData, Error> {

@@ -1,4 +1,4 @@
-//! Reports why a search found no motion: the requirements that random poses violate, and remedies that were tried.
+//! Explains why a search found no motion: which requirements random poses violate, and which changes of the request would help.
 
 use clearance::shown_length::shown_length;
 use experiments::excitation::centre::{Obstacle, ViolatedLimit, broken_at_poses};
@@ -18,28 +18,28 @@ use crate::request::ExciteRequest;
 
 /// Number of random poses that are tested for violated requirements.
 const TESTED_POSES: usize = 300;
-/// Number of violations that the message names, the most frequent ones.
+/// Number of violations that the message lists, the most frequent first.
 const NAMED_VIOLATIONS: usize = 5;
-/// A remedy accepts a pair of links only if it is too close in at least this share of the poses.
+/// A remedy allows a pair of links to touch only if the pair is too close in at least this share of the poses.
 const ACCEPTED_PAIR_SHARE: f64 = 0.95;
 /// Largest number of coordinates that a remedy may lock.
 const MOST_LOCKED: usize = 2;
-/// Number of starts of the search that tries a remedy: it needs a proven motion, not the best one.
+/// Number of starts of the search that tests a remedy. It needs some proven motion, not the best one.
 const TRIAL_STARTS: usize = 2;
-/// Iterations of this search.
+/// Iterations of the search that tests a remedy.
 const TRIAL_ITERATIONS: usize = 10;
 
-/// Seed of the random poses, among which a pose with a separated pair is searched.
+/// Seed of the random poses in which a pair of links is separated.
 const POSES_SEED: u64 = 41;
 
-/// The reason why there is no motion, and possible remedies.
+/// The reason why no motion was found, and possible remedies.
 pub(crate) struct Refusal {
     message: String,
-    /// Changed requests that may help; only their differences from the original are printed.
+    /// Changed requests that may help. The message prints only their differences from the original.
     candidates: Vec<ExciteRequest>,
 }
 
-/// The conditions of the search that failed.
+/// The inputs of the search that found no motion.
 pub(crate) struct SearchedSpace<'a> {
     pub model: &'a Model,
     pub request: &'a ExciteRequest,
@@ -49,7 +49,7 @@ pub(crate) struct SearchedSpace<'a> {
 }
 
 impl SearchedSpace<'_> {
-    /// The reason why there is no motion, with remedies.
+    /// The reason why no motion was found, with remedies.
     pub(crate) fn refused(&self, why: NoMotion, problem: &Problem) -> Refusal {
         let (path, names) = (self.model.path.display(), self.names);
         let message = match why {
@@ -76,7 +76,7 @@ impl SearchedSpace<'_> {
             ),
             NoMotion::TooWeak { .. } | NoMotion::TooNarrow { .. } => return self.no_free_pose(problem),
         };
-        // Remedies: the usual share of the drives, or locking the slowest coordinate.
+        // Remedies: the default share of the effort limits, or locking the slowest coordinate.
         let candidates = match why {
             NoMotion::TooWeak { .. } => self.with_more_effort(),
             NoMotion::TooSmall { coordinate, .. } => vec![self.locking(coordinate)],
@@ -94,16 +94,16 @@ impl SearchedSpace<'_> {
         ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
-    /// The request with the default share of the effort limits; none if its own share is already as large.
+    /// The request with the default share of the effort limits; empty if the request already has this share or a larger one.
     fn with_more_effort(&self) -> Vec<ExciteRequest> {
         let usual = ExciteRequest::default().effort_share;
         let request = ExciteRequest { effort_share: usual, ..self.request.clone() };
         if self.request.effort_share < usual { vec![request] } else { vec![] }
     }
 
-    /// The refusal that lists the violations at random poses, the most frequent first, with remedies.
+    /// The refusal if all random poses violate a requirement. It lists the most frequent violations, with remedies.
     fn no_free_pose(&self, problem: &Problem) -> Refusal {
-        // Most frequent violations first.
+        // Violations are sorted by frequency, the most frequent first.
         let (free, broken) = broken_at_poses(problem, TESTED_POSES);
         let gaps = &self.surroundings.gaps;
         let sentence = |broken: &ViolatedLimit| match broken.what {
@@ -127,7 +127,7 @@ impl SearchedSpace<'_> {
             self.model.path.display(),
             all.join(", ")
         );
-        // Remedies: other limits in space, and more effort if limits of effort are violated.
+        // Remedies: other limits in space; the default share of effort, if effort limits are violated.
         let of_limits = |limits: LimitsFile| ExciteRequest { limits: Some(limits), ..self.request.clone() };
         let mut candidates: Vec<ExciteRequest> = self.candidates(&broken).into_iter().map(of_limits).collect();
         if broken.iter().any(|broken| matches!(broken.what, Obstacle::Effort(_))) {
@@ -136,8 +136,8 @@ impl SearchedSpace<'_> {
         Refusal { message, candidates }
     }
 
-    /// Limits that may help: without the required distance; with joints locked in a pose that separates the worst pair; with
-    /// pairs accepted that are too close in nearly all poses.
+    /// Changed limits that may help: without the required distance; with joints locked in a pose that separates the worst pair;
+    /// with pairs allowed that are too close in nearly all poses.
     fn candidates(&self, broken: &[ViolatedLimit]) -> Vec<LimitsFile> {
         let asked = self.request.limits.clone().unwrap_or_default();
         let mut found = Vec::new();
@@ -163,8 +163,8 @@ impl SearchedSpace<'_> {
         found
     }
 
-    /// Limits in which the joints that move the gap `gap` are locked, in the random pose with the largest distance; `None` if
-    /// these are too many joints.
+    /// Limits with the joints that change the gap `gap` locked in the random pose with the largest distance. `None` if more
+    /// than `MOST_LOCKED` joints change it.
     fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
         let moved_by = self.surroundings.moved_by(gap);
         let free = |k: &usize| self.limits[*k].locked.is_none();
@@ -194,7 +194,8 @@ impl SearchedSpace<'_> {
 }
 
 impl Refusal {
-    /// The refusal as an error, with the first remedy that leads to a proven motion. `proves`: whether a request leads to one.
+    /// The refusal as an error, with the first remedy that gives a proven motion. `proves`: searches with a request and returns
+    /// whether a motion is proven.
     pub(crate) fn with_remedies(self, request: &ExciteRequest, proves: impl Fn(&ExciteRequest) -> bool) -> Error {
         let helps = |candidate: &&ExciteRequest| {
             let candidate =

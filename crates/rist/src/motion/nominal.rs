@@ -1,4 +1,4 @@
-//! Values of the description for torques: friction, parameters, noise.
+//! Values of the description that torques depend on: friction, parameters, noise.
 
 use claims::{LeftOut, LeftOutTopic};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitsFile};
@@ -42,7 +42,7 @@ pub(crate) fn nominal_friction(model: &Model) -> Vec<NominalFriction> {
     (0..model.robot.n_coordinates()).map(of).collect()
 }
 
-/// The limits of torque and power that are not checked, with the reason. `asked`: the limits file of the user.
+/// Reports the limits of torque and power that are not checked, with the reason. `asked`: the limits file of the user.
 pub(crate) fn torque_left_out(
     model: &Model,
     is_known: bool,
@@ -50,7 +50,7 @@ pub(crate) fn torque_left_out(
     limits: &[CoordinateLimits],
     asked: Option<&LimitsFile>,
 ) -> Vec<LeftOut> {
-    // Limits from the user's file are reported separately from limits that only the description has.
+    // Limits in the user's file are reported separately from limits that only the description gives.
     let is_asked = |name: &str, of: fn(&AskedLimits) -> Option<f64>| {
         asked.is_some_and(|file| of(&file.of(name)).or(of(&file.all)).is_some())
     };

@@ -1,7 +1,7 @@
-//! Decides which motions a plan may choose from: torques and distances of bodies have to keep their limits with a margin.
+//! Decides which motions a plan may choose: torques and distances between bodies must keep their limits with a margin.
 //!
-//! Torques are checked at instants of one period, bodies at places on the path between its ends, which is straight. The proof
-//! of the chosen experiments covers the motion between these ([`crate::motion::planning`]).
+//! Torques are checked at instants of one period, distances at places on the straight path between the ends of the motion. The
+//! proof of the chosen experiments covers the motion in between ([`crate::motion::planning`]).
 
 use experiments::excitation::gap_proof::{GapCache, Surroundings};
 use experiments::excitation::limits::AskedLimits;
@@ -14,15 +14,15 @@ use crate::describe::model::Model;
 use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::nominal_friction;
 
-/// Number of instants per period at which torques are checked. The instants are shifted by half a step, so that none is at a
-/// corner of the motion.
+/// Number of instants per period at which torques are checked. They are shifted by half a step, so that none is at a corner of
+/// the motion.
 const TORQUE_INSTANTS: usize = 64;
-/// Largest step of a coordinate between two places at which bodies are checked, rad (m).
+/// Largest step of a coordinate between two places at which distances are checked, rad (m).
 const LARGEST_STEP_RAD_M: f64 = 0.1;
-/// Range of the number of places on the path from one end to the other.
+/// Range of the number of places on the straight path of a motion.
 const PLACES_ON_PATH: std::ops::RangeInclusive<usize> = 5..=60;
 
-/// The requirements of the description and of the user's limits on torques and bodies.
+/// Requirements of the description and of the user on torques and distances.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
     /// Base parameters of the description, and the same with a possible payload; empty if it has none.
@@ -50,8 +50,8 @@ impl<'a> PlanPermission<'a> {
         PlanPermission { model, parameters, friction, most, surroundings }
     }
 
-    /// Whether distances of bodies and torques at rest keep their limits at the pose `q`. `known`: distances of the previous
-    /// pose on the path, to save time.
+    /// Whether distances and torques at rest keep their limits at the pose `q`. `known`: distances at the previous pose of the
+    /// path, reused to save time.
     fn is_free(&self, q: &[f64], known: &mut GapCache) -> bool {
         let mut is_free = true;
         let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
@@ -95,14 +95,14 @@ impl Permission for PlanPermission<'_> {
                 (0..n).map(|k| if k == trajectory.fast { 0.5 * range } else { 0.0 }).collect()
             }
         };
-        // q = centre + share * half range on the straight path; share from -1 to 1.
+        // q = centre + share * half range on the straight path, with a share from -1 to 1.
         let at = |share: f64| -> Vec<f64> { trajectory.centre.iter().zip(&half).map(|(c, h)| c + share * h).collect() };
         let longest = half.iter().fold(0.0_f64, |m, h| m.max(2.0 * h.abs()));
         let places = (longest / LARGEST_STEP_RAD_M).ceil() as usize;
         let places = places.clamp(*PLACES_ON_PATH.start(), *PLACES_ON_PATH.end());
         let on_the_path = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
         // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: its largest
-        // velocity and acceleration, with all signs, at each place.
+        // velocity and acceleration, in both directions, at each place.
         let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
             JointMotion::Swing { profile, period, .. } => {
                 let t = *period as f64 * trajectory.sample_time;

@@ -1,4 +1,4 @@
-//! Plans the experiments that identify a model best.
+//! Plans experiments: chooses the motions that identify the parameters of a model best.
 
 use claims::significant;
 use experiments::excitation::limits::AskedLimits;
@@ -31,20 +31,20 @@ use crate::request::{CheckRequest, Request};
 pub struct Planned {
     /// The chosen experiments with the information that they are expected to give.
     pub plan: ExperimentPlan,
-    /// Sentences on what was assumed because the description does not say it.
+    /// Sentences on assumptions about values that the description lacks.
     pub notes: Vec<String>,
-    /// The proved limits of each experiment, with its name.
+    /// For each experiment, its name and its proved limits.
     pub checked: Vec<(String, Checked)>,
 }
 
-/// CPU time, s, to compute limits and rows of one motion, divided by (coordinates x base parameters). Measured on two cores of
-/// an AMD EPYC (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints;
-/// 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds. Used only for a rough forecast.
+/// CPU time, s, to compute limits and rows of one motion, divided by (coordinates x base parameters), for a rough forecast.
+/// Measured on two cores of an AMD EPYC (2026-11-26): 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints;
+/// 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds.
 const S_PER_ROWS: f64 = 5e-6;
 /// CPU time, s, to choose among the motions, divided by (motions x coordinates x base parameters x starts x experiments).
-/// Measured as the time of 12 starts minus the time of one: 4.4e-8 on the chain, and less on the UR5.
+/// Measured: 4.4e-8 on a chain of 14 joints, less on a UR5.
 const S_PER_CHOICE: f64 = 4e-8;
-/// CPU time above which a forecast is given, s.
+/// CPU time above which a forecast is printed, s.
 const FORECAST_TIME_S: f64 = 60.0;
 /// Memory above which the forecast names the memory, bytes.
 const FORECAST_MEMORY_BYTES: f64 = 1e9;
@@ -56,12 +56,12 @@ pub fn cost_forecast(model: &Model, request: &PlanRequest) -> Result<Option<Stri
     cost_forecast_within(model, request, free_bytes())
 }
 
-/// The forecast on a machine with `free` bytes of free memory; `None`: not known.
+/// The forecast for a machine with `free` bytes of free memory; `None` if this number is unknown.
 fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
     let (n, p) = (model.regressor().coordinates().len(), model.regressor().parameters().len());
     let has_gravity = grid_of(model, request).gravity;
     let kinds = count_of_kinds(n, has_gravity);
-    // There cannot be more configurations than points of the grid.
+    // There are at most as many configurations as points of the grid.
     let points = request.steps.checked_pow(u32::try_from(n).unwrap_or(u32::MAX)).unwrap_or(usize::MAX);
     let configurations = request.configurations.min(points);
     let motions = kinds.saturating_mul(configurations);
@@ -85,11 +85,11 @@ fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>)
         .then(|| format!("{what}: the plan takes about {minutes:.0} minutes of CPU time{memory}; {remedy}")))
 }
 
-/// Largest number of repeated choices for a plan; each omits the experiments whose proof failed before.
+/// Largest number of times that a plan is chosen. Each choice omits the experiments whose proof failed before.
 const LARGEST_NUMBER_OF_CHOICES: usize = 10;
 
-/// Chooses the experiments with the greatest determinant (or the smallest condition number) of their information. All of them
-/// keep the limits of the description and of the request on torques and bodies; these limits are proved. `progress`: number of
+/// Chooses the experiments with the largest determinant (or the smallest condition number) of their information. Each keeps the
+/// limits of the description and of the request on torques and bodies, and the limits are proved. `progress`: number of
 /// finished starts, number of all starts, best value.
 ///
 /// Fails if a number of the request or a limit of the description is out of range, if the limits exclude every motion, or if a
@@ -107,7 +107,7 @@ pub fn plan(
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
-    // The limits of candidates are checked only at instants; the proof checks them between instants.
+    // The limits of candidates are checked only at instants. The proof later checks them between instants too.
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = processor::threads();
     let search = SearchEffort {
@@ -163,25 +163,25 @@ fn no_motion(model: &Model) -> Error {
 /// The motions from which the experiments are chosen.
 struct Candidates {
     candidates: Vec<Candidate>,
-    /// Sentences on the assumptions.
+    /// Sentences on assumptions about values that the description lacks.
     notes: Vec<String>,
     /// Noise of a torque sample, N m (N), one per coordinate.
     noise: Vec<f64>,
 }
 
-/// If a velocity limit but no acceleration limit is given: assumed time from rest to the greatest velocity, s.
+/// Time from rest to the largest velocity, s, assumed if a velocity limit but no acceleration limit is given.
 const RISE_S: f64 = 0.3;
 
 /// Noise (sigma) of a torque sample if the description has no inertial parameters, N m (N).
 const DEFAULT_TORQUE_NOISE: f64 = 0.1;
 
-/// The limits of the motions of a plan: from the description and the user's file, or assumed if neither gives a limit. The
-/// sentences say what was assumed.
+/// The limits of the motions of a plan, from the description and the user's file; a limit that neither gives is assumed. Also
+/// returns sentences on the assumptions.
 fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
     let mut robot = model.robot.clone();
     let mut quick = Vec::new();
     for (coordinate, asked) in robot.coordinates.iter_mut().zip(asked) {
-        // A locked coordinate gets a range here, so that no note is written on its missing limits; the range is replaced below.
+        // A locked coordinate gets a range here, so that no note mentions missing limits. The range is replaced below.
         let around = asked.locked.map(|q| (q - 1.0, q + 1.0));
         if asked.acceleration.is_none() && asked.velocity.is_some() {
             quick.push(coordinate.name.clone());
@@ -208,7 +208,7 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
-    // Torque noise is a share of the effort; the effort is computed with inertial parameters.
+    // Torque noise is a share of the effort, which needs inertial parameters.
     let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);
@@ -251,7 +251,7 @@ fn check(request: &PlanRequest) -> Result<(), Error> {
 mod tests {
     use super::*;
 
-    /// A chain of `n` joints about the axes x, y, z in turn.
+    /// A model of a chain of `n` revolute joints about the axes x, y, z in turn.
     fn chain(n: usize) -> Model {
         let link = |k: usize| {
             format!(
@@ -279,17 +279,17 @@ mod tests {
         assert_eq!(cost_forecast(&short, &request).unwrap(), None);
         let many = PlanRequest { starts: 100, ..request.clone() };
         let forecast = cost_forecast(&long, &many).unwrap().expect("minutes");
-        // Kinds of motion: 12 for inertia and 12 for gravity, 11 mixed, 12 x 11 with one companion joint.
+        // 167 kinds of motion: 12 for inertia, 12 for gravity, 11 mixed, 12 x 11 with one companion joint.
         assert!(forecast.starts_with("167 kinds of motion about 60 configurations are 10020 motions: "), "{forecast}");
         assert!(forecast.contains(" minutes of CPU time; lower [configurations] or [starts]"), "{forecast}");
-        // With one start, the rows take most of the time; on a chain of 14 joints 80 CPU s were measured.
+        // With one start, computing the rows takes most of the time: 80 CPU s were measured on a chain of 14 joints.
         let few = PlanRequest { starts: 1, ..request.clone() };
         let forecast = cost_forecast(&chain(14), &few).unwrap().expect("minutes");
         assert!(forecast.contains(" 2 minutes of CPU time"), "{forecast}");
         let endless = PlanRequest { configurations: 100_000, ..request };
         let refused = cost_forecast_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
         assert!(refused.contains(" GB of memory, and 8 GB are free: lower [configurations]"), "{refused}");
-        // If the free memory is unknown, the forecast names the memory.
+        // If the free memory is unknown, the forecast gives the memory that the plan needs.
         let forecast = cost_forecast_within(&long, &endless, None).unwrap().expect("hours");
         assert!(forecast.contains(" minutes of CPU time and ") && forecast.contains(" GB of memory; "), "{forecast}");
     }

@@ -10,12 +10,12 @@ use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// The kind of file that plays a motion.
+/// The kind of file with which a controller plays a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayFormat {
-    /// A file of points, for a controller that follows points.
+    /// A file of trajectory points.
     Trajectory(TrajectoryFormat),
-    /// A URScript program that sends the set points by `servoj`.
+    /// A URScript program that sends set points with `servoj`.
     ServoScript,
 }
 
@@ -49,8 +49,8 @@ impl PlayFormat {
         }
     }
 
-    /// The text of the file. Points have the rate of the motion. Set points of URScript have the rate of a controller: 125 Hz
-    /// if the motion has this rate, otherwise 500 Hz.
+    /// The text of the file. Trajectory points have the rate of the motion. URScript set points have the rate of a controller:
+    /// 125 Hz if the motion has this rate, otherwise 500 Hz.
     ///
     /// Fails if `motion` holds no valid motion.
     pub fn text(self, motion: &ExcitingMotion) -> Result<String, Error> {

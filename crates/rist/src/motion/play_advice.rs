@@ -1,6 +1,6 @@
-//! Advice for playing a motion: warm-up, repetition, when to stop.
+//! Writes advice for playing a motion: warm-up, repetition, when to stop.
 //!
-//! All numbers come from the proofs of the played motions. No warm-up time is given, since none is known for every robot.
+//! All numbers come from the proofs of the played motions. No warm-up time is given, since no time suits every robot.
 
 use claims::significant;
 use experiments::excitation::limits::LimitKind;
@@ -14,15 +14,15 @@ use crate::motion::checking::Checked;
 /// Two set points closer than this count as equal, rad (m): the last digit of an encoder of 22 bits.
 const LARGEST_SET_POINT_STEP_RAD_M: f64 = 1e-6;
 
-/// Advice for the user, as sentences. `played`: the set points of all that is played; `parts`: the proofs of its segments,
-/// including `motion`; `names`: the coordinates.
+/// Advice for the user, as sentences. `played`: the set points of all played segments; `parts`: the proofs of these segments,
+/// among them `motion`; `names`: the coordinates.
 pub(crate) fn advice(
     motion: &Motion,
     played: &Reference,
     parts: &[(&'static str, Checked)],
     names: &[String],
 ) -> Vec<String> {
-    // Repetition is safe only if the last set point equals the first.
+    // The motion can be repeated at once only if the last set point equals the first.
     let jumps = jumps(played, names);
     let again = if jumps.is_empty() {
         "it begins and ends at rest at one pose, so that it can be played again at once".to_string()
@@ -43,7 +43,7 @@ pub(crate) fn advice(
             significant(motion.shape.period(), 4)
         ),
     ];
-    // When to stop: by tracking error and torque, and the distance that a stop needs.
+    // When to stop: limits for tracking error and torque, and the stopping distance.
     let margins = parts.iter().find(|(part, _)| *part == "motion").map(|(_, checked)| &checked.margins);
     advice_lines.extend(margins.map(|margins| stop_where_it_strays(margins, names)));
     advice_lines.extend(stop_where_it_strains(parts, names));
@@ -58,7 +58,7 @@ pub(crate) fn jumps(played: &Reference, names: &[String]) -> Vec<String> {
     far.map(|(name, jump)| format!("{name} {}", significant(jump, 3))).collect()
 }
 
-/// Advice on the tracking error: the proof holds up to the margin for it.
+/// Advice on the largest tracking error, since the proof holds only up to the margin for it.
 fn stop_where_it_strays(margins: &Margins, names: &[String]) -> String {
     let given = |name: &String| margins.errors.tracking_of(name).map(|x| format!("{name} {x}"));
     let given: Option<Vec<String>> = names.iter().map(given).collect();
@@ -75,7 +75,7 @@ fn stop_where_it_strays(margins: &Margins, names: &[String]) -> String {
     }
 }
 
-/// Advice on torques: the greatest proven torque of each joint over all segments, N m (N); `None` if no torque is proven.
+/// Advice on the largest torque: the proven bound of each joint over all segments, N m (N). `None` if no torque is proven.
 fn stop_where_it_strains(parts: &[(&'static str, Checked)], names: &[String]) -> Option<String> {
     let rows = || parts.iter().flat_map(|(_, checked)| &checked.certificate);
     let most = |name: &String| -> Option<String> {

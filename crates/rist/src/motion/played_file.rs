@@ -1,4 +1,4 @@
-//! Reads and checks a file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points from another
+//! Reads and checks a file with motions for a robot: a motion of `rist excite`, a plan of `rist plan`, or points from another
 //! source.
 
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::motion::checking::{Checked, check};
 use crate::motion::checking_trajectories::{check_experiments, check_points, efficiency_again};
 use crate::request::CheckRequest;
 
-/// The content of a file that a robot follows.
+/// The content of a file with motions for a robot.
 pub enum PlayedFile {
     /// A motion of `rist excite`.
     Motion(Box<ExcitingMotion>),
@@ -25,26 +25,26 @@ pub enum PlayedFile {
     Plan(Box<ExperimentPlan>),
     /// Points of a JointTrajectory of ROS.
     Points(Box<PointTrajectory>),
-    /// Points of a table, or of the folder of a recording.
+    /// Points of a table, or of a recording that is a folder.
     Table(Box<PointTrajectory>),
 }
 
-/// Extensions of text files; a file with another extension is read as a table.
+/// Extensions of text files. A file with another extension is read as a table.
 const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-/// Largest difference between the D-efficiency that a proof gives and the value in the file that counts as rounding.
+/// If the D-efficiency in the file exceeds the D-efficiency by the proof by at most this value, this is rounding.
 const EFFICIENCY_ROUNDING: f64 = 1e-9;
 
-/// The check of the D-efficiency that a plan's file claims.
+/// The repeated check of the D-efficiency that a plan's file states.
 pub struct ProofCheck {
-    /// The lower bound of the D-efficiency that the proof gives; `None` without a proof.
+    /// The lower bound of the D-efficiency by the proof in the file; `None` if the file has no proof.
     pub found: Option<f64>,
-    /// Whether the value in the file is at most this bound.
+    /// Whether the stated value is at most this bound, up to rounding. True if the file has no proof.
     pub is_kept: bool,
-    /// A sentence on the bound and the value in the file.
+    /// A sentence that compares the bound with the stated value.
     pub sentence: String,
 }
 
-/// The certificates of a file, proved again.
+/// The result of a repeated proof of all motions in a file.
 pub struct CheckedFile {
     /// The results with their names: one per experiment of a plan, otherwise a single one with an empty name.
     pub parts: Vec<(String, Checked)>,
@@ -66,7 +66,7 @@ impl CheckedFile {
     }
 }
 
-/// Readers of points from other sources, which another package registers.
+/// Functions that read points from other sources. Another package registers them.
 #[derive(Clone, Copy)]
 pub struct PointReader {
     /// Reads the points of a table, for the coordinates of a model.
@@ -77,7 +77,7 @@ pub struct PointReader {
 
 static POINTS: OnceLock<Result<PointReader, &'static str>> = OnceLock::new();
 
-/// Registers the readers, or the error text if none are built in; only the first call has an effect.
+/// Registers the readers of points, or the error text if this build has none. Only the first call has an effect.
 pub(crate) fn register(points: Result<PointReader, &'static str>) {
     POINTS.get_or_init(|| points);
 }
@@ -89,7 +89,7 @@ fn point_reader(path: &Path) -> Result<PointReader, Error> {
 }
 
 impl PlayedFile {
-    /// Reads a file; its content and its extension show its kind.
+    /// Reads a file. Its kind follows from its extension and content.
     ///
     /// Fails if the file has none of the known formats.
     pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
@@ -105,13 +105,13 @@ impl PlayedFile {
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Files of earlier versions have no first line with the kind: their keys tell the kind.
+            // Files of earlier versions have no first line with the kind, so their keys give it.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })
     }
 
-    /// Proves the limits of the file's motions again; `file` is named in messages.
+    /// Proves again that the motions of the file keep their limits. `file` is named in messages.
     ///
     /// Fails like [`check`], [`check_points`] and [`check_experiments`], and if an interpolation is given for a file that
     /// defines its motion completely.
@@ -142,7 +142,7 @@ impl PlayedFile {
     }
 }
 
-/// Repeats the proofs of a plan, for a page.
+/// Repeats the proofs of a plan for a page of the report.
 ///
 /// Fails like [`PlayedFile::check`].
 pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<PlanProof, Error> {
@@ -157,7 +157,7 @@ pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<P
 
 fn proof_check(plan: &ExperimentPlan, found: Option<f64>) -> ProofCheck {
     let said = plan.d_efficiency_at_least;
-    // A repeated proof differs from the written value only by rounding.
+    // The D-efficiency in the file may exceed the repeated proof only by rounding.
     let is_kept = found.is_none_or(|found| found >= said - EFFICIENCY_ROUNDING);
     let sentence = match found {
         Some(found) if is_kept => format!("proven again: D-efficiency at least {found:.4}"),

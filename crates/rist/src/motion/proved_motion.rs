@@ -1,8 +1,8 @@
-//! Chooses a proven motion among the motions of a search, and computes the loss of information by the proof.
+//! Chooses a motion whose limits are proven among the results of a search, and computes the loss of information by this.
 //!
-//! A search evaluates torques only at instants; between instants they are greater. Reducing the amplitudes of a motion until
-//! its torques are proven loses much information if gravity dominates. The search then continues with a torque limit that is
-//! lower by the excess, and finds another motion.
+//! A search evaluates torques only at instants, but between instants they are greater. If gravity dominates, reducing the
+//! amplitudes until the torques are proven loses much information. In this case the search is repeated with a lower torque
+//! limit, which gives another motion.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};
@@ -19,22 +19,23 @@ use crate::request::ExciteRequest;
 pub(crate) struct ProvedMotion {
     pub(crate) motion: Motion,
     pub(crate) certificate: Vec<CertificateRow>,
-    /// The criterion det^(1/p) (or 1/cond) of the motion, divided by that of the best motion of the search; both at the
-    /// instants of the search.
+    /// Criterion det^(1/p) (or 1/cond) of this motion, divided by the criterion of the best motion of the search. Both are
+    /// computed at the instants of the search.
     pub(crate) kept_share: f64,
-    /// The greatest ratio of torque or power to its limit before the amplitudes were reduced, at instants or by the proof.
+    /// Largest ratio of torque or power to its limit before the amplitudes were reduced: at instants, or as bounded by the
+    /// proof.
     beyond: f64,
 }
 
-/// The search continues if the proven motion has less than this share of the best criterion.
+/// A further search follows if the proven motion has less than this share of the best criterion.
 const ENOUGH_KEPT: f64 = 0.9;
-/// Largest number of such further searches.
+/// Largest number of further searches.
 const MOST_SEARCHES_MORE: usize = 2;
-/// A lowered limit is multiplied by this factor, so that it is a little below the limit that would just remove the excess.
+/// A lowered torque limit is multiplied by this factor, to be slightly below the value that would just remove the excess.
 const BELOW_MISSING: f64 = 0.99;
 
-/// The first proven motion of `found`, or else its first; replaced by one of a further search that is proven, or keeps more of
-/// the criterion. `None` if empty.
+/// The first motion of `found` whose limits are proven; if none is, the first. A motion of a further search replaces it, if
+/// only that one is proven or if it has a larger share of the best criterion. `None` if `found` is empty.
 pub(crate) fn proved(
     request: &ExciteRequest,
     problem: &Problem,
@@ -44,13 +45,13 @@ pub(crate) fn proved(
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
-    // Reduces the amplitudes of a motion until it is proven, and computes its share of the best criterion.
+    // Reduces the amplitudes of a motion until its limits are proven, and computes its share of the best criterion.
     let fit = |joints: Vec<Vec<f64>>| {
         let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
         ProvedMotion { motion, certificate, kept_share: (best - criterion).exp(), beyond }
     };
-    // Takes the best motion if it is proven after this reduction; only otherwise the later ones are tried.
+    // Other motions are tried only if the best motion is not proven after this reduction.
     let goes_on = |_: &StartResult| Interruption::check().is_ok();
     let mut all = found.into_iter().take_while(goes_on).map(|found| fit(found.joints));
     let first_fit = all.next()?;
@@ -60,7 +61,7 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
-    // Further searches start at the best motion; the torque limits are lowered by the excess that its proof found.
+    // Further searches start at the best motion. Each lowers the torque limits by the excess that the last proof found.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {
@@ -81,7 +82,7 @@ pub(crate) fn proved(
     Some(chosen)
 }
 
-/// A note on the loss of information by the proof; `None` if the loss is small.
+/// A note on the loss of information caused by the proof; `None` if the loss is small.
 pub(crate) fn cost_note(proved: &ProvedMotion, aim: SearchObjective) -> Option<String> {
     let what = match aim {
         SearchObjective::Determinant => "det^(1/p)",

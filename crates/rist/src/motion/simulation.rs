@@ -54,7 +54,7 @@ impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
 }
 
 impl Motions<'_> {
-    /// The checksum of the file of the motions.
+    /// The checksum of the file with the motions.
     fn model_checksum(&self) -> Checksum {
         match self {
             Motions::Planned(plan) => plan.checksum,
@@ -62,7 +62,7 @@ impl Motions<'_> {
         }
     }
 
-    /// Sample time, s.
+    /// Sample time of the logs, s.
     fn sample_time(&self) -> f64 {
         match self {
             Motions::Planned(plan) => plan.sample_time_s,
@@ -79,7 +79,7 @@ impl Motions<'_> {
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                // The controller samples one step beyond the motion; at a low rate this step is long.
+                // The controller samples one step after the motion ends. At a low rate, this step is long.
                 let (rate, seconds) =
                     (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
                 check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
@@ -90,26 +90,27 @@ impl Motions<'_> {
 }
 
 impl SimulateRequest {
-    /// Whether the logs hold torques or currents. They hold torques if neither the description nor the request gives a drive
-    /// gain: they can then be identified without gains.
+    /// Whether the simulated logs hold torques or currents. If no drive gain is known, they hold torques, since these can be
+    /// identified without gains.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
     }
 }
 
-/// The outcome of a simulation.
+/// The result of a simulation.
 pub struct Simulated {
-    /// The parameters, friction and gains with which the logs were simulated.
+    /// The true values: parameters, friction and gains with which the logs were simulated.
     pub truth: Estimate,
-    /// The parameters, friction and gains of the logs with the load; `None` without a load.
+    /// The true values with the load; `None` without a load.
     pub loaded_truth: Option<Estimate>,
-    /// Sentences on what was assumed because the description does not say it.
+    /// Sentences on assumptions about values that the description lacks.
     pub notes: Vec<String>,
 }
 
-/// Simulates motions in closed loop, with friction, noise and drive gains. Calls `take` with the name and the record of each.
-/// The names are those of the plan, or `motion`; `v01`, .. for validation; `e01_loaded`, .. with the load.
+/// Simulates motions in closed loop, with friction, noise and drive gains. Calls `take` with the name and the record of each
+/// motion. Names: those of the plan, or `motion`; `v01`, .. for validation motions; `e01_loaded`, .. for experiments with the
+/// load.
 ///
 /// Fails if the description has no inertial parameters or impossible ones, if a limit is out of range, or if `take` fails.
 pub fn simulate<'a>(
@@ -140,7 +141,7 @@ pub fn simulate<'a>(
     if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        // The load is known, so the feedforward includes it.
+        // The load is known, so the torques of the feedforward include it.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         with_load = Some(plus(&truth));
         loaded = Some(SimulationSettings {
@@ -180,10 +181,10 @@ pub fn simulate<'a>(
     Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
 }
 
-/// A set point beyond a limit by up to this share of (upper minus lower limit) counts as rounding.
+/// Excess of a set point over a limit that counts as rounding, as a share of (upper minus lower limit).
 const SET_POINT_ROUNDING_SHARE: f64 = 1e-6;
 
-/// Notes on set points beyond the limits of the description; the simulation does not enforce these limits.
+/// Notes on set points beyond the limits of the description. The simulation ignores these limits.
 fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String> {
     let reference = match path {
         SimulatedPath::Planned(trajectory) => trajectory.reference(),
@@ -213,7 +214,7 @@ fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String>
     model.robot.coordinates.iter().enumerate().flat_map(of).collect()
 }
 
-/// Sentences on what is assumed for the drive gains.
+/// Sentences on drive gains that the simulation assumes.
 fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
         return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
@@ -225,7 +226,7 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
 }
 
-/// Fails if a motion for validation would have too many samples.
+/// Fails if a validation motion would have too many samples.
 fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
     let motion = ValidationMotion::default();
     let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
@@ -235,10 +236,10 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// The random numbers of validation motions use this stream, so they are independent of the noise.
+/// Stream of the random numbers of validation motions. It differs from the stream of the noise, so both are independent.
 const VALIDATION_STREAM: u64 = 0x76;
 
-/// A validation motion from point to point, at the limits; each `number` gives other random points.
+/// A validation motion between random points, at the limits of the joints. Each `number` gives other points.
 fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, number: usize) -> Reference {
     let of = |f: &dyn Fn(&MotionLimits) -> f64| limits.iter().map(f).collect::<Vec<f64>>();
     let position: Vec<(f64, f64)> = limits.iter().map(|l| l.position).collect();
@@ -248,8 +249,8 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
-/// Groups of motions, given by their indices, that are computed together in SIMD lanes: motions of one robot with the same
-/// load, at most as many as a tape has lanes.
+/// Splits motions into groups that are simulated together in SIMD lanes. Each group has motions with the same load, at most one
+/// per lane. Motions are given by their indices.
 fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     let numbers: Vec<usize> = (0..motions.len()).collect();
     let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
@@ -257,7 +258,7 @@ fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
-/// The record of a motion. Fails if its simulation stopped before the end.
+/// Returns the record of a motion. Fails if its simulation stopped before the end.
 fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
     match stop {
         Stop::End => Ok(record),
@@ -275,15 +276,15 @@ struct MotionToSimulate<'a> {
     is_loaded: bool,
 }
 
-/// The trajectory of a motion.
+/// The trajectory of a motion to simulate.
 enum SimulatedPath {
     Planned(ExcitingTrajectory),
     Exciting(motion::Motion),
-    /// The motion for validation with this number.
+    /// The validation motion with this number.
     Validation(usize),
 }
 
-/// Everything that simulated motions have in common; only the noise differs between motions.
+/// Settings that all simulated motions have in common. Only the noise differs between motions.
 struct SimulationSettings<'a> {
     model: &'a Model,
     setup: &'a SimulationSetup,
@@ -293,7 +294,7 @@ struct SimulationSettings<'a> {
 }
 
 impl SimulationSettings<'_> {
-    /// Simulates the motions with these `numbers`, and returns their records.
+    /// Simulates the motions with the indices `numbers`, and returns their records.
     fn records(&self, numbers: &[usize], references: &[Reference]) -> Vec<(Record, Stop)> {
         let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
         let feedforward = added.as_ref().map(|f| f as &setup::Feedforward);
@@ -305,13 +306,13 @@ impl SimulationSettings<'_> {
     }
 }
 
-/// The feedforward that the controller adds to its own torque.
+/// Feedforward torques of the simulated controller, which are added to its feedback torques.
 #[derive(Clone)]
 struct Feedforward {
-    /// Base parameters of the estimate.
+    /// Base parameters of the estimate that gives the torques.
     parameters: Vec<f64>,
-    /// True drive gain divided by estimated gain, one per coordinate. The controller commands the current torque / estimated
-    /// gain, and the drive turns it into a torque with the true gain.
+    /// True drive gain divided by estimated gain, one per coordinate. The controller divides a torque by the estimated gain,
+    /// and the drive multiplies the current by the true gain.
     factor: Vec<f64>,
 }
 
@@ -322,7 +323,7 @@ impl Feedforward {
         Ok(Feedforward { parameters: model.values(estimate)?, factor })
     }
 
-    /// Torques of the feedforward along `reference`, N m (N), one series per coordinate.
+    /// Feedforward torques along `reference`, N m (N), one series per coordinate.
     fn torques(&self, model: &Model, reference: &Reference) -> Vec<Vec<f64>> {
         let mut torques = inverse_dynamics(model.regressor(), &self.parameters, reference);
         for (series, factor) in torques.iter_mut().zip(&self.factor) {
@@ -332,7 +333,7 @@ impl Feedforward {
     }
 }
 
-/// The values with which the logs were simulated, as an estimate.
+/// The true values, with which the logs were simulated, as an estimate.
 fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effort) -> Estimate {
     let regressor = model.regressor();
     let base = |(base, value): (&BaseParameter, &f64)| {
@@ -345,7 +346,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         let unit = id.unit(regressor.is_prismatic(k));
         Identified::given(id, unit, value)
     };
-    // Equation (5) of the paper: viscous and Coulomb friction (FV, FS) by direction, since they can differ.
+    // As in equation (5) of the paper, viscous and Coulomb friction (FV, FS) have a value for each direction of motion.
     for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
         let by_direction = [
             (FrictionParameter::ViscousForward, law.viscous_positive),

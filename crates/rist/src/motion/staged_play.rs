@@ -1,9 +1,9 @@
-//! Prepares a motion for a robot: slowed down, with paths from the robot's pose and back, at the rate of its controller, all
-//! proved.
+//! Prepares a motion for playing on a robot: slows it down, adds paths from the robot's pose and back, samples it at the rate
+//! of the controller, and proves all limits.
 //!
-//! s: slow-down factor, 0 < s <= 1. With it, a motion has the same positions but takes 1/s of the time: velocities are
-//! multiplied by s, accelerations by s^2. The paths from the robot's pose and back are straight lines in joint space, x(u) = 10
-//! u^3 - 15 u^4 + 6 u^5 from rest to rest (u: share of the time). Their duration follows from the limits of the slowed motion.
+//! s: speed factor, 0 < s <= 1. The slowed motion has the same positions but takes 1/s of the time: velocities are multiplied
+//! by s, accelerations by s^2. The paths are straight lines in joint space from rest to rest, x(u) = 10 u^3 - 15 u^4 + 6 u^5
+//! (u: share of the duration). Their durations follow from the limits of the slowed motion.
 
 use std::path::Path;
 
@@ -23,13 +23,13 @@ use crate::motion::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
 use crate::motion::play_advice::{advice, jumps};
 use crate::request::{CheckRequest, PlayRequest, PlayTarget, Request};
 
-/// A motion prepared for a controller.
+/// A motion prepared for a controller, with its proofs.
 pub struct StagedPlay {
     /// The text of the file for the controller.
     pub text: String,
-    /// The header line for a log of this motion, with the columns that an identification needs.
+    /// The header line of a log of this motion, with the columns that an identification needs.
     pub template: String,
-    /// The proofs of the path to the first pose, of the motion, and of the path back, each with its name.
+    /// The proofs of the path to the first pose, of the motion, and of the path back, each with the name of the segment.
     pub parts: Vec<(&'static str, Checked)>,
     /// Remarks for the user.
     pub notes: Vec<String>,
@@ -37,17 +37,18 @@ pub struct StagedPlay {
 
 /// Rate of the control loop of libfranka, Hz.
 const FRANKA_HZ: f64 = 1000.0;
-/// Greatest velocity, acceleration and jerk of x(u) with length 1 and duration 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
+/// Largest velocity, acceleration and jerk of x(u) with length 1 and duration 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
 const PATH_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
-/// The duration of a path is longer by this factor than its limits need, because of rounding.
+/// The duration that the limits allow is multiplied by this factor, as a reserve for rounding.
 const PATH_DURATION_FACTOR: f64 = 1.001;
-/// Shortest duration of a path, s.
+/// Shortest duration of a path to or from the motion, s.
 const SHORTEST_PATH_S: f64 = 1.0;
 
-/// Makes the file with which a controller plays a motion. `file` is named in messages.
+/// Writes the file with which a controller plays a motion. `file` is named in messages.
 ///
-/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if URScript is asked for and the
-/// robot does not have six turning joints; fails like [`check`]. The parts say whether the limits are kept.
+/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if it asks for URScript and the
+/// robot does not have six turning joints; fails like [`check`]. The result has the proofs, which may show that a limit is not
+/// kept.
 pub fn staged_play(
     model: &Model,
     file: &Path,
@@ -76,7 +77,7 @@ pub fn staged_play(
     if request.from.is_empty() && !jumps(&reference, names).is_empty() {
         let back = Segment::new(&ends[1], &ends[0], &slow, request.speed);
         let checked = back.check(model, file, &of_segments(&asked, motion))?;
-        // A path that is not proven is not played; the advice then names the jump.
+        // If the path back is not proven, it is not played, and the advice warns of the jump.
         if checked.faults().is_empty() {
             parts.push(("way back", checked));
             reference = joined(&reference, &back.reference(played.rate));
@@ -92,7 +93,7 @@ pub fn staged_play(
         let asked = of_segments(&asked, motion);
         parts.insert(0, ("way there", there.check(model, file, &asked)?));
         parts.push(("way back", back.check(model, file, &asked)?));
-        // The paths to and from the motion are proved here, so the certificate covers the approach.
+        // The paths to and from the motion are proved here, so the remark that the approach is not checked is removed.
         parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != LeftOutTopic::Approach));
         reference = joined(&joined(&there.reference(played.rate), &reference), &back.reference(played.rate));
     }
@@ -108,16 +109,16 @@ pub fn staged_play(
     Ok(StagedPlay { text, template: template(names), parts, notes })
 }
 
-/// Writes sentences as comments for URScript and YAML. Names of options are replaced, because the reader of the file does not
-/// know them.
+/// Writes sentences as comments for URScript and YAML. Names of options are replaced by words that the reader of the file
+/// understands.
 fn comments(sentences: &[String]) -> String {
     let spelled =
         |line: &String| line.replace("[limits=FILE]", "a limits file").replace("[from]", "a pose to start from");
     sentences.iter().map(|line| format!("# {}\n", spelled(line))).collect()
 }
 
-/// The request by which the paths are checked. The motion gives the margins, and the limits of acceleration and jerk if there
-/// are no others.
+/// The request for checking the paths. Margins come from the motion. Limits of acceleration and jerk come from the motion too,
+/// if neither the description nor the user gives any.
 fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
     if let Some(margins) = &motion.margins {
@@ -134,13 +135,13 @@ fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     CheckRequest { limits: Some(limits), after: asked.after.clone() }
 }
 
-/// The motion slowed down by the request's speed factor, at the rate of the controller.
+/// Slows the motion down by the request's speed factor, and sets the rate of the controller.
 fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     let mut slow = motion.clone();
     slow.period_s /= request.speed;
     slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
-    // The coefficients of sine and cosine are amplitudes of velocity, so they are scaled; control points are positions and
-    // stay.
+    // Coefficients of sine and cosine are amplitudes of velocity, so they are scaled. Control points of a spline are positions,
+    // so they stay.
     let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
     amplitudes.for_each(|x| *x *= request.speed);
     slow.rate_hz = match request.controller {
@@ -161,8 +162,8 @@ struct Segment<'a> {
 }
 
 impl<'a> Segment<'a> {
-    /// The fastest path within the limits of the slowed motion. Of each joint T_k = (peak_k length / (limit_k speed^k))^(1/k),
-    /// with k = 1, 2, 3 for velocity, acceleration, jerk.
+    /// The fastest path within the limits of the slowed motion. Each joint needs T_k = (peak_k length / (limit_k
+    /// speed^k))^(1/k), with k = 1, 2, 3 for velocity, acceleration, jerk. The largest T_k of all joints is the duration.
     fn new(from: &'a [f64], to: &'a [f64], motion: &ExcitingMotion, speed: f64) -> Segment<'a> {
         let needed = |((from, to), joint): ((&f64, &f64), &experiments::excitation::artefact::MotionJoint)| {
             let (length, limits) = ((to - from).abs(), &joint.limits);
@@ -207,7 +208,7 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Joins two motions; `then` starts where `first` ends.
+/// Appends the motion `then` to `first`. It starts where `first` ends, so its first sample is dropped.
 fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();
@@ -224,7 +225,7 @@ fn joined(first: &Reference, then: &Reference) -> Reference {
     }
 }
 
-/// The header line of a log: time, positions, torques.
+/// The header line of a log: columns for time, positions, torques.
 fn template(names: &[String]) -> String {
     let columns = ["q", "tau"].iter().flat_map(|what| names.iter().map(move |name| format!("{what}_{name}")));
     let cells: Vec<String> = std::iter::once("t".to_string()).chain(columns).collect();

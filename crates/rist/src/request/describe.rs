@@ -1,4 +1,4 @@
-//! Requests of the steps that read only a description.
+//! Requests of the steps that need only a description.
 
 use robot::convention::Convention;
 
@@ -54,7 +54,7 @@ words! {
 }
 
 request! {
-    /// How the model of a robot is shown.
+    /// Options for showing the model of a robot.
     pub struct InspectRequest {
         /// text is wrapped at the terminal's width, at 80 columns in a pipe; html lets one choose a base parameter or a link.
         format: SheetFormat = SheetFormat::Text;
@@ -65,7 +65,7 @@ request! {
 }
 
 request! {
-    /// What a description is turned into: one of the two.
+    /// Options for a conversion; exactly one must be given.
     pub struct ConvertRequest {
         /// Format to write.
         to: Option<DescriptionFormat> = None;
@@ -75,7 +75,7 @@ request! {
 }
 
 request! {
-    /// What is computed at given states.
+    /// Selects what is computed at given states.
     pub struct EvaluateRequest {
         /// What to compute; it has to be said.
         quantity: Option<StateQuantity> = None;

@@ -1,4 +1,4 @@
-//! Types for fields of an identification: a delay, and the coordinates to which an effect applies.
+//! Types of request fields for identification: a delay, and the joints to which an effect applies.
 
 use identification::signals::signal_options::possible_delay;
 use serde_json::{Value, json};
@@ -16,12 +16,12 @@ pub enum JointSelector {
     Coordinate(String),
 }
 
-/// The delay of the torques after the positions.
+/// The delay of the torques relative to the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Delay {
-    /// The delay is estimated.
+    /// The delay is unknown and is estimated.
     Auto,
-    /// The delay is known, s.
+    /// The known delay, s.
     Seconds(f64),
 }
 

@@ -1,4 +1,4 @@
-//! Requests for checks of logs, of estimates and of motions.
+//! Requests for checking logs, estimates and motions.
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
@@ -6,12 +6,12 @@ use identification::estimate::options::Options;
 
 use super::Range;
 
-/// Default cut-off of the low-pass on position and torque when motions of a plan are validated, Hz: twice the cut-off of the
-/// equations; the range of figure 2 of the paper.
+/// Default cut-off of the low-pass on position and torque, Hz, for validating motions of a plan. It is twice the default
+/// cut-off of the equations, and the range of figure 2 of the paper.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
 request! {
-    /// How logs are looked at before anything is fitted.
+    /// Options for checking logs before a fit.
     pub struct DoctorRequest {
         /// YAML with any option of an identification.
         options: Option<Options> = None, value_name("FILE");
@@ -23,7 +23,7 @@ request! {
 }
 
 request! {
-    /// How an estimate of experiments is held against motions; one from samples brings what it was made with.
+    /// Options for validating an estimate of experiments on motions. An estimate of samples contains its own options.
     pub struct ValidateRequest {
         /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
@@ -33,7 +33,7 @@ request! {
 }
 
 request! {
-    /// What a motion is held to.
+    /// The requirements that a motion is checked against.
     pub struct CheckRequest {
         /// Limits of your own that the motion must keep too, as for `rist excite [limits]`; those that the file lacks are not
         /// assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file alone.

@@ -13,7 +13,7 @@ use super::{FrictionChoice, Range, Request};
 use crate::error::Error;
 
 words! {
-    /// The family of functions that describes a motion.
+    /// The family of functions of which a motion consists.
     pub enum MotionSeries {
         /// A finite Fourier series between blends: its periods can be averaged, and its spectrum is known.
         Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
@@ -23,7 +23,7 @@ words! {
 }
 
 request! {
-    /// Which motion is looked for.
+    /// Options for the search of an exciting motion.
     pub struct ExciteRequest {
         /// The form of the motion.
         motion: MotionSeries = MotionSeries::Fourier;
@@ -79,13 +79,13 @@ pub enum MotionFamily {
     },
     /// A spline, see [`MotionSeries::Spline`].
     Spline {
-        /// Number of polynomials per period; `None`: chosen from the limits.
+        /// Number of polynomial segments per period; `None`: chosen from the limits.
         spans: Option<usize>,
     },
 }
 
 impl ExciteRequest {
-    /// The family of the motion that the request asks for.
+    /// The family of functions that the request selects, with its options.
     ///
     /// Fails if an option belongs to the other family.
     pub fn family(&self) -> Result<MotionFamily, Error> {
@@ -105,12 +105,12 @@ impl ExciteRequest {
         }
     }
 
-    /// The period, s; `None`: chosen from the limits by [`crate::motion::exciting::default_period`].
+    /// The period, s; `None` if the request gives none. It is then chosen by [`crate::motion::exciting::default_period`].
     pub fn seconds(&self) -> Option<f64> {
         self.period.or(self.frequency.map(|hz| 1.0 / hz))
     }
 
-    /// The friction terms whose columns the later identification will have.
+    /// The friction terms of the later identification. The search includes their columns.
     ///
     /// Fails if a term needs a log or a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
@@ -134,12 +134,12 @@ impl ExciteRequest {
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
     }
 
-    /// The limits in space for the bodies; empty if the request gives none.
+    /// The limits in space for the bodies of the robot; empty if the request gives none.
     pub(crate) fn space(&self) -> SpaceLimits {
         self.limits.as_ref().and_then(|limits| limits.space.clone()).unwrap_or_default()
     }
 
-    /// The motion with the coefficients `joints`.
+    /// The motion of this request with the coefficients `joints`, one list per joint.
     pub(crate) fn motion(&self, shape: MotionShape, joints: Vec<Vec<f64>>) -> Motion {
         Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
     }

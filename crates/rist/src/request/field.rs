@@ -1,7 +1,7 @@
-//! Describes a field of a request as data: name, text, default, range and allowed words.
+//! Describes one option of a step as data: name, text, default, range and allowed words.
 //!
-//! The fields of a request are written once, by [`request!`](crate::request!). Flags and their help, keywords of Python,
-//! stubs, tables and the JSON schema are generated from this data.
+//! Each option is defined once, in [`request!`](crate::request!). Flags and their help, Python keywords, stubs, tables and the
+//! JSON schema are generated from this data.
 
 use serde_json::Value;
 
@@ -9,14 +9,14 @@ use super::range::Range;
 use super::shape::ValueShape;
 use super::types::FieldType;
 
-/// One field of a request.
+/// One option of a request.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// The name in Rust and Python; a flag has `-` for `_`.
+    /// The name in Rust and Python. The flag has `-` instead of `_`.
     pub name: &'static str,
-    /// The description of the field, without a full stop at the end; names of other fields are in brackets: `[limits]`.
+    /// The description, without a full stop at the end. Names of other fields are in brackets: `[limits]`.
     pub doc: String,
-    /// The form of the values.
+    /// The form of the values on a command line, in Python and in JSON.
     pub shape: ValueShape,
     /// The value if the user gives none; null if there is none.
     pub default: Value,
@@ -46,13 +46,13 @@ impl Field {
         }
     }
 
-    /// Appends `more` to the text of the field.
+    /// Appends `more` to the description of the field.
     pub fn and(self, more: &str) -> Field {
         Field { doc: format!("{} {more}", self.doc), ..self }
     }
 
-    /// Replaces the name of a constant in the text, for example `[default: SignalOptions::order]`, by its `value`; for defaults
-    /// from other crates.
+    /// Replaces the name of a constant in the description by its `value`. Needed for defaults from other crates, for example
+    /// `[default: SignalOptions::order]`.
     pub fn default_from(self, value: impl std::fmt::Display) -> Field {
         let (before, behind) = self.doc.split_once("[default: ").expect("a doc that names its default");
         let (_, behind) = behind.split_once(']').expect("a bracket that closes");
@@ -79,7 +79,7 @@ impl Field {
         Field { heading, ..self }
     }
 
-    /// The name of the flag of this field, without the dashes.
+    /// The name of this field's flag, without the dashes.
     pub fn flag_name(&self) -> String {
         self.name.replace('_', "-")
     }

@@ -1,4 +1,4 @@
-//! Files as values of a field: a command line gives the path, Python the path or the content.
+//! Fields whose value is a file. A command line gives a path; Python gives a path or the content.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, every_text, last};
 use crate::error::Error;
 
-/// A type whose value is the content of a YAML file.
+/// A type that is read from a YAML file.
 pub trait FileType: Sized {
     /// Parses a text; `file` is named in messages.
     fn parse(file: &str, text: &str) -> Result<Self, Error>;
@@ -23,7 +23,7 @@ pub trait FileType: Sized {
     }
 }
 
-/// The form of a field whose value is a file; `what`: name of the content.
+/// The form of a field whose value is a file. `what`: name of the content in messages.
 pub fn shape(what: &str) -> ValueShape {
     let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
     let expected = format!("the path of {what}, or its content");
@@ -31,10 +31,10 @@ pub fn shape(what: &str) -> ValueShape {
     ValueShape { is_file: true, ..shape }
 }
 
-/// Reads the file at a path, or takes the given content; a text with a colon or a line break is content, as YAML.
+/// Reads a value that is a path or the content itself. A text with a colon or a line break is content, in YAML.
 pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
     match value {
-        // JSON is YAML.
+        // JSON is valid YAML, so the YAML parser reads it.
         Value::Object(_) => T::parse(name, &value.to_string()).map(Some),
         Value::String(text) if text.contains([':', '\n']) && !Path::new(text).exists() => {
             T::parse(name, text).map(Some)
@@ -44,13 +44,13 @@ pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Err
     }
 }
 
-/// Reads the file at the last of these paths.
+/// Reads the file at the last path of `texts`, because a later flag replaces an earlier one.
 pub fn of_texts<T: FileType>(texts: &[String]) -> Result<T, Error> {
     T::read(Path::new(last(texts)))
 }
 
-/// Makes a type usable for a field that is a file. Arguments: the type, its name in texts, and the function that parses a
-/// file's name and text.
+/// Makes a type usable for a field that is a file. Arguments: the type, the name of its content in messages, and a function
+/// that parses it from a file's name and text.
 #[macro_export]
 macro_rules! file_type {
     ($type:ty, $what:literal, $parse:expr) => {
@@ -85,7 +85,7 @@ file_type!(LimitsFile, "limits", LimitsFile::from_yaml);
 file_type!(Options, "options", Options::parse);
 file_type!(Estimate, "an estimate", Estimate::from_yaml);
 
-/// A known load, with the file that it was read from.
+/// A known load, and the path of its file.
 impl FieldType for (PathBuf, KnownLoad) {
     fn shape() -> ValueShape {
         shape("a load")

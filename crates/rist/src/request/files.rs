@@ -1,5 +1,4 @@
-//! Files that the program reads and writes in addition to the logs of an identification, by method. In Python these are
-//! arguments, and methods of the estimate.
+//! Files that commands read and write in addition to logs. In Python these are arguments, or methods of the result.
 
 use std::path::PathBuf;
 
@@ -17,7 +16,7 @@ words! { TrajectoryFormat:
 }
 
 request! {
-    /// Of a plan.
+    /// Output files for the motions of a plan.
     pub struct TrajectoryFiles {
         /// Write each motion for a controller to play into this directory.
         trajectories: Option<PathBuf> = None, value_name("DIRECTORY");
@@ -27,7 +26,7 @@ request! {
 }
 
 request! {
-    /// Of points that others made.
+    /// Options for a file of points from another source.
     pub struct PointsFiles {
         /// How a controller goes between the points of a table or a JointTrajectory [default: the smoothest that the
         /// points allow].
@@ -36,7 +35,7 @@ request! {
 }
 
 request! {
-    /// Of a page: what stands on it.
+    /// The content of a report page.
     pub struct ReportFiles {
         /// The plan of rist plan.
         plan: Option<PathBuf> = None, value_name("FILE");
@@ -60,7 +59,7 @@ request! {
 }
 
 request! {
-    /// Of the methods that take the logs of a plan.
+    /// Input file of methods that identify from the logs of a plan.
     pub struct PlanFiles {
         /// The plan behind the logs.
         plan: Option<PathBuf> = None, value_name("FILE"), heading(METHOD);
@@ -68,7 +67,7 @@ request! {
 }
 
 request! {
-    /// Of least squares on samples.
+    /// Input and output files of least squares on samples.
     pub struct SamplesFiles {
         /// Predict this log, which is not fitted; may be given several times.
         validate: Vec<PathBuf> = Vec::new(), value_name("LOG"), heading(OUTPUTS);
@@ -84,7 +83,7 @@ request! {
 }
 
 request! {
-    /// Of least squares on samples where bodies are identified.
+    /// Output files of least squares on samples, with identified bodies.
     pub struct BodiesFiles {
         /// Write the URDF with the identified inertials, joint damping and friction; implies [consistent].
         write_urdf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
@@ -96,7 +95,7 @@ request! {
         /// Write the URDF and the MuJoCo model even where the verdict is no.
         anyway: bool = false, heading(OUTPUTS);
         ..
-        /// Those of all estimates from samples.
+        /// Files of all estimates from samples.
         samples: SamplesFiles;
     }
 }

@@ -1,4 +1,4 @@
-//! The choice of friction terms in a request: given terms, or an automatic choice.
+//! The choice of friction terms in a request: the user gives the terms, or they are chosen automatically.
 
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};
@@ -7,17 +7,17 @@ use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
-/// The friction terms of every joint.
+/// The choice of friction terms for every joint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrictionChoice {
-    /// The set with the smallest error on held-out segments of the logs.
+    /// The set of terms with the smallest error on held-out segments of the logs.
     Auto,
     /// The given terms; empty: no friction.
     Terms(Vec<FrictionTerm>),
 }
 
 impl FrictionChoice {
-    /// Parses the choice from words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
+    /// Parses a choice from words: terms such as `viscous`, `stribeck=0.1`, or a single word `none` or `auto`.
     fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<FrictionChoice, Error> {
         let words: Vec<&str> = words.into_iter().map(str::trim).collect();
         match words.as_slice() {
@@ -36,7 +36,7 @@ impl FrictionChoice {
         }
     }
 
-    /// The terms; `None` for the automatic choice.
+    /// The given terms; `None` if they are chosen automatically.
     pub fn terms(&self) -> Option<&[FrictionTerm]> {
         match self {
             FrictionChoice::Auto => None,
@@ -45,7 +45,8 @@ impl FrictionChoice {
     }
 }
 
-/// The friction terms of an identification whose torques are not measured yet; the standard terms if the request names none.
+/// The friction terms for planning an identification before torques are measured. If the request names none, the standard
+/// terms.
 ///
 /// Fails for the automatic choice, which needs a log, and for terms that need a measured torque or belong to a single joint.
 pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
@@ -109,7 +110,7 @@ pub(super) fn words(terms: &[FrictionTerm]) -> String {
     terms.iter().map(word).collect::<Vec<_>>().join(",")
 }
 
-/// The word of a term; its speed has all digits.
+/// The word of a term. A speed in it has all digits.
 fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),

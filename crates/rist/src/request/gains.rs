@@ -1,4 +1,4 @@
-//! Fields that assign a number or a text to names: gains of drives, values of symbols, arguments of a description.
+//! Types of fields that assign values to names: drive gains, values of symbols, arguments of a description.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
@@ -9,13 +9,13 @@ use crate::error::Error;
 
 /// A type of value that can be assigned to a name.
 trait Named: Sized {
-    /// Words for a list of such values, and its type in Python.
+    /// The expected form of a list in words, and its Python type.
     const ALL: [&'static str; 2];
 
     /// The JSON type of one value.
     fn json() -> Value;
 
-    /// Parses one name with its value.
+    /// Parses a text with one name and its value.
     fn assigned(text: &str) -> Result<(String, Self), String>;
 
     fn of_value(value: &Value) -> Option<Self>;
@@ -23,7 +23,7 @@ trait Named: Sized {
     /// The value as JSON; `None` if it is the default.
     fn to_value(&self) -> Option<Value>;
 
-    /// The number that has to be in the range of the field; `None` for a text.
+    /// The number that must be in the field's range; `None` for a text.
     fn number(&self) -> Option<f64>;
 }
 
@@ -123,7 +123,7 @@ impl Named for Gain {
         json!({"anyOf": [{"type": "number"}, pair]})
     }
 
-    /// Parses `q1=2.4`, or `q5=11+-2`: expected near 11, with a standard deviation of 2.
+    /// Parses `q1=2.4`, or `q5=11+-2`: a gain expected near 11, with a standard deviation of 2.
     fn assigned(text: &str) -> Result<(String, Gain), String> {
         let (value, deviation) = text.split_once("+-").map_or((text, None), |(gain, d)| (gain, Some(d)));
         let (name, value) = f64::assigned(value)?;

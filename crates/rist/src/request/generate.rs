@@ -1,4 +1,4 @@
-//! The request for source code of a robot.
+//! The request for generated source code of a robot.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ words! {
 }
 
 request! {
-    /// What source is written of a robot.
+    /// Options for generated source code.
     pub struct GenerateRequest {
         /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits),
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
@@ -31,7 +31,7 @@ request! {
     }
 }
 
-/// All functions except the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
+/// A list of all function names except the base regressor, for messages: `regressor, ..., pose=LINK`.
 pub fn function_names() -> String {
     let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
     let mut names: Vec<String> = RobotFunction::words().skip(1).map(name).collect();

@@ -1,4 +1,4 @@
-//! Requests for an identification: one per family of methods. Fields in common are defined once and shared.
+//! Requests for an identification, one per family of methods. Common fields are defined once and shared.
 //!
 //! | method | request |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | `rist-mh` | [`HarmonicRequest`] |
 //! | `iv`, `didim` | [`ClosedLoopRequest`] |
 //!
-//! The options of a method are exactly the fields of its request.
+//! A method has exactly the options that its request has as fields.
 
 use std::path::PathBuf;
 
@@ -26,14 +26,14 @@ use super::unknowns::UnknownKind;
 use super::{FrictionChoice, Range};
 use crate::error::Error;
 
-/// Heading in the help for the options of a method.
+/// Heading in the help for options of the method.
 pub const METHOD: &str = "Method";
 /// Other headings in the help.
 const SIGNALS: &str = "Signals";
 const BODIES: &str = "Bodies and loads";
 
 request! {
-    /// How signals become states.
+    /// Options for processing logged signals: filter, sample rate, decimation, delay.
     pub struct SignalRequest {
         /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs].
         cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
@@ -53,7 +53,7 @@ request! {
 }
 
 request! {
-    /// How logs become rows.
+    /// Options for the regression rows that are built from logs.
     pub struct RowsRequest {
         /// Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V
         /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
@@ -62,13 +62,13 @@ request! {
         /// What rows weigh [default: Options::weights].
         weights: Option<Weights> = None, default_from(Options::default().weights.word()), heading(METHOD);
         ..
-        /// How signals become states.
+        /// Options for processing logged signals: filter, sample rate, decimation, delay.
         signals: SignalRequest;
     }
 }
 
 request! {
-    /// What is asked of least squares on samples, with the parameters that the data need or with all.
+    /// Options of least squares on samples, shared by the methods `ls` and `essential`.
     pub struct SamplesRequest {
         /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
         /// others are estimated; q5=11+-2 expects a gain near 11.
@@ -81,14 +81,13 @@ request! {
         /// The link that carries the load of the logs with a load [default: the last].
         loaded_link: Option<String> = None, value_name("LINK"), heading(BODIES);
         ..
-        /// How logs become rows.
+        /// Options for the regression rows that are built from logs.
         rows: RowsRequest;
     }
 }
 
 request! {
-    /// What is asked of least squares on samples; the default is weighted by joint, with viscous and Coulomb friction and
-    /// an offset.
+    /// Options of least squares on samples. Default: weighted by joint, with viscous and Coulomb friction and an offset.
     pub struct IdentifyRequest {
         /// Physically consistent parameters: only bodies that can exist. Where the log says nothing, they stay near the
         /// bodies of the description.
@@ -96,13 +95,13 @@ request! {
         /// Leave the bodies free where a log is poor, in place of those that can exist where they predict it better.
         free_bodies: bool = false, heading(BODIES);
         ..
-        /// What it has in common with an estimate of the parameters that the data need.
+        /// Options shared with the method `essential`.
         samples: SamplesRequest;
     }
 }
 
 request! {
-    /// What is asked of the paper's equations, rows of the operator Sp.
+    /// Options of the paper's equations, which are rows of the operator Sp.
     pub struct PaperRequest {
         /// Torque per unit of current of a drive, N m/A [default: as the file says; with [load], none]. Where only some
         /// drives are given, the others are estimated.
@@ -116,7 +115,7 @@ request! {
 }
 
 request! {
-    /// What is asked of RIST-MH: all harmonics, with friction. A part that is not asked for has its default.
+    /// Options of RIST-MH, which uses all harmonics and includes friction.
     pub struct HarmonicRequest {
         /// Highest frequency of the equations, Hz [default: Band::equations].
         cutoff: Option<f64> = None, default_from(HarmonicOptions::default().band.equations), range(Range::Positive), value_name("HZ"), heading(SIGNALS);
@@ -135,24 +134,24 @@ request! {
         /// Estimate the backlash of these joints, or of all, as [elastic] does springs.
         backlash: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         ..
-        /// What it has in common with the paper's equations.
+        /// Options shared with the paper's equations.
         paper: PaperRequest;
     }
 }
 
 request! {
-    /// What is asked of an identification in closed loop.
+    /// Options of the methods that simulate the experiments in closed loop.
     pub struct ClosedLoopRequest {
         /// Torque per unit of current of every drive, N m/A [default: as the file says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
         ..
-        /// How signals become states.
+        /// Options for processing logged signals: filter, sample rate, decimation, delay.
         signals: SignalRequest;
     }
 }
 
 impl SignalRequest {
-    /// The options of the file in `options`; fields that are given replace them.
+    /// The options of the file `options`. Fields of the request that are given replace them.
     pub fn options(&self) -> Options {
         let mut options = self.options.clone().unwrap_or_default();
         let signal = &mut options.signal;
@@ -168,13 +167,14 @@ impl SignalRequest {
 }
 
 impl RowsRequest {
-    /// A request whose other fields have their defaults, with the options `options`.
+    /// A request with the options `options`; other fields have their defaults.
     pub fn of_options(options: Options) -> RowsRequest {
         let signals = SignalRequest { options: Some(options), ..SignalRequest::default() };
         RowsRequest { signals, ..RowsRequest::default() }
     }
 
-    /// The options of the file; fields that are given replace them. What has to be estimated keeps its default.
+    /// The options of the file; fields of the request that are given replace them. A delay or friction that is estimated keeps
+    /// its default.
     pub fn options(&self) -> Options {
         let mut options = self.signals.options();
         options.weights = self.weights.unwrap_or(options.weights);
@@ -184,7 +184,7 @@ impl RowsRequest {
         options
     }
 
-    /// The options for summing rows (`rist accumulate`), which reads each row once.
+    /// The options for `rist accumulate`, which sums regression rows and reads each row once.
     ///
     /// Fails if an option needs the rows more than once.
     pub fn options_of_sums(&self) -> Result<Options, Error> {
@@ -212,19 +212,20 @@ impl RowsRequest {
 }
 
 impl IdentifyRequest {
-    /// A request whose other fields have their defaults, with the options `options`.
+    /// A request with the options `options`; other fields have their defaults.
     pub fn of_options(options: Options) -> IdentifyRequest {
         IdentifyRequest { samples: SamplesRequest::of_options(options), ..IdentifyRequest::default() }
     }
 }
 
 impl SamplesRequest {
-    /// A request whose other fields have their defaults, with the options `options`.
+    /// A request with the options `options`; other fields have their defaults.
     pub fn of_options(options: Options) -> SamplesRequest {
         SamplesRequest { rows: RowsRequest::of_options(options), ..SamplesRequest::default() }
     }
 
-    /// The options of the file; fields that are given replace them. What has to be estimated keeps its default.
+    /// The options of the file; fields of the request that are given replace them. A delay or friction that is estimated keeps
+    /// its default.
     pub fn options(&self) -> Options {
         let mut options = self.rows.options();
         options.covariance |= self.covariance;
@@ -248,7 +249,7 @@ impl SamplesRequest {
 }
 
 impl ClosedLoopRequest {
-    /// The options of the simulation and of the fit.
+    /// The options of the closed-loop simulation and of the fit.
     ///
     /// Fails if the delay is to be estimated, or if the friction terms differ from those of the simulated joints.
     pub fn options(&self) -> Result<Options, Error> {
@@ -266,9 +267,9 @@ impl ClosedLoopRequest {
 }
 
 impl PaperRequest {
-    /// The names of the columns of a log, from the options.
+    /// The column names of the logs, from the options.
     ///
-    /// Fails if the options contain anything else, because it would be ignored.
+    /// Fails if the options contain more than column names, because these methods would ignore it.
     pub fn columns(&self) -> Result<ColumnNames, Error> {
         let Some(given) = &self.options else { return Ok(ColumnNames::default()) };
         match *given == (Options { columns: given.columns.clone(), ..Options::default() }) {

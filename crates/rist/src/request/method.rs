@@ -1,4 +1,4 @@
-//! The methods of an identification, each with its request; a method refuses options that are not in its request.
+//! The identification methods. Each has its request, and refuses options that are not in it.
 
 use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
 use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};
@@ -11,7 +11,7 @@ words! {
     pub enum Method {
         /// Least squares on samples.
         Ls = "ls" "Least squares on filtered samples",
-        /// Least squares on samples with the essential parameters, which the data need.
+        /// Least squares on samples with the essential parameters only (the smallest set with nearly the same residual).
         Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
         /// RIST: the paper's equations.
         Rist = "rist" "The paper's equations, rows of the operator Sp",
@@ -52,7 +52,7 @@ impl Method {
         }
     }
 
-    /// The error that this method does not have the option `name`; `None` if it has it, or if no method has it.
+    /// The error text if this method does not have the option `name`. `None` if it has the option, or if no method has it.
     pub fn refusal(self, name: &str) -> Option<Error> {
         let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
         let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();
@@ -67,7 +67,7 @@ impl Method {
 }
 
 request! {
-    /// The equations.
+    /// Selects the method.
     pub struct MethodRequest {
         /// The equations to solve; all but ls and essential need the plan behind the logs.
         method: Method = Method::Ls, heading("Method");

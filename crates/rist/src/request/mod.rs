@@ -1,4 +1,4 @@
-//! Requests to the steps: each request is one struct, whose fields are defined here and nowhere else.
+//! Requests of the steps. A request is a struct with all options of a step, and the only place where they are defined.
 //!
 //! A field is defined once, with its doc, type, default and range:
 //!
@@ -17,11 +17,11 @@
 //! | the refusal of a rate of 0 | [`Request::check`] |
 //!
 //! Texts of the library name a field in brackets, `[rate]`, or with a value, `[delay=auto]`. The program that shows the text
-//! replaces this by its own spelling ([`spelling`]). No text of a library contains a flag.
+//! replaces them by its own spelling ([`spelling`]). Texts of a library contain no flags.
 //!
-//! Not here: checks that need a model, for example whether a coordinate exists.
+//! Checks that need a model are elsewhere, for example whether a coordinate exists.
 
-// Modules with macros come first, because the modules below use the macros.
+// Modules with macros come first, because the modules below use them.
 #[macro_use]
 mod table;
 #[macro_use]
@@ -77,7 +77,7 @@ pub use types::FieldType;
 pub use unknowns::UnknownKind;
 pub use words::WordChoice;
 
-/// The fields of all requests, with the names of these: `excite`, ..; `identify-METHOD` for each method.
+/// The fields of all requests, each with the request's name: the step, or `identify-METHOD`.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
@@ -98,17 +98,17 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
     steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
 }
 
-/// A request that a wing adds: its name and its fields.
+/// A request that a wing (an optional package) adds: its name and its fields.
 pub type WingRequest = (&'static str, fn() -> Vec<Field>);
 
 static REGISTERED: OnceLock<Vec<WingRequest>> = OnceLock::new();
 
-/// Registers the requests of wings; only the first call has an effect.
+/// Registers the requests of wings (optional packages). Only the first call has an effect.
 pub(crate) fn register(requests: Vec<WingRequest>) {
     REGISTERED.get_or_init(|| requests);
 }
 
-/// The fields of all requests and files; texts may name them.
+/// All fields that texts may name: those of all requests and of all files.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
     let files = Method::all()

@@ -10,7 +10,7 @@ use super::{Request, number, of_values};
 use crate::error::Error;
 
 request! {
-    /// How a description is read; the default is as it stands.
+    /// Options for reading a description. By default it is read unchanged.
     pub struct ModelOptions {
         /// Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value).
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
@@ -57,8 +57,8 @@ impl ModelOptions {
         }
     }
 
-    /// The options of an artefact, replaced by those of `self` that are not the default: key by key, and for keys with several
-    /// names name by name.
+    /// The options of an artefact, where options of `self` that differ from the default replace them. For options with several
+    /// names, only the given names are replaced.
     pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
         let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
         for (key, value) in self.given() {
@@ -70,8 +70,8 @@ impl ModelOptions {
         of_values(all.iter().map(|(key, value)| (*key, value)))
     }
 
-    /// Phrases on the options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`. `None`: all
-    /// defaults.
+    /// Phrases on options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`. `None` means
+    /// that all options have their defaults.
     pub fn differences(here: Option<&DescriptionOptions>, there: Option<&DescriptionOptions>) -> Vec<String> {
         let [here, there] = [here, there].map(|of| -> BTreeMap<&str, Value> {
             of.map(|of| ModelOptions::of_description(of).given().into_iter().collect()).unwrap_or_default()
@@ -87,7 +87,7 @@ impl ModelOptions {
         odd.map(|key| format!("[{key}] is {} there and {} here", shown(there.get(key)), shown(here.get(key)))).collect()
     }
 
-    /// The options as an artefact stores them; `None` if all are the default.
+    /// The options as they are stored in an artefact; `None` if all have their defaults.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.value.iter().cloned().collect(),
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(other.value, [("D3".to_string(), 0.3), ("D4".to_string(), 0.5)]);
         let none = over(ModelOptions { rotor_inertia: Some(RotorInertias::None), ..Default::default() });
         assert_eq!((none.rotor_inertia, none.base), (Some(RotorInertias::None), artefact.base));
-        // Only the options that differ are named.
+        // Only options that differ are reported.
         let said = ModelOptions::differences(none.description().as_ref(), Some(&made_with));
         assert_eq!(said, ["[rotor_inertia] is actuated there and none here"]);
         let said = ModelOptions::differences(None, artefact.description().as_ref());

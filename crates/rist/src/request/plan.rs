@@ -1,4 +1,4 @@
-//! The request for a plan.
+//! The request for planning experiments.
 
 use experiments::excitation::limits::LimitsFile;
 use experiments::motion::profile::Profile;
@@ -7,7 +7,7 @@ use experiments::plan::exchange::Criterion;
 use super::Range;
 
 request! {
-    /// The request for a plan.
+    /// Options for planning experiments.
     pub struct PlanRequest {
         /// Number of experiments.
         experiments: usize = 8, range(1..=1000), short('n');

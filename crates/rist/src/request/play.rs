@@ -12,7 +12,7 @@ words! {
         UrE = "ur-e" "URScript, a set point each 2 ms",
         /// A CB3 of Universal Robots.
         UrCb3 = "ur-cb3" "URScript, a set point each 8 ms",
-        /// A loop of libfranka.
+        /// A control loop of libfranka (Franka robots).
         Franka = "franka" "CSV, a row each ms: for a loop of libfranka that reads it",
         /// A joint_trajectory_controller of ros2_control.
         Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion: quintic between its points",
@@ -20,7 +20,7 @@ words! {
 }
 
 request! {
-    /// How a motion goes to a robot.
+    /// Options for playing a motion on a robot.
     pub struct PlayRequest {
         /// Who plays it; none of them has been tried on its controller.
         controller: PlayTarget = PlayTarget::Ros2;

@@ -1,13 +1,13 @@
-//! Allowed ranges for the numbers of a field.
+//! Allowed ranges of numeric fields.
 
 use std::ops::{RangeFrom, RangeInclusive};
 
 use crate::error::Error;
 
-/// A range of numbers; NaN is in none of them except `Any`.
+/// An allowed range of numbers. NaN is only allowed by `Any`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Range {
-    /// All numbers; also for values that are no numbers.
+    /// Every number is allowed. Also used for fields that are no numbers.
     Any,
     /// From the first number to the second, both included.
     Between(f64, f64),
@@ -72,7 +72,7 @@ pub fn number(x: f64) -> String {
 }
 
 impl Range {
-    /// The error for the number `x` of `field`, which is out of the range.
+    /// The error for a number `x` of the field `field` that is out of range.
     pub(crate) fn refusal(&self, field: &str, x: f64) -> Error {
         let x = number(x);
         match self {

@@ -1,4 +1,4 @@
-//! The requests as a JSON schema, for editors and other languages.
+//! Writes the requests as a JSON schema, for editors and for programs in other languages.
 
 use serde_json::{Map, Value, json};
 
@@ -7,7 +7,7 @@ use super::range::Range;
 use super::requests;
 use super::spelling::{Audience, spelled};
 
-/// A JSON schema with each request under `$defs`, a property per field: type, default, range and text.
+/// A JSON schema of all requests under `$defs`. Each field is a property with type, default, range and text.
 pub fn schema() -> Value {
     let of_request = |(name, fields): (String, Vec<Field>)| {
         let properties: Map<String, Value> = fields.iter().map(|f| (f.name.to_string(), property(f))).collect();
@@ -62,7 +62,7 @@ mod tests {
         assert_eq!(rate["type"], "number", "{rate}");
         let is_bounded = rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some();
         assert!(rate["default"].is_number() && is_bounded, "{rate}");
-        // Texts name other fields, not flags.
+        // Texts must name fields as in JSON, not as flags or in brackets.
         let text = schema.to_string();
         assert!(!text.contains("--") && !text.contains("[limits]"));
     }

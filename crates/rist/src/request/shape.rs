@@ -1,11 +1,11 @@
-//! The form of the values of a type on a command line, in Python and in JSON.
+//! The form of a field's values on a command line, in Python and in JSON.
 
 use serde_json::Value;
 
-/// Describes the values of a type for a command line, for Python and for JSON.
+/// Describes how values of a type are written on a command line, in Python and in JSON.
 #[derive(Clone, Debug)]
 pub struct ValueShape {
-    /// The expected values in words: `a whole number`.
+    /// The expected values in words, for messages: `a whole number`.
     pub expected: String,
     /// The type in the Python stub.
     pub python: String,
@@ -17,7 +17,7 @@ pub struct ValueShape {
     pub words: Vec<(&'static str, &'static str)>,
     /// Whether a text is the path of a file to read.
     pub is_file: bool,
-    /// Checks a text of the command line before any work is done.
+    /// Checks a text of the command line, before the step starts.
     pub check: fn(&str) -> Result<(), String>,
 }
 

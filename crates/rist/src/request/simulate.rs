@@ -8,7 +8,7 @@ use linear_model::known_load::KnownLoad;
 use super::Range;
 
 request! {
-    /// How motions are simulated.
+    /// Options for simulating motions.
     pub struct SimulateRequest {
         /// Number of validation motions.
         validation: usize = 10, range(0..=1000);

@@ -1,4 +1,4 @@
-//! Replaces names of fields in texts by the spelling that the reader knows.
+//! Replaces names of fields in texts by the spelling of the reader: as flags, Python keywords or JSON keys.
 //!
 //! In JSON a field is written by its name: `effort_share`, `delay: auto`.
 //!
@@ -26,7 +26,7 @@ use serde_json::Value;
 use super::{all_fields, number};
 use crate::error::Step;
 
-/// The kind of reader of a text.
+/// The kind of reader of a text, which decides how options are spelled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Audience {
     /// A program in Rust: the text stays as it is.
@@ -40,7 +40,7 @@ pub enum Audience {
     Json,
 }
 
-/// Flags of the program that are no fields of requests: names of files that it reads and writes.
+/// Flags of the program that are not fields of requests. They name files to read or write.
 const FLAGS_OF_FILES: [&str; 19] = [
     "after",
     "anyway",
@@ -68,7 +68,7 @@ fn is_field(name: &str) -> bool {
     NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(FLAGS_OF_FILES).collect()).contains(name)
 }
 
-/// The text, with its fields and steps in the spelling for `reader`.
+/// The text with its fields and steps spelled for `reader`.
 pub fn spelled(text: &str, reader: Audience) -> String {
     if reader == Audience::Library {
         return text.into();
@@ -92,7 +92,7 @@ pub fn spelled(text: &str, reader: Audience) -> String {
     spelled + rest
 }
 
-/// The spelling of the text `inside` brackets; `None` if it is neither a field nor a step.
+/// The spelling of a field or step whose name is the text `inside` brackets; `None` if it is neither.
 fn bracket(inside: &str, reader: Audience) -> Option<String> {
     if let Some(inside) = inside.strip_prefix(':') {
         let (word, given) = inside.split_once(' ').unwrap_or((inside, ""));
@@ -106,17 +106,17 @@ fn bracket(inside: &str, reader: Audience) -> Option<String> {
     Some(written(name, more, reader))
 }
 
-/// Splits a text into the name of a field and the text after it; `None` if it does not start with a field.
+/// Splits a text into the name of a field and the text after the name; `None` if it does not start with a field.
 fn field(inside: &str) -> Option<(&str, &str)> {
     let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
     let (name, more) = inside.split_at(end);
     (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more))
 }
 
-/// Whether the text between `before` and `behind` is a separate word, not a part of a name or a path.
+/// Whether a bracket with text `before` and `behind` it is a separate word, and not part of a name or a path.
 fn is_word(before: &str, behind: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || "_-/.~".contains(c);
-    // A full stop directly after the text ends a sentence, so it does not count.
+    // A full stop behind the bracket may end a sentence, so it is ignored.
     let behind = behind.trim_start_matches('.');
     !before.ends_with(is_part) && !behind.starts_with(is_part)
 }
@@ -185,7 +185,7 @@ fn plain(value: &str) -> String {
     }
 }
 
-/// The flags of a command line for values of a request, each with a blank before it.
+/// Writes values of a request as flags of a command line, each with a space before it.
 pub fn flags(given: &[(&'static str, Value)]) -> String {
     let mut text = String::new();
     for (name, value) in given {
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn fields_are_spelled_as_their_reader_writes_them() {
-        // Each text, then its spelling for the program and for Python.
+        // Each entry: a text, its spelling for the program, its spelling for Python.
         for (text, program, python) in [
             ("[rate] is 0", "--rate is 0", "rate= is 0"),
             ("([:doctor] says more)", "(rist doctor says more)", "(rist.doctor says more)"),

@@ -1,4 +1,4 @@
-//! The table of a request's fields, which `request!` generates; values are read into the fields here.
+//! Reads and writes requests by the names of their fields. The macro `request!` generates the table of fields.
 
 use gate::suggestion::nearest;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use super::field::Field;
 use super::types::FieldType;
 use crate::error::Error;
 
-/// A request whose fields the program, Python and JSON can read and set.
+/// A set of options whose fields can be read and set by name, from the program, Python or JSON.
 pub trait Request: Default {
     /// The fields of the request, in the order of the help.
     fn fields() -> Vec<Field>;
@@ -22,14 +22,14 @@ pub trait Request: Default {
     /// Fails like [`Request::set_texts`], and if a number is out of the range of its field.
     fn set_value(&mut self, name: &str, value: &Value) -> Result<(), Error>;
 
-    /// Names and values of the fields that do not have their default.
+    /// Names and values of the fields that differ from their defaults.
     fn given(&self) -> Vec<(&'static str, Value)>;
 
     /// Fails if a number is out of the range of its field.
     fn check(&self) -> Result<(), Error>;
 }
 
-/// Reads a request from values by name.
+/// Makes a request from pairs of field name and value; other fields have their defaults.
 ///
 /// Fails if a field does not exist, or does not accept its value.
 pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a Value)>) -> Result<R, Error> {
@@ -38,7 +38,7 @@ pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a 
     Ok(request)
 }
 
-/// The error for an unknown option `name`, with the option that was probably meant and a list of all.
+/// The error for an unknown option `name`, with the most similar option and a list of all.
 pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
     let known: Vec<&str> = known.into_iter().collect();
     let meant =
@@ -46,7 +46,7 @@ pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Erro
     Error::new(format_args!("there is no option `{name}`{meant}; there are {}", known.join(", ")))
 }
 
-/// Whether the request `R`, used as a part of another request, has this field.
+/// Whether the request `R`, which is a part of another request, has the field `name`.
 pub fn has<R: Request>(name: &str) -> bool {
     R::fields().iter().any(|field| field.name == name)
 }
@@ -70,7 +70,7 @@ pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> 
     Ok(found)
 }
 
-/// Generates a request: a struct, its default, and the table of its fields. Wings use this macro too.
+/// Generates a request: a struct, its default, and the table of its fields. Wings (optional packages) use it too.
 #[macro_export]
 macro_rules! request {
     (
@@ -85,7 +85,7 @@ macro_rules! request {
     ) => {
         $(#[doc = $about])*
         #[derive(Clone, Debug)]
-        #[allow(rustdoc::broken_intra_doc_links)] // fields in brackets
+        #[allow(rustdoc::broken_intra_doc_links)] // docs contain fields in brackets
         pub struct $name {
             $($(#[doc = $doc])* pub $field: $type,)*
             $($(#[doc = $part_doc])* pub $part: $part_type,)?

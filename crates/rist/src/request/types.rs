@@ -1,4 +1,4 @@
-//! The types that fields can have: each is read from texts of a command line and from a value of Python or JSON.
+//! Types that fields can have. Each is read from texts of a command line, and from a value of Python or JSON.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -20,24 +20,24 @@ pub trait FieldType: Sized {
 
     /// Converts a value of Python or JSON; `None` if it does not have the form in [`ValueShape::expected`].
     ///
-    /// Fails if it has this form, but a content that is not possible.
+    /// Fails if the value has this form, but its content is invalid.
     fn of_value(value: &Value) -> Result<Option<Self>, Error>;
 
-    /// Converts back to a value that `of_value` reads; null for the default of an option.
+    /// Converts to a value that `of_value` reads. For an option, the default becomes null.
     fn to_value(&self) -> Value;
 
-    /// The numbers that have to be in the range of the field.
+    /// The numbers that must be in the field's range.
     fn numbers(&self) -> Vec<f64> {
         Vec::new()
     }
 }
 
-/// Accepts every text; errors are found when it is parsed.
+/// Accepts every text, because errors are found later, when the text is parsed.
 pub(super) fn every_text(_: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The last text, because a later flag replaces an earlier one.
+/// Returns the last text, because a later flag replaces an earlier one.
 pub(super) fn last(texts: &[String]) -> &str {
     texts.last().map_or("", String::as_str)
 }
@@ -50,7 +50,7 @@ fn parsed<T: FromStr<Err: ToString>>(texts: &[String]) -> Result<T, Error> {
     last(texts).parse().map_err(|e: T::Err| Error::new(format_args!("`{}`: {}", last(texts), e.to_string())))
 }
 
-/// Implements `FieldType` for a type that serde knows. Arguments: its form, its parser of texts and, for numbers, the number.
+/// Implements `FieldType` for a type that serde supports. Arguments: its form, a parser of texts and, for numbers, the number.
 macro_rules! plain_type {
     ($type:ty, $shape:expr, $of_texts:expr $(, |$x:ident| $numbers:expr)?) => {
         impl FieldType for $type {
@@ -80,7 +80,7 @@ macro_rules! plain_type {
 }
 pub(super) use plain_type;
 
-/// The form of a type that JSON has, for example a boolean.
+/// The form of a type that exists in JSON, for example a boolean.
 fn json_type(
     expected: &str,
     python: &str,
@@ -109,7 +109,7 @@ fn list_of_paths() -> ValueShape {
 plain_type!(usize, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(u64, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(f64, json_type("a number", "float", "number", Flag::Number, parses::<f64>), parsed, |x| vec![x]);
-// A flag without a value means true.
+// A flag without a value means `true`.
 plain_type!(bool, json_type("true or false", "bool", "boolean", Flag::Switch, every_text), |_| Ok(true));
 plain_type!(String, json_type("a text", "str", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
 plain_type!(PathBuf, json_type("a path", "Path", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));

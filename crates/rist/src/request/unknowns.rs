@@ -1,4 +1,4 @@
-//! Types for fields: the unknowns of a fit in addition to its parameters, and the mount of a base.
+//! Types of request fields: unknowns that a fit identifies in addition to the parameters, and the mount of a base.
 
 use serde_json::{Value, json};
 
@@ -8,13 +8,13 @@ use super::words::WordChoice;
 use crate::error::Error;
 
 words! {
-    /// Unknowns in addition to the parameters, for all joints.
+    /// Unknowns that a fit identifies in addition to the parameters, each for all joints.
     pub enum UnknownKind {
         /// The mount of the base (direction of gravity).
         Mount = "mount" "",
         /// The encoder zero of each joint.
         Zeros = "zeros" "",
-        /// The scale of each joint's torque relative to the other joints.
+        /// A common factor of each joint's torque, relative to the other joints.
         Scales = "scales" "",
         /// A spring at each joint.
         Springs = "springs" "",

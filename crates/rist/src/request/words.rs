@@ -1,4 +1,4 @@
-//! The words by which a user chooses, for fields with fixed choices; each word has a line of help.
+//! Fields with fixed choices. The user selects a choice by its word, and each word has a line of help.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::motion::point_trajectory::Interpolation;
@@ -13,12 +13,12 @@ use super::shape::{Flag, ValueShape};
 use super::types::{every_text, last};
 use crate::error::Error;
 
-/// A type with fixed choices, each of which has a word.
+/// A type with fixed choices, each with a word.
 pub trait WordChoice: Copy + PartialEq + 'static {
     /// All choices, each with its word and a line of help.
     const WORDS: &'static [(Self, &'static str, &'static str)];
 
-    /// The choice that a word stands for; `None` if the word is unknown.
+    /// The choice with the word `word`; `None` if there is no such word.
     fn of_word(word: &str) -> Option<Self> {
         Self::WORDS.iter().find(|(_, known, _)| *known == word).map(|(choice, ..)| *choice)
     }
@@ -29,7 +29,7 @@ pub trait WordChoice: Copy + PartialEq + 'static {
     }
 }
 
-/// The form of a field with fixed choices.
+/// The form of a field with the choices of `T`.
 pub fn shape<T: WordChoice>() -> ValueShape {
     let words: Vec<&str> = T::WORDS.iter().map(|(_, word, _)| *word).collect();
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
@@ -44,7 +44,7 @@ pub fn shape<T: WordChoice>() -> ValueShape {
     }
 }
 
-/// Makes a type with fixed choices usable for a field; the choices have words and help. It can declare the `enum` too.
+/// Makes a type with fixed choices usable for a field, by a word and help for each choice. It can also declare the `enum`.
 #[macro_export]
 macro_rules! words {
     ($(#[doc = $about:literal])* pub enum $type:ident {
@@ -83,7 +83,7 @@ macro_rules! words {
     };
 }
 
-/// The choice for the last of these texts; fails if it is not one of the words.
+/// The choice for the last text of `texts`. Fails if it is not one of the words.
 pub fn of_texts<T: WordChoice>(texts: &[String]) -> Result<T, Error> {
     let word = last(texts);
     T::of_word(word).ok_or_else(|| Error::new(format_args!("`{word}`: expected is {}", shape::<T>().expected)))

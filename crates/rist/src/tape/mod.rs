@@ -1,4 +1,4 @@
-//! Evaluates a function of a robot at states, as a tape with one workspace per thread.
+//! Evaluates functions of a robot by tapes (lists of arithmetic operations), with one workspace per thread.
 
 pub(crate) mod state_tape;
 pub(crate) mod tape_regressor;

@@ -1,4 +1,4 @@
-//! A function of a robot's states on a tape; if loops are closed numerically, with the solver of the passive joints.
+//! Evaluates a function of a robot's state by a tape. If loops are closed numerically, it also solves for the passive joints.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,7 +7,7 @@ use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// A function f(q, passive joints, dq, ddq, X, others), or of some of these arguments.
+/// A function f(q, passive joints, dq, ddq, X, others) as a tape. Some of these arguments may be missing.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
     /// The arguments of the function, in order.
@@ -15,7 +15,7 @@ pub(crate) struct StateTape {
     closure: Option<Mutex<Closure>>,
 }
 
-/// An argument of such a function.
+/// An argument of the function.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum StateArgument {
     /// Positions q, rad (m).
@@ -33,7 +33,7 @@ pub(crate) enum StateArgument {
 }
 
 impl StateTape {
-    /// Makes the tape of a function; `closure`: the solver, needed if the function depends on passive joints.
+    /// Makes the tape of a function. `closure`: the solver for passive joints; required if the function depends on them.
     pub(crate) fn new(function: &Function, closure: Option<Closure>) -> StateTape {
         let argument = |input: &expr::Input| match input.name.as_str() {
             "q" => StateArgument::Q,
@@ -52,10 +52,10 @@ impl StateTape {
         }
     }
 
-    /// Writes the outputs state after state; an argument that the function does not need may be empty. `others`: the other
-    /// arguments in the order of `arguments`, each with one row per state.
+    /// Writes the outputs of all states, one state after the other. Arguments that the function does not need may be empty.
+    /// `others`: the other arguments in the order of `arguments`, each with one row per state.
     ///
-    /// At a state where the loops do not close, the outputs are NaN, which later steps refuse.
+    /// The outputs are NaN for a state where the loops do not close.
     pub(crate) fn fill<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -71,10 +71,10 @@ impl StateTape {
     }
 
     /// Computes the outputs with the indices `wanted` in SIMD lanes. `take(g, e, values)` gets output `wanted[e]` of the group
-    /// of states that starts at state g x `Tape::LANES`. `states`: q, dq, ddq, n numbers each, state after state. Lanes after
-    /// the last state repeat it.
+    /// of states that starts at state g x `Tape::LANES`. `states`: q, dq, ddq with n numbers each, state by state. In the last
+    /// group, unused lanes repeat the last state.
     ///
-    /// At a state where the loops do not close, the outputs are NaN.
+    /// The outputs are NaN for a state where the loops do not close.
     pub(crate) fn lanes(
         &self,
         states: &[f64],
@@ -110,7 +110,7 @@ impl StateTape {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
         self.tapes.with(|tapes, work, inputs| {
-            // The inputs of a state follow the order of the function's arguments.
+            // The inputs of each state are in the order of the function's arguments.
             for [q, dq, ddq] in states {
                 let mut others = others.iter();
                 for argument in &self.arguments {
@@ -125,7 +125,7 @@ impl StateTape {
                         }
                         StateArgument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
                             Some(Ok(passive)) => inputs.extend(passive),
-                            // The loops do not close: the state is marked, and zeros keep the place of the passive joints.
+                            // If the loops do not close, the state is marked, and zeros stand for the passive joints.
                             Some(Err(_)) => {
                                 open.push(count);
                                 inputs.extend(std::iter::repeat_n(0.0, *n));
@@ -141,7 +141,7 @@ impl StateTape {
     }
 }
 
-/// The inputs of a function at many states.
+/// The inputs of the function at many states.
 struct Inputs<'a> {
     /// The inputs, state by state.
     inputs: &'a [f64],

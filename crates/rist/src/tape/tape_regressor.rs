@@ -1,4 +1,4 @@
-//! A base regressor that a tape evaluates: for any robot, without a compiler.
+//! Base regressor of any robot, evaluated by a tape. No compiler is needed.
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;
@@ -7,19 +7,19 @@ use modeling::Closure;
 
 use crate::tape::state_tape::StateTape;
 
-/// The base regressor Y of tau = Y(q, dq, ddq) X, evaluated by interpreting its function.
+/// The base regressor Y of tau = Y(q, dq, ddq) X, evaluated by a tape.
 pub(crate) struct TapeRegressor {
     tape: StateTape,
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-    /// Index in Y (row by row) of each entry that is not zero.
+    /// Index of each entry that is not always zero, in Y written row by row.
     places: Vec<usize>,
 }
 
 impl TapeRegressor {
-    /// Makes the regressor from the function of Y; `closure`: the solver of its passive joints, if it has some.
+    /// Makes the regressor from the function of Y. `closure`: the solver for passive joints, if the robot has some.
     pub(crate) fn new(
         base: &Function,
         closure: Option<Closure>,
@@ -104,7 +104,7 @@ mod tests {
                     arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
                     assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
                 }
-                // Blocks of eight states, computed in SIMD lanes, with an unused entry between the blocks.
+                // Blocks of eight states each, computed in SIMD lanes. Between blocks there is one unused entry.
                 let (entries, eights) = (arm.non_zeros(), count / 8);
                 let stride = entries.len() + 1;
                 let mut blocks = vec![Eight([f64::INFINITY; 8]); eights * stride];

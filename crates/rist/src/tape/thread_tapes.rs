@@ -1,22 +1,21 @@
-//! Tapes of one robot, with separate memory for each thread, so that several threads can evaluate them through a shared
-//! reference.
+//! Tapes of one robot that several threads evaluate at the same time. Each thread has its own memory.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use expr::{Tape, Workspace};
 
-/// Tapes that are evaluated together.
+/// A set of tapes that are evaluated together.
 pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Number of this set of tapes, by which a thread knows whether its memory belongs to this set.
+    /// Number of this set. A thread compares it with the number in its memory, to know whether the memory belongs to this set.
     number: usize,
 }
 
-/// Number of sets of tapes made so far; the next set gets this number.
+/// Number of sets made so far, which is the number of the next set.
 static MADE: AtomicUsize = AtomicUsize::new(0);
 
-/// Memory for evaluating the set with this number.
+/// Memory of one thread for evaluating the set with the number `number`.
 struct Memory {
     number: usize,
     work: Vec<Workspace>,
@@ -29,12 +28,12 @@ thread_local! {
 }
 
 impl ThreadTapes {
-    /// Makes a set of these tapes, with a new number.
+    /// Makes a set of tapes with a new number.
     pub(crate) fn new(tapes: Vec<Tape>) -> ThreadTapes {
         ThreadTapes { tapes, number: MADE.fetch_add(1, Ordering::Relaxed) }
     }
 
-    /// Calls `run` with the tapes, this thread's workspace of each, and an empty list for their inputs.
+    /// Calls `run` with the tapes, this thread's workspace for each tape, and an empty list for the inputs.
     pub(crate) fn with<T>(&self, run: impl FnOnce(&[Tape], &mut [Workspace], &mut Vec<f64>) -> T) -> T {
         MEMORY.with_borrow_mut(|memory| {
             if memory.number != self.number {

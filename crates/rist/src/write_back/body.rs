@@ -1,4 +1,4 @@
-//! The values that a simulator's file gets: bodies, and the friction and rotor inertia of joints.
+//! Values that are written into a simulator's file: inertial parameters, friction and rotor inertia.
 
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use robot::{Link, Part};
@@ -16,7 +16,7 @@ pub struct JointDynamics {
     pub armature: f64,
 }
 
-/// Fails if the ten parameters of a link are no possible body; simulators refuse such a body.
+/// Fails if the ten inertial parameters of a link are physically impossible, because simulators refuse such a body.
 pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     match smallest_eigenvalue(ten) > 0.0 {
         true => Ok(()),
@@ -28,10 +28,10 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The ten parameters of a link itself: the parameters of the links fixed to it, which come from the file, are subtracted.
+/// The ten parameters of a link alone: those of the links fixed to it, as given in the file, are subtracted from `ten`.
 ///
-/// `ten`: the sum over all these links, about the origin of the link frame. If the difference is no possible body, the link
-/// gets the whole sum, and the names of the links whose inertials must be emptied are returned.
+/// `ten`: the sum over the link and the links fixed to it, about the origin of the link frame. If the difference is physically
+/// impossible, the link gets the whole sum; the names of the fixed links, whose inertials must then be removed, are returned.
 pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name).collect();
     let mut rest = *ten;
@@ -44,7 +44,7 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence on a link that took over the inertia of the links fixed to it; `None` if it took over none.
+/// A sentence on a link that got the inertia of the links fixed to it; `None` if it got none.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

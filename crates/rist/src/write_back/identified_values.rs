@@ -1,4 +1,4 @@
-//! The values of an estimate that are written into a source file.
+//! Selects the values of an estimate that are written into generated source code.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::fit::verdict::{Trust, estimate_verdict};
 use crate::request::GenerateRequest;
 
 impl IdentifiedValues {
-    /// The values of an estimate that was made with this model.
+    /// The values of an estimate that was made with the model `model`.
     ///
     /// Fails if a base parameter of the model is missing in the estimate, or is not a finite number.
     pub fn of(model: &Model, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
@@ -34,7 +34,7 @@ impl IdentifiedValues {
 }
 
 impl GenerateRequest {
-    /// The values of an estimate for the source file; `file`: name of the estimate's file, for messages.
+    /// The values of an estimate for generated source code. `file`: name of the estimate's file, for messages.
     ///
     /// Fails if the estimate was made with another model, or if its verdict is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {

@@ -1,14 +1,14 @@
-//! Writes a whole MuJoCo model (MJCF) of a robot without loops: bodies, joints, limits, friction, rotor inertia, gravity.
+//! Writes a robot without loops as a new MuJoCo model (MJCF): bodies, joints, limits, friction, rotor inertia, gravity.
 //!
 //! ```text
 //! iTj(q) = iTj(0) Rz(f q),    or iTj(0) Tz(f q) where the joint slides
 //! ```
-//! iTj: pose of link j in link i. A body has the pose of its link at q = 0, in the link's frame of the file. Its joint turns
-//! about, or slides along, z of the link frame with the factor f (f = 1, or -1: about -z). A joint that follows a coordinate is
-//! tied to it by an `<equality>`. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c'), c: centre of mass, m:
-//! mass.
+//! iTj: pose of link j in link i. The pose of a body is the pose of its link at q = 0, in the link's frame of the file. Its
+//! joint rotates about z of the link frame, or slides along it, with the factor f = 1 or -1 (-1: about -z). A joint that
+//! follows a coordinate is connected to it by an `<equality>`. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c
+//! c'), c: centre of mass, m: mass.
 //!
-//! Shapes are not written. Add geoms, or write the values into a model that has them ([`crate::write_back::mjcf_into`]).
+//! Shapes (geoms) are not written. [`crate::write_back::mjcf_into`] writes the values into a model that has shapes.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ use robot::{Drive, JointKind, Link, LinkId, Pose, Robot};
 
 use crate::write_back::body::{self, JointDynamics};
 
-/// The MJCF model of a robot. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one per
+/// Writes a robot as MJCF. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one entry per
 /// coordinate.
 ///
 /// Fails if the robot floats or has loops, if a joint moves with several coordinates, or if a body is not physically
@@ -38,7 +38,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     );
     let poses = file_poses(robot);
     let mut equalities = String::new();
-    // The links whose `<body>` elements are still open, each inside the previous one.
+    // Links whose `<body>` elements are not closed yet, each inside the previous one.
     let mut open: Vec<LinkId> = Vec::new();
     for id in nested(robot) {
         let link = robot.link(id);
@@ -76,7 +76,7 @@ pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
 }
 
-/// The links in depth-first order, for a text that nests them.
+/// The links in depth-first order, in which `<body>` elements are nested.
 fn nested(robot: &Robot) -> Vec<LinkId> {
     let mut order = Vec::with_capacity(robot.links.len());
     let carried = |by: Option<LinkId>| robot.link_ids().rev().filter(move |id| robot.link(*id).antecedent == by);
@@ -98,7 +98,7 @@ pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     Ok(format!("<inertial pos=\"{x} {y} {z}\" mass=\"{mass}\" fullinertia=\"{xx} {yy} {zz} {xy} {xz} {yz}\"/>"))
 }
 
-/// The attributes for position and orientation.
+/// Attributes for the position and orientation of a body.
 fn placed(pose: &Pose) -> String {
     let [x, y, z] = pose.position;
     let [w, i, j, k] = quaternion(pose);
@@ -112,7 +112,8 @@ pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// The `<joint>` element of a link; `None` if it is fixed. A joint that follows a coordinate adds its equality to `equalities`.
+/// The `<joint>` element of a link; `None` if the link is fixed. If the joint follows a coordinate, its `<equality>` is
+/// appended to `equalities`.
 fn joint(
     robot: &Robot,
     link: &Link,
@@ -133,7 +134,7 @@ fn joint(
     };
     let coordinate = &robot.coordinates[k];
     let follows = drive != Drive::Actuated || factor.abs() != 1.0;
-    // The joint's axis and position in the frame of the body.
+    // Axis and position of the joint in the frame of the body.
     let to_body = link.file_frame.inverse();
     let sign = if follows { 1.0 } else { factor.signum() };
     let axis = [0, 1, 2].map(|r| sign * to_body.rotation[r][2]);
@@ -156,14 +157,13 @@ fn joint(
     Ok(Some(text + "/>"))
 }
 
-/// The attributes of MuJoCo for friction and rotor inertia. Negative values become zero, since simulators refuse
-/// negative friction.
+/// MuJoCo attributes for friction and rotor inertia. Negative values become zero, because simulators refuse them.
 pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
     [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
         .map(|(key, value)| (key, value.max(0.0).to_string()))
 }
 
-/// The number `x`; -0 becomes 0.
+/// The number `x`, with -0 replaced by 0.
 fn plain(x: f64) -> f64 {
     x + 0.0
 }
@@ -206,7 +206,8 @@ mod tests {
         };
         let (first, second, third) = (find("body", "link 1"), find("body", "link 2"), find("body", "link 3"));
         assert!(second.parent() == Some(first) && third.parent() == Some(first));
-        // Rx(pi/2) Tx(0.5) Tz(0.1): z of the link is -y of the first link. Tolerance: rounding of sine and cosine.
+        // Second body: Rx(pi/2) Tx(0.5) Tz(0.1), so z of its link is -y of the first link. Tolerance: rounding of sine and
+        // cosine.
         for (found, expected) in numbers(second, "pos").iter().zip([0.5, -0.1, 0.0]) {
             assert!((found - expected).abs() < 1e-15);
         }

@@ -1,13 +1,12 @@
 //! Writes identified inertials, friction and rotor inertia into an existing MuJoCo model; all other bytes stay as they are.
 //!
-//! A body has the name of its link and a joint the name of its coordinate, or the part of this name after the first `_`
-//! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
-//! link, its pose is compared with the pose in the description at q = 0.
+//! A body must have the name of its link, and a joint the name of its coordinate, or the part of this name after the first `_`
+//! (`link1` for `panda_link1`). Frames in model and description must agree: if a body is a child of the antecedent's body, its
+//! pose is compared with the description at q = 0.
 //!
-//! The ten parameters of a link include the links fixed to it. So its body gets the sum, and the bodies of the links fixed to
-//! it get an inertial of zero: without an inertial, MuJoCo would compute one from their shapes. Zero mass is allowed for a body
-//! without a joint. The inertials that these bodies have in the model are not read, because they may differ from the
-//! description.
+//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed
+//! links get zero mass (allowed for a body without a joint). Without an inertial, MuJoCo would compute one from their shapes.
+//! Inertials that the model already has are not read, because they may differ from the description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -21,17 +20,17 @@ use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
-/// Tolerance of positions, m, and of the components of quaternions: models are rounded to four digits.
+/// Tolerance of positions, m, and of quaternion components. Models are rounded to four digits.
 const POSE_TOLERANCE: f64 = 1e-3;
 
-/// The inertial for a body whose mass is included in another body.
+/// Zero inertial, for a body whose mass is included in another body.
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
-/// The MJCF `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one
-/// per coordinate.
+/// The MJCF text `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`:
+/// one entry per coordinate.
 ///
-/// Fails if the text is no XML, if it lacks a body or a joint, if it has a body at another pose than the description, or if it
-/// lets a body move that the description fixes.
+/// Fails if the text is no XML, if a body or a joint is missing, if a body has another pose than in the description, or if a
+/// link that the description fixes can move in the model.
 pub fn mjcf_into(
     text: &str,
     file: &str,
@@ -43,7 +42,7 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
-    // Each link's body gets the ten parameters; the bodies fixed to it get zero.
+    // The body of each link gets the ten parameters. The bodies fixed to it get zero mass.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
@@ -74,7 +73,7 @@ fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
     }
 }
 
-/// Sentences on options of the model that make MuJoCo change the written inertials.
+/// Sentences on compiler options of the model that make MuJoCo ignore or change the written inertials.
 fn changes(compiler: &Node) -> Vec<String> {
     let of = |key: &str| {
         let value = compiler.attribute(key)?;
@@ -98,10 +97,11 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The element inside `<worldbody>` with this tag and name, or with the part of the name after its first `_`.
+/// The element inside `<worldbody>` with this tag and name. If there is none, the part of the name after its first `_` is
+/// searched.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    // The robot stores names in printable form.
+    // The robot's names are stored in printable form, so names of the file are converted before they are compared.
     let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
@@ -115,12 +115,12 @@ fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str
     })
 }
 
-/// Whether an element is a body without a joint, which is fixed to its parent.
+/// Whether an element is a body without a joint, so that it is fixed to its parent.
 fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
 
-/// Fails if `part` is not fixed to the body of its link: its mass is set to zero, but a moving body needs a mass.
+/// Fails if `part` can move relative to the link's body. Its mass is set to zero, but a moving body needs a mass.
 fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), Error> {
     let mut node = *part;
     while node != *body {
@@ -142,7 +142,7 @@ fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), 
     Ok(())
 }
 
-/// A sentence on bodies that are fixed to the body of a link only in the model, not in the description.
+/// A sentence on bodies with mass or shapes that are fixed to a link's body in the model, but not in the description.
 fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
     let mut names = Vec::new();
     let mut next: Vec<Node> = body.children().collect();
@@ -166,7 +166,7 @@ fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<S
     })
 }
 
-/// Fails if the pose of a body in the body of the antecedent differs from the description.
+/// Fails if the pose of a body relative to the antecedent's body differs from the description.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
@@ -174,7 +174,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
         found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    // The pose in the body of the antecedent is computed through frames and fixed bodies.
+    // The pose relative to the antecedent's body is composed through frames and fixed bodies in between.
     let (angles, mut place, mut above) = (AngleConvention::of(node.document()), Pose::IDENTITY, *node);
     loop {
         let Some(pose) = angles.pose(&above) else {
@@ -190,11 +190,11 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         match above.parent() {
             Some(parent) if is_before(&parent) => break,
             Some(parent) if parent.has_tag_name("frame") || is_fixed_body(&parent) => above = parent,
-            // A body that is not inside the antecedent's body has no pose to compare.
+            // If a body is not inside the antecedent's body, there is no pose to compare.
             _ => return Ok(()),
         }
     }
-    // The quaternions q and -q are the same rotation.
+    // The quaternions q and -q describe the same rotation.
     let expected = poses[before.0].inverse().compose(&poses[id.0]);
     let near =
         |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < POSE_TOLERANCE);
@@ -274,7 +274,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // Without its hidden characters, the name is another one; the error shows hidden characters.
+        // The name differs without its hidden characters. The error message must show hidden characters.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -317,7 +317,7 @@ mod tests {
         }
         let refused = of(MJCF, "quat=\"90\"").unwrap_err();
         assert!(refused.contains("<body> on the way to r_two") && refused.contains("quat=\"W X Y Z\""), "{refused}");
-        // A `<frame>` between the two bodies counts for the pose.
+        // A `<frame>` between two bodies is part of the pose.
         let framed = MJCF.replace(
             "<body name=\"two\" pos=\"0.4 0 0.1\">",
             "<frame euler=\"0 0 90\" pos=\"0.4 0 0\"><body name=\"two\" pos=\"0 0 0.1\">",
@@ -350,10 +350,10 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // A moving body needs a mass; a body inside another parent makes it another robot.
+        // A moving body needs a mass. A body inside another parent is another robot.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
-        // A body that only the model has keeps its content, and a note names it.
+        // A body that exists only in the model keeps its content, and a note names it.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);

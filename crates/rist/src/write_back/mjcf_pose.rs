@@ -1,11 +1,11 @@
-//! Computes the pose of an MJCF element in its parent element from its attributes.
+//! Computes the pose of an MJCF element relative to its parent element from its attributes.
 //!
 //! The position is `pos`. The orientation is one of
 //! - `quat`: w x y z;
 //! - `axisangle`: an axis and an angle;
-//! - `euler`: three angles about the axes of `eulerseq`, which rotate with the body if the letters are small;
-//! - `xyaxes`: x, and a y that is made orthogonal to it;
-//! - `zaxis`: z, by the smallest rotation.
+//! - `euler`: three angles about the axes of `eulerseq`; lower-case letters mean axes that rotate with the body;
+//! - `xyaxes`: x, and a y that is made orthogonal to x;
+//! - `zaxis`: z; the smallest rotation that turns z into this direction.
 //!
 //! Without any of these attributes there is no rotation. `angle` and `eulerseq` are attributes of `<compiler>`; MuJoCo's
 //! defaults are degrees and `xyz`. Source: MuJoCo, XML reference, "frame orientations".
@@ -16,16 +16,16 @@ use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use robot::Pose;
 use roxmltree::{Document, Node};
 
-/// Unit and sequence of the angles of a file.
+/// Unit and axis sequence of angles in a file.
 pub(super) struct AngleConvention<'a> {
-    /// The unit of angles in rad; `None` if an included file may define it.
+    /// Factor from the file's unit of angles to rad; `None` if an included file may define the unit.
     unit: Option<f64>,
-    /// The axes of the three angles; `None` if an included file may define them.
+    /// The axes of the three Euler angles; `None` if an included file may define them.
     sequence: Option<&'a str>,
 }
 
 impl<'a> AngleConvention<'a> {
-    /// The convention by the compiler options of the file.
+    /// Reads the convention from the compiler options of the file.
     pub(super) fn of(document: &'a Document) -> AngleConvention<'a> {
         let compilers = || document.descendants().filter(|n| n.has_tag_name("compiler"));
         let said = |key: &str| compilers().filter_map(|n| n.attribute(key)).next_back();
@@ -72,14 +72,15 @@ impl<'a> AngleConvention<'a> {
         }
         if let Some(text) = node.attribute("zaxis") {
             let z = unit(numbers(text)?)?;
-            // If the axis is -z, MuJoCo rotates by half a turn about x.
+            // For the axis -z, MuJoCo rotates by half a turn about x.
             let half = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
             return Some(UnitQuaternion::rotation_between(&Vector3::z_axis(), &z).unwrap_or_else(half));
         }
         Some(UnitQuaternion::identity())
     }
 
-    /// Three successive rotations: about axes that rotate too (small letters), or about fixed axes (capital letters).
+    /// Three successive rotations by Euler angles. Lower-case letters: axes that rotate with the body; capital letters: fixed
+    /// axes.
     fn euler(&self, angles: [Option<f64>; 3]) -> Option<UnitQuaternion<f64>> {
         let sequence = self.sequence?;
         let mut rotation = UnitQuaternion::identity();
@@ -101,7 +102,7 @@ fn unit(axis: [f64; 3]) -> Option<Unit<Vector3<f64>>> {
     Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE)
 }
 
-/// Parses exactly N finite numbers; otherwise `None`.
+/// Parses exactly N finite numbers; `None` for any other text.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let found: Option<Vec<f64>> =
         text.split_whitespace().map(|x| x.parse().ok().filter(|x: &f64| x.is_finite())).collect();

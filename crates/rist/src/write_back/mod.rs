@@ -1,6 +1,6 @@
-//! Writes identified parameters into the files of simulators.
+//! Writes identified parameters into simulator files (URDF, MJCF) and generated source.
 //!
-//! Users of the library call `steps`; the other files work on bodies and text for it.
+//! Users of the library call `steps`. The other modules are its parts.
 
 pub mod body;
 mod identified_values;

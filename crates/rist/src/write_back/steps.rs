@@ -1,4 +1,4 @@
-//! The steps that write identified parameters into URDF and MJCF files.
+//! Steps that write identified parameters into URDF and MJCF files.
 
 use linear_model::parameter::FrictionParameter::*;
 use linear_model::parameter::ParameterId;
@@ -13,8 +13,8 @@ use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
 
-/// The URDF with the identified bodies, joint damping and friction; all other text is unchanged. The notes name parameters that
-/// a URDF cannot express.
+/// The URDF with identified inertials, joint damping and friction; all other text stays. The notes name parameters that a URDF
+/// cannot express.
 ///
 /// Fails if the text is no URDF, and with a verdict if the bodies must not be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
@@ -32,8 +32,8 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or
-/// the existing model `into` (name and text).
+/// A MuJoCo model with identified inertials, joint damping, friction loss and armature. If `into` (name and text of a model) is
+/// given, it is changed; otherwise a new model without shapes is written.
 ///
 /// Fails if the friction terms of the estimate cannot be written as damping and friction loss, if the robot floats or has loops
 /// and `into` is `None`, or if the frames of `into` differ; fails with a verdict if the bodies must not be used.
@@ -65,13 +65,13 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous and Coulomb friction and rotor inertia of every joint; for asymmetric friction, the mean of both directions. `None`
-/// if a joint lacks viscous or Coulomb friction.
+/// Viscous and Coulomb friction and rotor inertia of every joint. If friction is asymmetric: the mean of both directions.
+/// `None` if a joint lacks viscous or Coulomb friction.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
         let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
-        // Simulators refuse negative friction.
+        // Negative friction becomes zero, because simulators refuse it.
         let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
         let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })
@@ -103,7 +103,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     notes
 }
 
-/// A sentence on friction that is neither viscous nor Coulomb, if any.
+/// A sentence on identified friction that is neither viscous nor Coulomb; `None` if there is none.
 fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
     let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(friction, _) if friction.is_other_friction());
     let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));

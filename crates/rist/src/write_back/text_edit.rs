@@ -1,25 +1,25 @@
-//! Changes attributes and elements inside an XML text: comments, order and spacing stay.
+//! Changes attributes and elements in an XML text; comments, order and spacing stay.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
 use roxmltree::Node;
 
-/// Changes of a text, applied together.
+/// Changes of a text, collected and then applied together.
 pub(super) struct Edits<'a> {
     text: &'a str,
     edits: Vec<(Range<usize>, String)>,
 }
 
 impl<'a> Edits<'a> {
-    /// Starts without changes.
+    /// An empty list of changes of `text`.
     pub(super) fn of(text: &'a str) -> Edits<'a> {
         Edits { text, edits: Vec::new() }
     }
 
-    /// The text with all changes.
+    /// Applies all changes and returns the new text.
     pub(super) fn apply(mut self) -> String {
-        // Changes are applied from the end of the text, so that the positions of the others stay valid.
+        // Changes are applied from the end of the text, so that earlier positions stay valid.
         self.edits.sort_by_key(|e| Reverse((e.0.start, e.0.end)));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));
@@ -31,7 +31,7 @@ impl<'a> Edits<'a> {
         self.edits.push((range, new.into()));
     }
 
-    /// Sets attributes of a child element; creates the element if it does not exist.
+    /// Sets attributes of a child element, and creates the element if it does not exist.
     pub(super) fn set_child(&mut self, parent: &Node, tag: &str, attributes: &[(&str, String)]) {
         match parent.children().find(|n| n.has_tag_name(tag)) {
             Some(child) => self.set_attributes(&child, attributes),
@@ -58,7 +58,7 @@ impl<'a> Edits<'a> {
     pub(super) fn insert(&mut self, node: &Node, content: &str) {
         let range = node.range();
         let tag = node.tag_name().name();
-        // The end of the opening tag: the first `>` outside of quotes.
+        // The opening tag ends at the first `>` outside of quotes.
         let mut quote = None;
         let opening = self.text[range.clone()].char_indices().find(|&(_, c)| {
             match (quote, c) {
@@ -78,7 +78,7 @@ impl<'a> Edits<'a> {
     }
 }
 
-/// An element without content.
+/// Writes an element without content.
 pub(super) fn tagged(tag: &str, attributes: &[(&str, String)]) -> String {
     let attributes: String = attributes.iter().map(|(k, v)| format!(" {k}=\"{v}\"")).collect();
     format!("<{tag}{attributes}/>")

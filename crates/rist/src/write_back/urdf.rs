@@ -1,11 +1,11 @@
-//! Writes identified inertials back into the URDF of the robot; all other bytes stay as they are.
+//! Writes identified inertials into the URDF of a robot; all other bytes stay as they are.
 //!
-//! An identified body is a moving link together with all links fixed to it: ten parameters about the origin of the link frame.
-//! The URDF link behind the joint gets the difference of this sum and the inertials of the fixed links. If the difference is no
-//! possible body, this link gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the
-//! centre of mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'), c: centre of mass, m: mass.
+//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link
+//! frame). In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically
+//! impossible, it gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the centre of
+//! mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'), c: centre of mass, m: mass.
 //!
-//! Only attributes inside the text are replaced: comments, order and spacing stay.
+//! Only values inside the text are replaced; comments, order and spacing stay.
 
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
@@ -16,17 +16,17 @@ use roxmltree::{Document, Node};
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::text_edit::{Edits, tagged};
 
-/// A URDF or an MJCF with new inertials, and notes for the user on what was done.
+/// A URDF or an MJCF with identified inertials, and notes for the user.
 #[derive(Clone, Debug)]
 pub struct WrittenBack {
     /// The text of the description with the identified parameters.
     pub text: String,
-    /// Sentences for the user: which link took over the inertia of others, and which options hide the new inertials.
+    /// Sentences for the user: which link got the inertia of others, and which options of the file override the new inertials.
     pub notes: Vec<String>,
 }
 
-/// Writes `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` (one entry per joint) into the URDF
-/// `text`, from which `robot` was read.
+/// Writes `bodies` and `dynamics` into the URDF `text`, from which `robot` was read. `bodies`: ten parameters per link, in its
+/// frame and about its origin; `dynamics`: one entry per joint.
 ///
 /// Fails if a body is not physically consistent (a simulator would refuse the file), if the text does not describe this robot,
 /// or if a link or joint is missing in it.
@@ -45,7 +45,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // The parameters of the link itself, about its centre of mass, in the link's frame of the file.
+        // Inertial parameters of the link alone, about its centre of mass, in the link's frame of the file.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -62,9 +62,9 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// The child element of `<robot>` with this tag and name; elements in a transmission are not searched.
+/// The direct child of `<robot>` with this tag and name. Elements inside a transmission are not searched.
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    // The robot stores names in printable form.
+    // The robot's names are stored in printable form, so names of the file are converted before they are compared.
     let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let found = root.children().find(|n| n.has_tag_name(tag) && is_it(n));
     found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))
@@ -87,7 +87,7 @@ fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
     }
 }
 
-/// Removes the inertial of a link: a fixed link without one has no inertia.
+/// Removes the inertial of a fixed link. Without an inertial it has no mass.
 fn empty(link: &Node, edits: &mut Edits) {
     if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
         edits.replace(inertial.range(), "");

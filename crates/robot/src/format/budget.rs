@@ -12,14 +12,14 @@ pub(in crate::format) const MAX_LINKS: usize = 2000;
 /// The message for a YAML text that expands beyond its bound.
 pub const REPEATS_TOO_MUCH: &str = "its anchors repeat more than it holds; write out what they stand for";
 
-/// Bounds the number of values by the length of the text. A value that an anchor repeats counts each time it is repeated. A
-/// text without anchors never exceeds this bound.
+/// The limit on the number of values in a YAML text, proportional to the length of the text. A value that an anchor repeats
+/// counts each time it is repeated. A text without anchors never exceeds the limit.
 pub(super) fn budget(text: &str) -> Option<Budget> {
     let most = 2 * text.len() + 1000;
     serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most }
 }
 
-/// Whether this error means that the text exceeded its bound.
+/// Whether an error of the YAML library means that the text has more values than [`budget`] allows.
 pub(super) fn is_beyond_budget(error: &Error) -> bool {
     match error {
         Error::Budget { .. } => true,

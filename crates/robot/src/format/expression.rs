@@ -8,7 +8,7 @@ use gate::suggestion::did_you_mean;
 /// Largest absolute value of a number, in SI units. Beyond it, products of a few numbers would dominate all other terms.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
-/// Largest length of an expression. It also limits the recursion depth for values.
+/// Largest length of an expression. It also limits the depth of the recursion that evaluates an expression.
 const MAX_EXPRESSION_CHARACTERS: usize = 1000;
 /// Largest number of operations of a value if its symbols are expanded. Without this limit, a chain of symbols that each
 /// contain the previous one twice could be evaluated almost without end.
@@ -63,14 +63,14 @@ impl KnownNames {
         Ok(())
     }
 
-    /// Reads a value without coordinates. Fails if it is not finite.
+    /// Reads a value that must not contain coordinates. Fails if the value is not finite.
     pub(super) fn constant(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<Value, Error> {
         let value = self.value(source, what, node, &[])?;
         self.finite(source, what, node, value.number(&self.symbols))?;
         Ok(value)
     }
 
-    /// Reads a value without coordinates as a number.
+    /// Reads a value that must not contain coordinates, and converts it to a number.
     pub(super) fn number(&self, source: DescriptionFile, what: &str, node: &Node) -> Result<f64, Error> {
         Ok(self.constant(source, what, node)?.number(&self.symbols))
     }

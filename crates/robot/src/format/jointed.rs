@@ -46,7 +46,7 @@ pub(in crate::format) struct FileJoint {
     pub link: String,
     /// The bodies that the joint carries: its link and the bodies fixed to it, in the order of the file.
     pub carried: Vec<LumpedBody>,
-    /// Meaning of a link without any inertial: true: its mass is zero; false: its mass is unknown.
+    /// For a link without any inertial: whether its mass is zero (true) or unknown (false).
     pub is_massless: bool,
 }
 

@@ -84,7 +84,7 @@ mod tests {
         assert!(plain.notes.iter().all(|note| note.subject != "names"));
     }
 
-    /// Every name that is read can also be written. A key in YAML has at most 1024 characters.
+    /// A name that is too long to be a YAML key (1024 characters) is refused, so every name that is read can also be written.
     #[test]
     fn a_name_without_end_is_refused_in_every_format() {
         let urdf = |name: &str| {

@@ -1,9 +1,9 @@
 //! Reads a YAML text as a value of a given type, by serde.
 //!
 //! The reader of the YAML library would be compiled for each type. This reader traverses the tree of [`node`](super::node),
-//! so a type needs little code, and each error has its line and column. Functions that pass a visitor on are never inlined.
-//! Otherwise each serde function above them would contain the whole reader of a type, and the compiler would optimise every
-//! copy (a quarter of the compile time of `experiments`).
+//! so a type needs little code, and each error has its line and column. Functions that pass on a serde visitor are never
+//! inlined, because the compiler would otherwise copy the whole reader of a type into each serde function above them. These
+//! copies would take a quarter of the compile time of `experiments`.
 
 use std::fmt;
 

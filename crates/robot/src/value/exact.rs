@@ -179,7 +179,7 @@ impl Value {
 
 type Ratio = (i64, i64);
 
-/// Bound of the numerator of [`ratio`]. Below it, the numerator is exact in f64.
+/// Largest numerator of [`ratio`]. Integers up to this value are exact in f64.
 const MAX_RATIO_NUMERATOR: f64 = 1e15;
 
 /// The fraction of a decimal with at most nine digits after the point; `None` for other numbers.

@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// An expression with any number of signs can be read, written and read again.
+    /// An expression with any number of minus signs can be read, written and read again.
     #[test]
     fn signs_cancel() {
         let text = |signs: usize| read(&("-".repeat(signs) + "q1")).unwrap().text(&[], &|_| "q1".into());

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use robot::format::{AngleSnapping, Mimic, ReadOptions, parse_with, write_urdf};
 use robot::{Error, Robot};
 
-/// Processor time of this thread where the system counts it, so that other work beside it does not matter.
+/// Processor time of this thread if the system counts it, otherwise elapsed time. Other processes do not change processor time.
 fn now() -> Duration {
     let counted = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = counted.and_then(|text| text.split(' ').next()?.parse().ok());
@@ -14,10 +14,10 @@ fn now() -> Duration {
     nanoseconds.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
 }
 
-/// How long a description is read before its time is taken: the system counts in ticks of some milliseconds.
+/// A description is read repeatedly for at least this time, because the system counts time in steps of some milliseconds.
 const ENOUGH: Duration = Duration::from_millis(100);
 
-/// The time of one reading, ms.
+/// Mean time to read a description once, ms. `None` if it cannot be read.
 fn milliseconds(read: &dyn Fn() -> Result<Robot, Error>) -> Option<f64> {
     let (before, mut readings) = (now(), 0);
     while now() - before < ENOUGH {
@@ -27,7 +27,7 @@ fn milliseconds(read: &dyn Fn() -> Result<Robot, Error>) -> Option<f64> {
     Some((now() - before).as_secs_f64() * 1e3 / f64::from(readings))
 }
 
-/// `| name | coordinates | difference | ms | ms of the URDF |`; without a `urdf` the robot is written as one.
+/// A table row `| name | coordinates | difference | ms | ms of the URDF |`. Without `urdf`, the robot is written as a URDF.
 pub(super) fn row(
     name: &str,
     robot: &Robot,

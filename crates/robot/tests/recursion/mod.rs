@@ -1,6 +1,6 @@
-//! The torque of a tree of links by the recursion of Newton and Euler, in the base frame, from the places of the links.
+//! Joint torques of a tree of links by a Newton-Euler recursion, in the base frame.
 //!
-//! It takes nothing of the program but the poses of the links, their parameters and their axes.
+//! Only link poses, link parameters and joint axes are from the program under test, so the result is independent of it.
 
 use robot::{Inertial, JointKind, Robot};
 
@@ -22,11 +22,11 @@ fn dot(a: Vector, b: Vector) -> f64 {
     (0..3).map(|i| a[i] * b[i]).sum()
 }
 
-/// tau(q, dq, ddq), N m (N), rotors included.
+/// Joint torques tau(q, dq, ddq), N m (N), including the rotor inertias.
 pub(crate) fn torque(robot: &Robot, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let poses = robot.link_poses(q);
     let gravity = robot.gravity_number().map(|g| -g);
-    // w, dw, a of each link, at its origin.
+    // For each link: angular velocity w, its rate dw, and acceleration a of its origin, in the base frame.
     let mut motions: Vec<[Vector; 3]> = Vec::new();
     let mut wrenches: Vec<[Vector; 2]> = Vec::new();
     let axis = |j: usize| poses[j].rotation.map(|row| row[2]);
@@ -73,7 +73,7 @@ pub(crate) fn torque(robot: &Robot, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f
     tau
 }
 
-/// Force and moment about the origin of a link that move it so, from its parameters in its own axes.
+/// Force, and moment about the origin of a link, for the motion (w, dw, a). `x`: XX .. M in the axes of the link.
 fn wrench(x: &[f64; 10], r: &[[f64; 3]; 3], [w, dw, a]: [Vector; 3]) -> [Vector; 2] {
     let out = |v: Vector| [0, 1, 2].map(|i| dot(r[i], v));
     let into = |v: Vector| [0, 1, 2].map(|k| r[0][k] * v[0] + r[1][k] * v[1] + r[2][k] * v[2]);

@@ -1,23 +1,23 @@
-//! Sums of sufficient statistics: each log is read once, and its rows are replaced by triangles.
+//! Sums of sufficient statistics over many logs: each log is read once, and its rows are replaced by triangular matrices.
 //!
-//! [W y] of any number of logs is one triangle per joint, because triangles add: R'R = sum_k R_k'R_k [Golub, Van Loan 2013,
-//! 12.5]. Standard deviations need several separate terms of this sum (the replicates of `block_deviation`). So a small number of
-//! logs is stored log by log, and an even smaller number block by block. The rows are stored a second time, sorted by the state
-//! of their joint (`state_cells`).
+//! For any number of logs, one triangular matrix R per joint replaces the rows [W y], because triangles can be added: R'R = sum_k
+//! R_k'R_k, k: log [Golub, Van Loan 2013, 12.5]. Standard deviations need several separate terms of this sum (the replicates of
+//! `block_deviation`), so a small number of logs is stored log by log, and an even smaller number block by block. The rows are
+//! also stored sorted by the state of their joint (`state_cells`).
 //!
-//! | logs | each log is stored in | by state | replicates |
+//! | number of logs | each log is stored in | cells of states | replicates |
 //! |---|---|---|---|
 //! | 1 to 4 | 16 blocks | octaves of speed, 32nds of a turn | 16 to 64 blocks |
 //! | 5 to 15 | 4 blocks | octaves, eighths of a turn | 20 to 60 blocks |
 //! | 16 to 64 | one block | two octaves each | one per log: the standard deviations contain the differences between logs |
 //! | more | 64 groups of logs, selected by the digest of the log | two octaves each | at most 64 |
 //!
-//! Up to 64 logs form a set, sorted by name. The order and grouping of merges do not change the file, byte for byte; the sum is
-//! computed on request. With more than 64 logs, the rounding of a group's sum depends on the order of the merges. A file has at
-//! most 64 replicates and a line for each log.
+//! Up to 64 logs form a set, sorted by name. The file does not depend on the order and grouping of merges, byte for byte; the sum
+//! is computed when it is needed. With more than 64 logs, the rounding of a group's sum depends on the order of the merges. A
+//! file has at most 64 replicates and a line for each log.
 //!
-//! A smaller statistic would be the second moment of the scores at a reference solution. It is not used, because every added log
-//! changes the solution, and scores at another solution need third moments of the rows.
+//! A smaller statistic would be the second moment of the scores (gradients of single rows) at a fixed solution. It is not used,
+//! because every added log changes the solution, and scores at another solution need third moments of the rows.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ use crate::settings::Settings;
 use crate::state_cells::StateCells;
 use identification::rows::observation::Observation;
 
-/// Greatest number of logs, or groups of logs, that are stored separately.
+/// Largest number of logs, or groups of logs, that are stored separately.
 pub(crate) const MAX_REPLICATES: usize = 64;
 
 /// A log that could not be used, with the reason.
@@ -43,7 +43,7 @@ pub struct FailedLog {
     pub reason: String,
 }
 
-/// Sums over the logs of one robot.
+/// Sums over the logs of one robot, from which parameters can be identified.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
     settings: Settings,
@@ -57,7 +57,7 @@ impl Accumulator {
         Accumulator { settings, replicates: Vec::new(), failed: Vec::new() }
     }
 
-    /// The sums as read from a file; sorts the logs.
+    /// Makes the sums from the content of a file, and sorts the logs.
     pub(super) fn of(settings: Settings, replicates: Vec<Replicate>, failed: Vec<FailedLog>) -> Accumulator {
         let mut all = Accumulator { settings, replicates, failed };
         all.settle();
@@ -143,8 +143,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The triangles of all logs, one per block of a replicate and joint, and statistics of the joints' motion. Each replicate
-    /// has its own number, like a log. `None` if there are no logs.
+    /// The triangles of all logs (one per block and joint), and statistics of the joints' motion. The blocks of each replicate
+    /// have its number, as if it were a log. `None` if there are no logs.
     pub fn observation(&self) -> Option<Observation> {
         let numbered = |(number, replicate): (usize, &Replicate)| {
             let mut observation = replicate.observation.clone();
@@ -165,14 +165,14 @@ impl Accumulator {
         Some(all)
     }
 
-    /// The triangles for tests of faults, merged into at most `groups` groups of neighbouring triangles.
+    /// The triangles for tests of faults, merged into at most `groups` groups of consecutive triangles.
     pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
         let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
         let sum = |some: &[&Triangle]| Triangle::sum(some[0].columns(), some.iter().copied());
         all.chunks(all.len().div_ceil(groups).max(1)).map(sum).collect()
     }
 
-    /// Sorts the logs, and merges their blocks as the table at the top of this file says.
+    /// Sorts the logs, and merges their blocks as the table in the module head says.
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
         let blocks = match logs {
@@ -198,14 +198,14 @@ impl Accumulator {
             self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
         }
         let found: Vec<String> = self.logs().into_iter().map(|log| log.name.clone()).collect();
-        // Failures of logs that were read successfully later are removed.
+        // If a log failed once but was read successfully later, its failure is removed.
         self.failed.retain(|failed| found.binary_search(&failed.name).is_err());
         self.failed.sort();
         self.failed.dedup();
     }
 }
 
-/// Sets the cut-off frequency by the rule of the observation, if the options have none.
+/// Sets the cut-off frequency to the frequency that was chosen for this observation, if the options have none.
 fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
     let signal = &mut settings.options.signal;
     if signal.order > 0 && signal.cutoff.is_none() {
@@ -232,12 +232,12 @@ mod tests {
         test_arm::empty(&options)
     }
 
-    /// Log k of a pendulum.
+    /// The replicate of log k of a pendulum.
     fn log(k: u64) -> Replicate {
         changed_log(k, |_| ())
     }
 
-    /// Log k with torques changed by `change`.
+    /// The replicate of log k, with torques changed by `change`.
     fn changed_log(k: u64, change: impl FnOnce(&mut States)) -> Replicate {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
@@ -262,8 +262,8 @@ mod tests {
         sums
     }
 
-    /// Four logs with torques that differ by some per cent: the standard deviation is as large as for four draws, not as for all
-    /// blocks.
+    /// Torques of four logs that differ by some per cent: the standard deviation equals the standard deviation of the mean of
+    /// four values. The number of blocks has no effect.
     #[test]
     fn what_changes_from_log_to_log_is_in_the_deviation() {
         let scaled = |k: u64| {
@@ -271,7 +271,7 @@ mod tests {
         };
         let (fit, _) = sums((0..4).map(scaled)).fit().unwrap();
         for p in &fit.estimate.parameters[..2] {
-            // The factors have a standard deviation of 0.077, so their mean has half of this.
+            // The four factors have a standard deviation of 0.077, so their mean has half of this.
             let share = p.sigma.unwrap() / p.value.unwrap().abs();
             assert!((0.025..0.08).contains(&share), "{p:?}");
         }
@@ -288,12 +288,12 @@ mod tests {
         let wider = (0..3).filter(|&c| with.parameters[c].sigma > without.parameters[c].sigma).count();
         assert!(wider > 0, "{with:?}");
         for (p, exact) in with.parameters.iter().zip(exact) {
-            // Only the largest fault inflates the standard deviation, so three standard deviations include the true value.
+            // Only the largest fault inflates the standard deviation, so the true value must be within three standard deviations.
             assert!((p.value.unwrap() - exact).abs() < 3.0 * p.sigma.unwrap(), "{p:?} {exact}");
         }
     }
 
-    /// Merges parts of some logs one after the other: each log is in one part, and logs and parts are in random order.
+    /// Distributes logs over several sums at random, each log once, and merges these sums in random order.
     fn merged(logs: &[Replicate], random: &mut Random) -> Accumulator {
         let mut left: Vec<&Replicate> = logs.iter().collect();
         let mut parts: Vec<Accumulator> = (0..1 + random.index(5)).map(|_| empty()).collect();
@@ -333,7 +333,7 @@ mod tests {
         assert_eq!((a.rows, b.rows), (15_000, 15_000));
         for j in 0..=3 {
             for i in 0..=j {
-                // Tolerance: some hundred merges, each with a rounding error relative to the norm of the column.
+                // Tolerance for some hundred merges, each with a rounding error relative to the norm of the column.
                 assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-12 * a.column_norm(j.min(2)).max(a.at(3, 3)));
             }
         }

@@ -15,24 +15,24 @@
 
 use numerics::student::two_sided;
 
-/// The density f is neglected if it is below this share of its centre value, which is smaller than any significant p.
+/// The density f is neglected if it is below this fraction of its value at the centre. No significant p is that small.
 const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
 
-/// Greatest step of x.
+/// Largest step of the integration variable x.
 const LARGEST_STEP: f64 = 0.05;
-/// Greatest step of x in its standard deviations, 1 / sqrt(nu). With steps of h standard deviations, the integral of a normal
-/// density has an error of exp(-2 pi^2 / h^2). A difference of thirty standard deviations with one degree of freedom has a
+/// Largest step of x, in standard deviations 1 / sqrt(nu) of x. With steps of h standard deviations, the integral of a normal
+/// density has an error of exp(-2 pi^2 / h^2). For a difference of thirty standard deviations with one degree of freedom, p has a
 /// relative error of 1/300.
 const LARGEST_STEP_SIGMAS: f64 = 0.5;
-/// Greatest number of degrees of freedom of T_2; above it T_2 counts as a normal variable.
+/// Largest number of degrees of freedom of T_2. With more, T_2 counts as a normal variable.
 const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
-/// Least number of degrees of freedom; below it the density is too wide for the integration.
+/// Smallest number of degrees of freedom. With fewer, the density is too wide for the integration.
 const MIN_DEGREES_OF_FREEDOM: f64 = 0.5;
 
-/// An estimated standard deviation with its degrees of freedom.
+/// An estimated standard deviation, and its degrees of freedom.
 pub(crate) type Estimated = (f64, f64);
 
-/// The probability that |s_1 T_1 + s_2 T_2| exceeds `difference`. 1 if a standard deviation has no degrees of freedom.
+/// The probability that |s_1 T_1 + s_2 T_2| exceeds |difference|. It is 1 if a standard deviation has no degrees of freedom.
 pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -> f64 {
     let (large, small) = if one.0 >= other.0 { (one, other) } else { (other, one) };
     let t = difference.abs();
@@ -59,7 +59,7 @@ pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estim
         sum += density * if reached > 0.0 { beyond } else { 1.0 - beyond };
         mass += density;
     }
-    // The same steps integrate the density alone to `mass`, so the constant C cancels.
+    // `mass` is the integral of the density alone with the same steps. The quotient does not contain the constant C.
     (2.0 * sum / mass).min(1.0)
 }
 
@@ -75,7 +75,7 @@ mod tests {
         for (t, one, other) in [(3.0, 0.8, 0.6), (30.0, 0.6, 0.8), (0.2, 1.0, 0.01), (5.0, 1.0, 1.0)] {
             let p = two_sided_difference(t, (one, 1.0), (other, 1.0));
             let error = (p / two_sided(t / (one + other), 1.0) - 1.0).abs();
-            // S changes over a width of s_1 / t in x, so steps of 0.05 resolve it less accurately in the far tail.
+            // S changes over a width of s_1 / t in x. So steps of 0.05 resolve it less accurately if t is large.
             assert!(error < if t > 10.0 { 3e-3 } else { 1e-5 }, "{t}: {p}");
             let p = two_sided_difference(t, (one, 1e9), (other, 1e9));
             let normal = two_sided(t / f64::hypot(one, other), 1e9);
@@ -93,8 +93,8 @@ mod tests {
         assert_eq!(two_sided_difference(0.0, (1.0, 5.0), (1.0, 5.0)), 1.0);
     }
 
-    /// A few logs against many: at a level of one in a thousand, the share of rejections stays one in a thousand; Welch's is
-    /// three.
+    /// Few logs are compared with many: at a level of 0.001, the share of rejections is 0.001; with Welch's degrees of freedom it
+    /// is three times as large.
     #[test]
     fn the_tail_is_held() {
         let mut random = Random::new(12);
@@ -107,7 +107,8 @@ mod tests {
         for _ in 0..draws {
             let ((a, s), (b, r)) = (deviation(0.8, 6), deviation(0.2, 60));
             let (d, sigma) = ((a - b).abs(), f64::hypot(s, r));
-            // The normal distribution has the smallest tail; its quantile at one in a thousand is 3.29.
+            // The normal distribution has the smallest tail. Its quantile at 0.001 is 3.29, so smaller differences are never
+            // rejected.
             if d < 3.2 * sigma {
                 continue;
             }
@@ -115,8 +116,8 @@ mod tests {
             let freedom = sigma.powi(4) / (s.powi(4) / 6.0 + r.powi(4) / 60.0);
             welch += i32::from(two_sided(d / sigma, freedom) < level);
         }
-        // 200 are expected, with a standard deviation of 14; the upper limit is three standard deviations. Fewer are
-        // conservative.
+        // The expected number is 200, with a standard deviation of 14. The upper limit is three standard deviations above. A
+        // smaller number would be conservative.
         assert!((60..243).contains(&held), "{held}");
         assert!(welch > 300, "{welch}");
     }

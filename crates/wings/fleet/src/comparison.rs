@@ -1,10 +1,10 @@
 //! Compares the parameters of robots, or of one robot on several days, with a reference.
 //!
-//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the two sums contain different logs. Each
-//! sigma is the larger of two standard deviations: from white noise, and between replicates, with their own degrees of freedom.
-//! `crate::behrens_fisher` gives the probability of a difference as large as d_c without a change. The tests of all parameters
-//! and robots are combined (`false_discovery`). Only parameters that both sums determine are compared; parameters that are
-//! undetermined in one are listed.
+//! d_c: difference of parameter c from the reference. Its variance is sigma_c^2 + sigma_c^2(reference), because the two sums
+//! contain different logs. Each sigma is the larger of two: from white noise, and between replicates, each with its degrees of
+//! freedom. `crate::behrens_fisher` gives the probability of a difference as large as d_c if nothing changed. The tests of all
+//! parameters and robots are combined (`false_discovery`). Parameters that are undetermined in one of the sums are listed but not
+//! compared.
 
 use std::fmt;
 
@@ -19,7 +19,8 @@ use crate::accumulator::Accumulator;
 use crate::false_discovery::families;
 use crate::solution::Solved;
 
-/// Which parameters are tested. Each test costs power, because the false discovery rate is controlled over all tests.
+/// Which parameters are tested. Each additional test reduces the power, because the false discovery rate holds for all tests
+/// together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compared {
@@ -48,7 +49,7 @@ pub struct Comparison {
     /// Which parameters were tested.
     #[serde(default)]
     pub of: Compared,
-    /// False discovery rate that is controlled over the robots, and over the parameters of the robots that changed.
+    /// The false discovery rate for the robots, and for the parameters of the robots that changed.
     pub rate: f64,
     /// The results of the robots, in the order given.
     pub robots: Vec<ComparedRobot>,
@@ -87,21 +88,21 @@ pub struct Difference {
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
-    /// p-value: probability of a difference at least as large without a change.
+    /// p-value: probability of a difference at least as large if the parameter did not change.
     pub p: f64,
     /// Whether the parameter changed significantly.
     pub moved: bool,
 }
 
 impl Difference {
-    /// The difference in units of its standard deviation; 0 if that is zero.
+    /// The difference divided by its standard deviation; 0 if the standard deviation is zero.
     pub fn deviations(&self) -> f64 {
         if self.sigma > 0.0 { self.difference / self.sigma } else { 0.0 }
     }
 }
 
-/// Compares the parameters `of` the robots with the reference (name and sums each). `rate`: the false discovery rate to be
-/// controlled.
+/// Compares robots with a reference. Each is given by its name and its sums. `of`: which parameters are tested. `rate`: the false
+/// discovery rate.
 ///
 /// Fails if the settings of two sums differ, if two sums contain the same log, or if a sum cannot be solved.
 pub fn compare(
@@ -170,7 +171,7 @@ impl Pair<'_> {
             }
             let (one, other) = (sigma[0][c], sigma[1][c]);
             let difference = a.solution.x[c] - b.solution.x[c];
-            // Without noise, a difference of the size of rounding is no change; then p is 1.
+            // Without noise, a difference of the size of a rounding error is no change: p is 1.
             let p = two_sided_difference(difference, (one, a.freedom(c)), (other, b.freedom(c)));
             parameters.push(Difference {
                 name: column.name.clone(),
@@ -205,7 +206,7 @@ impl Comparison {
     }
 }
 
-/// Greatest number of unchanged robots that are listed by name; of more robots only the number is given.
+/// Largest number of unchanged robots that are listed by name. If there are more, only their number is given.
 const MAX_NAMED_ROBOTS: usize = 8;
 
 impl fmt::Display for Comparison {
@@ -294,7 +295,7 @@ mod tests {
         with_friction(seed, more, 0.0)
     }
 
-    /// Sums over one log with viscous friction that is larger by `viscous`; friction is fitted if it is not zero.
+    /// Sums over one log with viscous friction that is larger by `viscous`. Friction is fitted unless `viscous` is zero.
     fn with_friction(seed: u64, more: f64, viscous: f64) -> Accumulator {
         let arm = Pendulum::new();
         let friction = if viscous == 0.0 { Vec::new() } else { FrictionTerm::STANDARD.to_vec() };
@@ -321,8 +322,8 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // A noise of 0.1 N m, divided by 9.81 m/s^2 and the root of five hundred rows, is a standard deviation of 0.0005 kg m;
-        // the limit is four of these.
+        // A noise of 0.1 N m, divided by 9.81 m/s^2 and by the root of five hundred rows, gives a standard deviation of 0.0005 kg
+        // m. The limit is four of these.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }

@@ -1,18 +1,18 @@
-//! Multiple tests: control of the false discovery rate.
+//! Multiple tests with control of the false discovery rate.
 //!
 //! The false discovery rate is the expected share of false rejections among all rejections. Of m p-values the k smallest are
 //! rejected; k is the largest number with p_(k) <= k q / m [Benjamini, Hochberg 1995]. The adjusted value of a test is the
-//! smallest q at which it is rejected. The rule controls q for independent and for positively dependent tests. Estimates of one
-//! robot are positively dependent to a good approximation, and so are robots with a common reference. The bound for any
-//! dependence [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, which is eleven for 25 000 tests. It costs more power
-//! than a smaller rate. Measured rates are in docs/benchmarks.md.
+//! smallest q at which it is rejected. The rule controls the rate q for independent and for positively dependent tests. Estimates
+//! of one robot are approximately positively dependent, and so are robots with a common reference. For any dependence, q must be
+//! divided by 1 + 1/2 + .. + 1/m [Benjamini, Yekutieli 2001], which is eleven for 25 000 tests; this is not done, because it
+//! reduces the power too much. Measured rates are in docs/benchmarks.md.
 //!
-//! Tests are grouped in families; a family contains the parameters of one robot. The hypothesis that nothing in a family changed
-//! is tested by the smallest adjusted value of the family [Simes 1986]. If R of m families are rejected at q, the tests within
-//! these are made at q R / m [Benjamini, Bogomolov 2014]. This controls both the rate over families and the rate over parameters
-//! in the rejected families. A rejected family has at least one rejected parameter.
+//! Tests are grouped in families; a family contains the parameters of one robot. The p-value of a family is the smallest adjusted
+//! value in it [Simes 1986]: it tests the hypothesis that nothing in the family changed. If R of m families are rejected at q,
+//! the tests within these are made at q R / m [Benjamini, Bogomolov 2014]. This controls the rate over families and the rate over
+//! parameters in the rejected families. A rejected family has at least one rejected parameter.
 
-/// The adjusted values: the smallest rate at which each test is rejected.
+/// The adjusted value of each test: the smallest false discovery rate at which it is rejected.
 pub(crate) fn adjusted(p: &[f64]) -> Vec<f64> {
     let m = p.len();
     let mut order: Vec<usize> = (0..m).collect();
@@ -31,7 +31,7 @@ pub(crate) fn adjusted(p: &[f64]) -> Vec<f64> {
 pub struct Family {
     /// p-value of the hypothesis that nothing in the family changed.
     pub p: f64,
-    /// The smallest false discovery rate over families at which this family is rejected.
+    /// The smallest false discovery rate over families at which the family is rejected.
     pub adjusted: f64,
     /// Whether the family is rejected.
     pub is_found: bool,
@@ -73,8 +73,8 @@ mod tests {
         assert!((adjusted[0] - 0.0015).abs() < 1e-12 && adjusted[14] == 1.0);
     }
 
-    /// Families have normal errors; in one of ten families a few values changed by five. The rates are controlled over families
-    /// and over tests, also if the tests of a family are dependent and if all families share a reference.
+    /// Families of normal errors; in one of ten families, some values changed by five standard deviations. Both false discovery
+    /// rates must be at most the given rate, also for dependent tests and for families with a common reference.
     #[test]
     fn the_rate_is_held() {
         let mut random = Random::new(4);
@@ -104,17 +104,17 @@ mod tests {
                 missed += 10 - (yes - wrong);
                 assert!(found.iter().all(|f| f.is_found == (questions(f) > 0)));
             }
-            // 5 % are expected. The share in one run has a standard deviation of 7 %, and the mean of 60 runs of 1 %; the limit
+            // 5 % are expected. The share in one run has a standard deviation of 7 %, and the mean of 60 runs has 1 %. The limit
             // is three of these.
             assert!(of_families < 0.08 && of_questions < 0.08, "{shared}: {of_families} {of_questions}");
             assert!(missed < 60, "{shared}: {missed} of 600 families missed");
         }
     }
 
-    /// The mean share of unchanged robots among the rejected ones, and the share of changed robots that are rejected.
+    /// The mean share of unchanged robots among the rejected robots, and the share of changed robots that are rejected.
     ///
-    /// Fleets of 500 robots with 16 logs each are compared with one reference of 64 logs. Standard deviations are estimated with
-    /// 13 and 60 degrees of freedom; 25 robots have one of 24 parameters changed.
+    /// Fleets of 500 robots with 16 logs each are compared with a reference of 64 logs. The standard deviations have 13 and 60
+    /// degrees of freedom. In 25 robots, one of 24 parameters changed.
     fn fleets(count: usize, moved: f64) -> (f64, f64) {
         let (mut random, robots, changed, parameters) = (Random::new(9), 500, 25, 24);
         let mut deviation = |variance: f64, freedom: usize| {
@@ -127,8 +127,8 @@ mod tests {
             let mut p = |robot: usize, c: usize| {
                 let ((a, s), (b, r)) = (deviation(0.8, 13), reference[c]);
                 let d = a - b + if robot < changed && c == robot % parameters { moved } else { 0.0 };
-                // A normal variable exceeds this in one of fifteen cases, so a smaller difference is rejected at none of the
-                // rates here.
+                // A normal variable exceeds this in one of fifteen cases, so a smaller difference is never rejected at the rates
+                // used here.
                 if d.abs() < 1.8 * s.hypot(r) { 1.0 } else { two_sided_difference(d, (s, 13.0), (r, 60.0)) }
             };
             let p: Vec<Vec<f64>> = (0..robots).map(|i| (0..parameters).map(|c| p(i, c)).collect()).collect();
@@ -143,8 +143,8 @@ mod tests {
 
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // The share in one fleet has a standard deviation of 4 %, and the mean of 60 fleets of 0.5 %; the limit is one of these.
-        // With Welch's degrees of freedom the mean would be 7.1 %.
+        // The share in one fleet has a standard deviation of 4 %, and the mean of 60 fleets has 0.5 %. The limit is one of these
+        // above 5 %. With Welch's degrees of freedom, the mean would be 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");
         let (_, power) = fleets(5, 2.0);

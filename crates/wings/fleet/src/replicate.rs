@@ -1,7 +1,7 @@
-//! One log as triangles: blocks of its rows, data on the log, and statistics of the joints' motion.
+//! Represents one log by triangles: blocks of its rows, data on the log, and statistics of the joints' motion.
 //!
-//! A log is stored in `MAX_BLOCKS_PER_LOG` blocks. As more logs are added, four neighbouring blocks are merged at a time
-//! (`accumulator`). So a log with four blocks is the same, bit for bit, at whatever time its blocks were merged.
+//! A log is stored in `MAX_BLOCKS_PER_LOG` blocks. If more logs are added, four consecutive blocks are merged into one
+//! (`accumulator`). The result is the same, bit for bit, whenever the blocks of a log are merged.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
@@ -14,13 +14,13 @@ use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::{Observation, sum_by_joint};
 use identification::signals::records::{Records, SourceRecords};
 
-/// Greatest number of blocks of one log.
+/// Largest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
 
-/// Greatest number of segments of one log for the tests of hypotheses.
+/// Largest number of segments of one log for the tests of hypotheses.
 pub(super) const MAX_FAULT_PARTS_PER_LOG: usize = 8;
 
-/// Number of neighbouring blocks that are merged into one.
+/// Number of consecutive blocks that are merged into one.
 const BLOCKS_PER_FOLD: usize = 4;
 
 /// Data on one log whose rows are in the sums.
@@ -29,13 +29,13 @@ const BLOCKS_PER_FOLD: usize = 4;
 pub struct LogAccount {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// Digest of the samples; it recognises the log under another name.
+    /// Digest of the samples. It identifies the log even if the file has another name.
     pub digest: String,
     /// Number of rows of the file.
     pub rows: usize,
     /// Number of rows with finite values and increasing time.
     pub kept: usize,
-    /// Number of samples after the filter, the removal of the ends and the decimation.
+    /// Number of samples after filtering, removal of the ends, and decimation.
     pub samples: usize,
     /// Time from the first row to the last, s.
     pub duration: f64,
@@ -43,7 +43,7 @@ pub struct LogAccount {
     pub period: f64,
 }
 
-/// Usually one log; or several logs that are treated as one unit because their residuals may be correlated.
+/// A unit for standard deviations: usually one log, or several logs whose residuals may be correlated.
 #[derive(Clone, Debug)]
 pub struct Replicate {
     /// Data on the logs, in the order of their names.
@@ -52,15 +52,16 @@ pub struct Replicate {
     pub observation: Observation,
     /// The rows, sorted by the state of their joint.
     pub cells: StateCells,
-    /// Triangles of some of the rows with the columns of the hypotheses, one per segment of the log; weighted by a fit to this
-    /// log alone. Empty if no hypothesis is tested.
+    /// Triangles of some rows with the columns of the hypotheses, one per segment of the log. The rows are weighted by a fit to
+    /// this log alone. Empty if no hypothesis is tested.
     pub faults: Vec<Triangle>,
 }
 
 impl Replicate {
     /// Makes the replicate of the records of one log.
     ///
-    /// `open`: mechanical properties that are undetermined in addition to the parameters. Fails if the records cannot be read.
+    /// `open`: unknown mechanical properties (for example springs) in addition to the parameters. Fails if the records cannot be
+    /// read.
     pub fn of(
         model: &Model,
         log: &LogSource,
@@ -102,12 +103,12 @@ impl Replicate {
         Ok(Replicate { logs: vec![account], observation, cells, faults })
     }
 
-    /// Name and digest of the first log; replicates are sorted by this key.
+    /// Name and digest of the first log, by which replicates are sorted. `None` if there is no log.
     pub fn key(&self) -> Option<(&str, &str)> {
         self.logs.first().map(|log| (log.name.as_str(), log.digest.as_str()))
     }
 
-    /// Merges neighbouring blocks until at most `blocks` remain.
+    /// Merges consecutive blocks until at most `blocks` remain.
     pub(crate) fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
@@ -123,7 +124,7 @@ impl Replicate {
         });
     }
 
-    /// Adds the rows of another replicate to the single block of this one.
+    /// Adds the rows of another replicate. This replicate must have a single block.
     pub fn absorb(&mut self, mut other: Replicate) {
         self.logs.append(&mut other.logs);
         self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
@@ -136,18 +137,18 @@ impl Replicate {
     }
 }
 
-/// Merges four neighbouring triangles into one, along the whole list.
+/// Merges every four consecutive triangles into one.
 fn fold_faults(parts: &mut Vec<Triangle>) {
     *parts = parts.chunks(BLOCKS_PER_FOLD).map(|some| Triangle::sum(some[0].columns(), some)).collect();
 }
 
-/// Merges `together` neighbouring blocks into one, along the whole list.
+/// Merges every `together` consecutive blocks into one.
 fn fold(observation: &mut Observation, together: usize) {
     observation.parts = observation.parts.chunks(together.max(2)).map(sum_by_joint).collect();
     observation.log_of.truncate(observation.parts.len());
 }
 
-/// A hash similar to FNV-1a, but it processes a word at a time and rotates.
+/// A hash similar to FNV-1a. It processes one word at a time, and rotates the result.
 #[derive(Clone, Copy)]
 pub struct Digest(pub u64);
 
@@ -160,7 +161,7 @@ impl Digest {
         Digest((self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29))
     }
 
-    /// The digest after these bytes and their number.
+    /// The digest after these bytes and the number of bytes.
     pub fn bytes(self, bytes: &[u8]) -> Digest {
         let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
         bytes.chunks(8).fold(self, |digest, chunk| digest.word(word(chunk))).word(bytes.len() as u64)

@@ -1,4 +1,4 @@
-//! The requests of sums: adding logs, and comparing sums.
+//! The requests of the fleet wing: adding logs to sums, and comparing sums.
 
 use rist::Options;
 use rist::request::{METHOD, Range, Request, RowsRequest};
@@ -6,7 +6,7 @@ use rist::wings::Wing;
 
 use crate::comparison::Compared;
 
-/// The contributions of this wing.
+/// The requests that this wing registers.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("compare", CompareRequest::fields), ("accumulate", AccumulateRequest::fields)],
@@ -20,7 +20,7 @@ rist::words! { Compared:
 }
 
 rist::request! {
-    /// How sums are compared.
+    /// Options for comparing sums.
     pub struct CompareRequest {
         /// The parameters that are asked about.
         of: Compared = Compared::All;
@@ -31,7 +31,7 @@ rist::request! {
 }
 
 rist::request! {
-    /// What is asked of sums over logs.
+    /// Options for sums over logs.
     pub struct SumsRequest {
         /// Torque per unit of current of every drive, N m/A [default: as the description says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
@@ -42,7 +42,7 @@ rist::request! {
 }
 
 rist::request! {
-    /// What is asked of sums over logs that are read one after the other. By default a log that fails ends it.
+    /// Options for reading logs and adding them up. By default, reading ends at the first log that fails.
     pub struct AccumulateRequest {
         /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
         skip_broken: bool = false;

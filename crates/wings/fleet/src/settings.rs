@@ -1,8 +1,8 @@
-//! The settings that two sums must share to be added: robot, columns, filter, friction, transmission.
+//! The settings that two sums must have in common before they can be added: robot, columns, filter, friction, transmission.
 //!
-//! Triangles contain only numbers. The settings define their meaning: names and units of the columns, the fingerprint of the
-//! model (which covers geometry and gravity), and every option that affects a row. Only the names of the columns in the logs may
-//! differ, because two recorders may use different names for one signal.
+//! Triangles contain only numbers; the settings define their meaning. They contain names and units of the columns, the
+//! fingerprint of the model (which covers geometry and gravity), and every option that affects a row. Only the column names in
+//! the log files may differ, because two recorders may use different names for the same signal.
 
 use linear_model::description_options::DescriptionOptions;
 use linear_model::friction::terms::columns_before;
@@ -18,7 +18,7 @@ use identification::estimate::claims::hypotheses::{Hypothesis, UndeterminedMecha
 use identification::estimate::options::Options;
 use identification::estimators::weighted::Weights;
 
-/// The common settings of all logs of a sum.
+/// The settings that all logs of a sum have in common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
@@ -29,12 +29,12 @@ pub struct Settings {
     pub description: Option<DescriptionOptions>,
     /// The coordinates, in the order of the triangles.
     pub coordinates: Vec<Axis>,
-    /// Columns of the triangles in order: base parameters, friction, couplings.
+    /// Columns of the triangles, in this order: base parameters, friction, couplings.
     pub columns: Vec<TriangleColumn>,
     /// The options of the identification.
     pub options: Options,
-    /// The tested hypotheses, in the order of their columns, which follow the columns of the parameters in the triangles of
-    /// faults.
+    /// The tested hypotheses. The triangles of faults have first the columns of the parameters, then the columns of these
+    /// hypotheses.
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -102,7 +102,7 @@ impl Settings {
         Ok(Settings { model, description, coordinates, columns, options, hypotheses })
     }
 
-    /// The differences from other settings, one phrase each. Empty if the two sums can be added.
+    /// A list of phrases that describe the differences from other settings. Empty if the two sums can be added.
     pub fn differences(&self, other: &Settings) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: String, theirs: String| {
@@ -110,11 +110,11 @@ impl Settings {
                 found.push(format!("{what}: {ours} and {theirs}"));
             }
         };
-        // The robot, and how its description was read.
+        // Compares the robot, and the options with which its description was read.
         let model = |s: &Settings| format!("{} ({})", s.model.name, s.model.fingerprint);
         compare("model", model(self), model(other));
         compare("its description was read with", shown(&self.description), shown(&other.description));
-        // Every option that affects a row.
+        // Compares every option that affects a row.
         let (ours, theirs) = (&self.options, &other.options);
         let hz = |x: Option<f64>| x.map_or("as the logs ask for".to_string(), |hz| format!("{hz} Hz"));
         compare("cut-off", hz(ours.signal.cutoff), hz(theirs.signal.cutoff));
@@ -125,7 +125,7 @@ impl Settings {
         compare("friction", shown(&ours.friction), shown(&theirs.friction));
         compare("base parameters of the load", shown(&ours.friction_load), shown(&theirs.friction_load));
         compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
-        // The cut-off frequency and the decimation have their own phrases above.
+        // The cut-off frequency and the decimation were compared above.
         let rest = |options: &Options| {
             let mut signal = options.signal.clone();
             (signal.cutoff, signal.decimate) = (None, None);
@@ -147,12 +147,13 @@ impl Settings {
         found
     }
 
-    /// The columns as a regressor that cannot compute values.
+    /// A regressor with these columns but without values.
     ///
     /// Fails if the columns do not agree with the friction and the couplings in the options.
     pub(crate) fn columns_alone(&self) -> Result<ColumnsOnly, Error> {
         let options = &self.options;
-        // Base parameters come first, then friction and couplings. The options determine the number of the last two.
+        // Base parameters come first, then friction and couplings. The options determine how many friction and coupling columns
+        // there are.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
         let others = friction + couplings.iter().map(|c| c.parameters().len()).sum::<usize>();
@@ -172,14 +173,14 @@ impl Settings {
             slides: self.coordinates.iter().map(|axis| axis.slides).collect(),
             parameters: self.columns[..base].iter().map(parameter).collect::<Result<_, _>>()?,
         };
-        // Indices in a file may be too large for its number of coordinates.
+        // A damaged file may contain indices of coordinates that do not exist.
         let is_inside = |c: &TriangleColumn| c.moves_with.iter().all(|&k| k < n);
         let is_motor = couplings.iter().all(|c| c.rows().all(|k| k < n));
         let is_tested = self.hypotheses.iter().all(|hypothesis| hypothesis.is_of(n));
         if !is_motor || !is_tested || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }
-        // The columns that follow from these options must equal the columns in the file, one by one.
+        // The columns that the options give must equal the columns in the file.
         let model = Model::new(&alone, &options.friction, &couplings);
         match model.parameters.iter().map(TriangleColumn::from).eq(self.columns.iter().cloned()) {
             true => Ok(alone),
@@ -188,12 +189,12 @@ impl Settings {
     }
 }
 
-/// A value as one line of text for a message.
+/// Formats a value as one line of text, for a message.
 fn shown<T: std::fmt::Debug>(value: &T) -> String {
     format!("{value:?}")
 }
 
-/// The columns of a regressor whose values are already in the triangles.
+/// A regressor for triangles that exist already: it has columns but cannot compute values.
 pub struct ColumnsOnly {
     coordinates: Vec<String>,
     slides: Vec<bool>,
@@ -213,7 +214,7 @@ impl Regressor for ColumnsOnly {
         self.slides[k]
     }
 
-    /// There are no values, so results that would use them are NaN.
+    /// Values are unknown, so all results that would need them are NaN.
     fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
         y.fill(f64::NAN);
     }

@@ -1,11 +1,11 @@
-//! The estimate from sums: equal to the result of `identify` for the same logs, but without their rows.
+//! Estimates parameters from sums. The result equals the result of `identify` for the same logs, but needs no rows.
 //!
-//! Values, residuals and the error on left-out blocks equal the results of `estimate::identify`. The standard deviation comes
-//! from the blocks (`block_deviation`), scaled by Student's t of its degrees of freedom so that 1.96 of it cover 95 %, and from
-//! the bands of speed and position (`state_cells`), combined as in `estimators::replicate_deviation`. It is at least as large as
-//! the standard deviation from white noise and as the standard deviation between logs. Faults inflate it as in `identify`; the
-//! necessary triangles come from a fit to each log alone. Not here, because they need the rows: residuals that depend on another
-//! joint, rows that do not fit.
+//! Values, residuals and the error on held-out blocks equal the results of `estimate::identify`. The standard deviation is from
+//! the blocks (`block_deviation`), scaled by Student's t such that 1.96 standard deviations cover 95 %, and from the bands of
+//! speed and position (`state_cells`), combined as in `estimators::replicate_deviation`. It is at least the standard deviation
+//! from white noise and the standard deviation between logs. Faults inflate it as in `identify`, with triangles that were
+//! weighted by a fit to each log alone. Not available, because they need the rows: residuals that depend on another joint, and
+//! rows that do not fit.
 //!
 //! A difference of two sums (`comparison`) is tested with the blocks only, because model errors are equal on both sides.
 
@@ -30,7 +30,7 @@ use identification::estimators::replicate_deviation::{ReplicateDeviation, by_ban
 use identification::estimators::weighted::fit;
 use identification::rows::observation::{Observation, weighted};
 
-/// With fewer blocks than this, the relative uncertainty of a standard deviation exceeds a half.
+/// With fewer blocks, the relative uncertainty of a standard deviation is above one half.
 const SUFFICIENT_BLOCKS: usize = 8;
 
 /// The numerical solution of the sums of a robot.
@@ -60,18 +60,19 @@ impl Solved {
 
     /// Standard deviations from the blocks, one per parameter.
     ///
-    /// Each is the larger of two: the standard deviation from white noise, and the standard deviation from the blocks times
-    /// `interval` of its degrees of freedom.
+    /// Each is the larger of two: from white noise; and from the blocks, multiplied by `interval`, a function of its degrees of
+    /// freedom.
     pub(super) fn sigma(&self, interval: impl Fn(f64) -> f64) -> Vec<f64> {
         let BlockDeviation { sigma, freedom, .. } = &self.deviation;
         let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
         both.map(|(white, (blocks, freedom))| white.max(interval(*freedom) * blocks)).collect()
     }
 
-    /// The standard deviations from blocks, from the bands of these cells, and between logs.
+    /// The standard deviations from blocks, from the bands of speed and position in `cells`, and between logs.
     fn believed(&self, cells: &StateCells) -> ReplicateDeviation {
         let interval = |freedom: f64| two_sided_quantile(0.05, freedom) / INTERVAL;
-        // With less than one degree of freedom the quantile would be unbounded, and the standard deviation is no useful estimate.
+        // Below one degree of freedom, the quantile would grow without limit, so the number of degrees of freedom is at least
+        // one.
         let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
         let whole = FullNormalMatrix::of(&weighted(&self.joints, &self.weights));
         let wider = interval((self.deviation.blocks as f64 - 1.0).max(1.0));
@@ -88,11 +89,11 @@ impl Solved {
     }
 }
 
-/// Number of groups of triangles that are left out in turn when faults are tested.
+/// Number of groups of triangles that are held out one after the other when faults are tested.
 const LEFT_OUT_GROUPS: usize = 10;
 
 impl Accumulator {
-    /// The estimate from all logs. Its standard deviations are inflated by faults that the rows show or do not exclude.
+    /// The estimate from all logs. Its standard deviations are inflated by faults that the data show or cannot exclude.
     ///
     /// Fails if there are no logs, or if no joint moves. Parameters that the data do not determine have a status that says so.
     pub fn solve(&self) -> Result<Estimate, Error> {
@@ -102,7 +103,7 @@ impl Accumulator {
         Ok(estimate)
     }
 
-    /// The estimate from all logs with intermediate results, and the tests of additional unknowns (faults).
+    /// The estimate from all logs with intermediate results, and the tests of hypotheses (possible faults).
     ///
     /// Fails like [`Accumulator::solve`].
     pub fn fit(&self) -> Result<(Fit, Vec<HypothesisTest>), Error> {
@@ -120,7 +121,7 @@ impl Accumulator {
             joint.held_out = Some(out.relative);
         }
         of_signals(&mut estimate, &solved.observation, options);
-        // Remarks on the signals, on the replicates, and on the logs that failed.
+        // Adds remarks on the signals, on the replicates, and on the logs that failed.
         estimate.remarks.push(self.replicates_in_words(solved.deviation.blocks));
         estimate
             .remarks

@@ -1,20 +1,21 @@
-//! The products of a log's rows, sorted by joint and state. From them sums get the standard deviations by speed and by position
-//! that `replicate_deviation` computes from the rows.
+//! Products of a log's rows, sorted by joint and state (cells). From the cells, standard deviations by bands of speed and
+//! position can be computed, as `replicate_deviation` does from rows.
 //!
-//! The bands in `replicate_deviation` depend on the range over all logs, which is unknown for a subset of the logs. So the cells
-//! here are absolute, and the bands are formed from cells when the sums are solved. W_c: rows of a cell; x: solution of all rows.
+//! The bands in `replicate_deviation` depend on the range of motion in all logs, which is unknown for a part of the logs. So the
+//! cells have fixed limits, and bands are formed from cells when the sums are solved. W_c: rows of cell c; x: solution of all
+//! rows; A, s: normal matrix and score of a cell c or a band g.
 //!
 //! ```text
 //! A_c = W_c' W_c,   s_c = W_c' tau - A_c x        A_g = sum of the cells of a band, s_g likewise
 //! ```
 //!
-//! | cell of a joint | range |
+//! | kind of cell | range of a cell |
 //! |---|---|
-//! | speed | an octave of |dq|: floor(log2 |dq|), with all below `SLOWEST_OCTAVE` in one |
-//! | position | a 32nd of a turn, of q within one turn, or 50 mm of a joint that slides |
+//! | speed | an octave of |dq|: floor(log2 |dq|); one cell for all speeds below `SLOWEST_OCTAVE` |
+//! | position | a 32nd of a turn, with q reduced to one turn; 50 mm for a prismatic joint |
 //!
-//! As more logs are added, the cells become coarser, like the blocks of a log (`accumulator`): first four cells of position
-//! become one; then cells of position are removed, and two octaves of speed become one.
+//! If more logs are added, the cells become larger, like the blocks of a log (`accumulator`): first, four cells of position
+//! become one; then all cells of position are removed, and two octaves of speed become one.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -31,19 +32,20 @@ use identification::rows::residual_sums::{ResidualSum, add_record};
 const CELLS_PER_TURN: f64 = 32.0;
 /// Length of a cell of position of a prismatic joint, m.
 const CELL_LENGTH: f64 = 0.05;
-/// Number of cells of position on either side of zero of a prismatic joint; the last cell also contains positions farther away.
+/// Number of position cells on each side of zero for a prismatic joint. The last cell also contains all positions farther away.
 const MAX_SLIDING_CELLS: i32 = 32;
 /// Number of cells that are merged into one.
 const CELLS_PER_FOLD: i32 = 4;
-/// Exponent of the slowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest. Octaves above 2^10 are merged into one.
+/// Exponent of the lowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest. Octaves above 2^10 are merged into one.
 const SLOWEST_OCTAVE: i32 = -8;
 const FASTEST_OCTAVE: i32 = 10;
-/// Number of bands of speed: the octave of the largest speed and the octaves below; the last band contains all slower speeds.
+/// Number of bands of speed: the octave with the largest speed, and the octaves below it. The last band contains all lower
+/// speeds.
 const SPEED_BANDS: i32 = 5;
 /// Greatest number of bands of position.
 const POSITION_BANDS: usize = 8;
 
-/// A cell: its joint, the kind of state that its rows share (speed or position), and the index of this state.
+/// The key of a cell: its joint, whether it is a cell of speed or of position, and its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cell {
     pub joint: usize,
@@ -51,7 +53,7 @@ pub(crate) struct Cell {
     pub index: i32,
 }
 
-/// The resolution of the cells, which decreases as logs are added.
+/// The size of the cells. It grows if more logs are added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum CellSize {
     /// Octaves of speed, and all cells of position.
@@ -62,29 +64,30 @@ pub(crate) enum CellSize {
     SpeedOnly,
 }
 
-/// The products of the rows of all cells.
+/// For each cell, the products of its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateCells {
-    /// The current resolution of the cells.
+    /// The current size of the cells.
     pub(crate) cell_size: CellSize,
-    /// The columns that may affect the torque of each joint, one list per joint.
+    /// For each joint, the columns that may affect its torque.
     pub(crate) columns: Vec<Vec<usize>>,
-    /// Products (i, j), i <= j, of the m columns of the joint and of its torque (number m), at index j (m + 1) + i.
+    /// For each cell, the products (i, j), i <= j, of the m columns of the joint and of its torque (column m); index: j (m + 1) +
+    /// i.
     pub(crate) products: BTreeMap<Cell, Vec<f64>>,
 }
 
 impl CellSize {
-    /// All resolutions, from the finest to the coarsest.
+    /// All cell sizes, the smallest first.
     pub(crate) const ALL: [CellSize; 3] = [CellSize::Fine, CellSize::Coarse, CellSize::SpeedOnly];
 }
 
 impl StateCells {
     /// The range of valid indices of cells.
     pub(crate) const INDICES: std::ops::Range<i32> = -MAX_SLIDING_CELLS..MAX_SLIDING_CELLS;
-    /// Greatest number of cells per joint.
+    /// Largest number of cells per joint.
     pub(crate) const MOST_OF_JOINT: usize = (2 * MAX_SLIDING_CELLS + FASTEST_OCTAVE - SLOWEST_OCTAVE + 1) as usize;
 
-    /// Makes an empty set of cells at the finest resolution.
+    /// An empty set of cells of the smallest size.
     pub(crate) fn new(model: &Model) -> StateCells {
         let columns = model.layout.joints.iter().map(|joint| joint.columns.clone()).collect();
         StateCells { cell_size: CellSize::Fine, columns, products: BTreeMap::new() }
@@ -92,14 +95,14 @@ impl StateCells {
 
     /// Adds the rows of a record.
     pub(crate) fn add(&mut self, model: &Model, states: &States) {
-        // With all parameters zero, the residual equals the torque.
+        // With all parameters zero, the residual is the torque itself.
         let none = vec![0.0; model.p()];
         let mut sums = CellSums::default();
         add_record(&mut sums, model, states, &none, &CellSums::default());
         self.take(sums.cells.into_iter().map(|(cell, products)| (cell, products.finish())));
     }
 
-    /// Adds the rows of other cells with the same resolution.
+    /// Adds the rows of other cells, which have the same size.
     pub(crate) fn absorb(&mut self, other: StateCells) {
         self.take(other.products);
     }
@@ -115,7 +118,7 @@ impl StateCells {
         }
     }
 
-    /// Reduces the resolution to `grain`; cells that are already coarser are unchanged.
+    /// Merges cells until they have the size `grain`. Cells that are larger already are not changed.
     pub(crate) fn fold_to(&mut self, grain: CellSize) {
         if grain <= self.cell_size {
             return;
@@ -131,7 +134,7 @@ impl StateCells {
         self.take(cells.filter_map(|(cell, products)| Some((coarser(cell)?, products))));
     }
 
-    /// The clusters of rows by speed and by position, for a solution x; the rows of joint j are multiplied by `weights[j]`.
+    /// Clusters of rows, by speed and by position, for a solution x. The rows of joint j are multiplied by `weights[j]`.
     pub(crate) fn clusters(&self, x: &[f64], weights: &[f64]) -> [Vec<Cluster>; 2] {
         let mut of = [Vec::new(), Vec::new()];
         for shared in [BandContent::Speed, BandContent::Position] {
@@ -146,7 +149,7 @@ impl StateCells {
         of
     }
 
-    /// The products of the bands of a joint, merged from its cells.
+    /// The products of each band of a joint: sums over its cells.
     fn bands(&self, joint: usize, shared: BandContent) -> Vec<Vec<f64>> {
         let cells: Vec<(i32, &Vec<f64>)> = self
             .products
@@ -172,8 +175,8 @@ impl StateCells {
     }
 }
 
-/// Replaces the torque by the residual tau - W x in the products, and multiplies them by `square`: W'(tau - W x) = W' tau - W'W
-/// x. The last entry remains the square of the torque, because the square of the residual is not needed.
+/// Replaces the torque tau by the residual tau - W x in the products, and multiplies them by `square`: W'(tau - W x) = W' tau -
+/// W'W x. The last entry remains the square of the torque, because the square of the residual is not needed.
 fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     let m = x.len();
     for i in 0..m {
@@ -184,7 +187,7 @@ fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     products
 }
 
-/// Sums of products, one per cell, during the reading of a record.
+/// For each cell, the sums of products while a record is read.
 #[derive(Clone, Default)]
 struct CellSums {
     cells: BTreeMap<Cell, RowProducts>,
@@ -194,8 +197,8 @@ impl ResidualSum for CellSums {
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
-            // Successive samples are mostly in one cell. Each group of eight is added to every cell that occurs in it, with
-            // weight zero for samples of other cells.
+            // Successive samples are usually in the same cell. A group of eight samples is added to every cell that occurs in it;
+            // samples of other cells get the weight zero.
             let mut seen: Vec<(Cell, [f64; 8])> = Vec::new();
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
                 let position = position_cell(group.states, r * n + j, model.regressor.is_prismatic(j));
@@ -230,7 +233,7 @@ impl ResidualSum for CellSums {
     }
 }
 
-/// Exponent floor(log2 |dq|), from the exponent bits of the number.
+/// floor(log2 |dq|), taken from the exponent bits of the number.
 fn octave(dq: f64) -> i32 {
     let exponent = ((dq.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     exponent.clamp(SLOWEST_OCTAVE, FASTEST_OCTAVE)
@@ -261,7 +264,7 @@ mod tests {
         let model = Model::new(&arm, &[], &[]);
         let (mut states, mut random) = (arm.states(20_000), Random::new(3));
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
-        // A row that is not used may contain any values.
+        // An unused row may contain any values, also NaN.
         (states.used[7], states.tau[7], states.ddq[7]) = (false, f64::NAN, f64::NAN);
         let joints = Observation::of(&model, &states, 1).joints(|_| true);
         let (solution, _) = fit(&joints, Weights::Joint);
@@ -278,7 +281,7 @@ mod tests {
                 let (sum, score) = sum.parts();
                 let (expected, none) = whole.parts();
                 let scale = expected.norm();
-                // Tolerance: twenty thousand rows, each with a rounding error of 1e-16 of the norm.
+                // Tolerance for twenty thousand rows, each with a rounding error of 1e-16 of the norm.
                 assert!((sum - expected).norm() < 1e-11 * scale, "{grain:?}");
                 assert!((score - none).norm() < 1e-11 * scale, "{grain:?}");
             }
@@ -306,7 +309,7 @@ mod tests {
         let bands = residual_sums(&model, &records[..], &solution.x, bands).unwrap();
         let expected = bands.clusters(&model).map(|bands| by_band(&whole, &bands, 1.0));
         for (found, expected) in found.iter().zip(&expected) {
-            // With five draws a standard deviation has a relative uncertainty of a third, and bands with other ends are other
+            // With five draws, a standard deviation has a relative uncertainty of a third. Bands with other limits are other
             // draws.
             assert!(found.iter().zip(expected).all(|(a, b)| (0.4..2.5).contains(&(a / b))), "{found:?} {expected:?}");
         }

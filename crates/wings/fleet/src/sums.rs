@@ -1,5 +1,5 @@
-//! Sums over the logs of a fleet: each log is read once and replaced by a few triangles, which are then merged, solved and
-//! compared.
+//! Reads the logs of a fleet and adds them up: each log is read once and replaced by a few triangles, which are merged, solved
+//! and compared.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ use rist::request::{ModelOptions, Request};
 
 use crate::request::{AccumulateRequest, SumsRequest};
 
-/// Makes empty sums for a request.
+/// Makes empty sums for a model and a request.
 ///
 /// Fails if the options need the rows twice, or if a gain belongs to no coordinate.
 pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, Error> {
@@ -56,10 +56,10 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log. With `anyway`, the log is added even if it does not belong to the description.
+/// Adds a log to the sums. With `anyway`, it is added even if `rist doctor` finds that it does not belong to the description.
 ///
-/// Fails, and adds nothing, if the sums are of another model, if the log cannot be used, if it does not belong to the description
-/// (`rist doctor`), or if the sums already contain it.
+/// Fails, and adds nothing, if the sums belong to another model, if the log cannot be used or does not belong to the description,
+/// or if the sums already contain it.
 pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
     check_sums(model, sums)?;
     Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
@@ -71,7 +71,7 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
     model.check_read(Path::new("the sums"), &sums.settings().model, &ModelOptions::differences(ours, theirs))
 }
 
-/// Reads logs and adds them up, several at a time; their number does not change the result.
+/// Reads logs on several threads and adds them up. The number of threads does not change the result.
 ///
 /// Fails at the first log that cannot be used, or if no log can be used.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
@@ -79,7 +79,7 @@ pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) 
     accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
 }
 
-/// Reads logs and adds them up with the given options instead of the options of the request.
+/// Reads logs and adds them up with the options `options` instead of the options of the request.
 ///
 /// Fails like [`accumulate`].
 pub fn accumulate_like(
@@ -94,7 +94,7 @@ pub fn accumulate_like(
     }
     let mut all = accumulator_with(model, options, &request.sums.gain)?;
     let options = all.settings().options.clone();
-    // Logs are merged in batches, because each merge visits all logs that are already in the sums.
+    // Logs are merged in batches, because each merge traverses all logs that are already in the sums.
     let mut batch = Accumulator::new(all.settings().clone());
     let threads = request.threads.unwrap_or_else(processor::threads);
     let read = |_: usize, path: &PathBuf| {
@@ -124,17 +124,17 @@ pub fn accumulate_like(
     }
 }
 
-/// Number of logs in a batch; a batch is merged with the earlier logs.
+/// Number of logs in a batch. Each batch is merged with the sums of the earlier logs.
 const LOGS_PER_BATCH: usize = 64;
 
-/// The error `e` with the name of its log.
+/// Adds the name of the log to the error `e`.
 fn named(name: &str, e: &Error) -> Error {
     let text = e.to_string();
     let text = if text.starts_with(name) { text } else { format!("{name}: {text}") };
     Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
 }
 
-/// The cut-off frequency from the motion of all logs that can be read. Other logs are refused later, when they are used.
+/// The common cut-off frequency, from the motion in all readable logs. A log that cannot be read is refused later.
 fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
     let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
     for path in logs {
@@ -147,7 +147,7 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
     Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
 }
 
-/// Makes the triangles of one log; checks the log first, unless `anyway` is set.
+/// The triangles of one log. The log is checked first, unless `anyway` is set.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
     if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {
@@ -162,7 +162,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     if !anyway {
         let gains = options.transmission.drive_gains.as_deref();
         let mut found = log_check_of(model, std::slice::from_ref(log), &records, gains, options)?;
-        // Short logs are accepted, because sums are meant for them too.
+        // Short logs are accepted, because sums are often made of short logs.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
             return Err(Error::new(format_args!("{name}: {finding} ([:doctor] says more; [anyway=true] takes it in)")));

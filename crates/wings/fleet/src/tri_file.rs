@@ -1,4 +1,4 @@
-//! The file of an accumulator, `.tri`: first line, head in YAML, triangles.
+//! Writes and reads the file of an accumulator, `.tri`: a first line, a head in YAML, and the triangles.
 //!
 //! ```text
 //! rist-tri 4 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
@@ -34,17 +34,17 @@ const TRI_MAGIC_WORD: &str = "rist-tri";
 
 /// The version of the format that is written and read.
 ///
-/// Sums of older versions cannot be added to these: version 1 has accelerations by differences of second order and digests of
-/// other blocks, version 2 has no cells of states, version 3 has no triangles of faults.
+/// Sums of older versions cannot be added to sums of this version. Version 1 computes accelerations by second-order differences
+/// and has digests of other blocks; version 2 has no cells of states; version 3 has no triangles of faults.
 const TRI_FORMAT_VERSION: u32 = 4;
 
-/// Greatest size of a `.tri` file, bytes.
+/// Largest size of a `.tri` file, bytes.
 const MAX_TRI_BYTES: u64 = 1 << 31;
 
-/// Number of matrices with all columns that are in memory at once when sums are solved.
+/// Number of matrices with all columns that are in memory at the same time when sums are solved.
 const SOLUTION_MATRICES: usize = 16;
 
-/// Greatest length of the first line, bytes.
+/// Largest length of the first line, bytes.
 const MAX_FIRST_LINE_BYTES: usize = 120;
 
 #[derive(Serialize, Deserialize)]
@@ -78,7 +78,7 @@ impl Accumulator {
         Ok(joined(&head, &body.0))
     }
 
-    /// Reads a `.tri` file. If the first word is wrong, nothing more is read, so an infinite device is refused.
+    /// Reads a `.tri` file. If the first word is wrong, reading stops, so an endless device is refused.
     ///
     /// Fails if the file cannot be read or is larger than 2 GiB, and like [`Accumulator::from_bytes`].
     pub fn read(path: &Path) -> Result<Accumulator, Error> {
@@ -97,7 +97,7 @@ impl Accumulator {
         Accumulator::from_bytes(file, &bytes)
     }
 
-    /// Reads the content of a `.tri` file; `file` is its name for messages.
+    /// Reads the content of a `.tri` file from memory. `file`: its name for messages.
     ///
     /// Fails if it is no such file, is truncated or damaged, or has another version.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
@@ -111,7 +111,7 @@ impl Accumulator {
             (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
         let has_springs = head.settings.options.transmission.springs.is_some();
         let mut words = WordReader { left: body, budget: Budget::of(bytes.len()), excess: None };
-        // Solving needs this number of matrices with all columns, independent of the content of the triangles.
+        // Solving the sums needs this memory, independently of the content of the triangles.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
@@ -129,14 +129,14 @@ impl Accumulator {
     }
 }
 
-/// Joins first line, head and triangles to the content of a file.
+/// Puts first line, head and triangles together.
 fn joined(head: &str, body: &[u8]) -> Vec<u8> {
     let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
     let line = format!("{TRI_MAGIC_WORD} {TRI_FORMAT_VERSION} {} {} {digest:016x}\n", head.len(), body.len());
     [line.as_bytes(), head.as_bytes(), body].concat()
 }
 
-/// Splits the content of a file into head and triangles, after checking them against the first line.
+/// Splits the content of a file into head and triangles, and checks both against the first line.
 fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     // The first line: magic word, version, bytes of the head, bytes of the triangles, digest.
     let end = bytes.iter().take(MAX_FIRST_LINE_BYTES).position(|&b| b == b'\n');
@@ -195,7 +195,7 @@ mod tests {
     fn some() -> Accumulator {
         let arm = Pendulum::new();
         let mut options = Options::default();
-        // A cut-off frequency with all digits of a double.
+        // This cut-off frequency needs all digits of a double.
         options.signal.cutoff = Some(10.0 / 3.0);
         let mut all = empty(&options);
         let linear = Model::new(&arm, &options.friction, &[]);

@@ -11,7 +11,7 @@ use crate::state_cells::{Cell, CellSize, StateCells};
 use identification::estimators::state_bands::BandContent;
 use identification::rows::observation::Observation;
 
-/// Collects the numbers that are written into a file.
+/// Collects the numbers that are written to a file, as bytes.
 #[derive(Default)]
 pub(super) struct NumberWriter(pub(super) Vec<u8>);
 
@@ -71,10 +71,10 @@ impl NumberWriter {
     }
 }
 
-/// The numbers of a file that are not yet read. Its functions return `None` if too few numbers are left.
+/// Reads the numbers of a file one after the other. Its functions return `None` if too few numbers are left.
 pub(super) struct WordReader<'a> {
     pub(super) left: &'a [u8],
-    /// Remaining memory for triangles.
+    /// Memory that triangles may still use.
     pub(super) budget: Budget,
     /// The reason why the budget was exceeded; `None` if it was not.
     pub(super) excess: Option<String>,
@@ -120,7 +120,7 @@ impl WordReader<'_> {
         for _ in 0..n {
             let count = self.count(p)?;
             let of_joint = (0..count).map(|_| self.count(p.checked_sub(1)?)).collect::<Option<Vec<usize>>>()?;
-            // The indices must increase, so that no column occurs twice.
+            // Indices must be ascending, so that no column occurs twice.
             columns.push(Some(of_joint).filter(|of| of.is_sorted_by(|a, b| a < b))?);
         }
         let count = self.count(n * StateCells::MOST_OF_JOINT)?;
@@ -143,7 +143,7 @@ impl WordReader<'_> {
         Some(StateCells { cell_size: grain, columns, products })
     }
 
-    /// Reads triangles with `width` columns; none are expected if no hypothesis is tested.
+    /// Reads triangles with `width` columns. If no hypothesis is tested, there must be none.
     pub(super) fn faults(&mut self, width: usize, is_tested: bool) -> Option<Vec<Triangle>> {
         let count = self.count(if is_tested { MAX_FAULT_PARTS_PER_LOG } else { 0 })?;
         (0..count).map(|_| self.triangle(width)).collect()
@@ -152,7 +152,7 @@ impl WordReader<'_> {
     pub(super) fn triangle(&mut self, p: usize) -> Option<Triangle> {
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
-        // The entries are in memory twice while the triangle is assembled.
+        // While a triangle is assembled, its entries are in memory twice.
         if let Err(excess) = self.budget.draw(Triangle::bytes(p, count).saturating_mul(2)) {
             self.excess = Some(excess);
             return None;

@@ -1,10 +1,11 @@
-//! Reads the vertices of a Collada file (.dae), in the positions that its scene gives them.
+//! Reads the vertices of a Collada file (.dae), at the positions that the scene of the file gives them.
 //!
-//! A point p of a geometry is at meter T_1 .. T_n p. T_k are the transforms of the nodes above the geometry, from the root; meter
-//! is the unit of the file. A geometry with two instances is at two places. If the file has no scene, the transforms are omitted.
+//! A point p of a geometry is at meter T_1 .. T_n p. T_k: transforms of the nodes above the geometry, from the root; meter: unit
+//! of the file, m. A geometry with two instances occurs twice. If the file has no scene, there are no transforms.
 //!
-//! The axes of the file are the axes of the link, whatever `up_axis` says: RViz, MoveIt and coal place meshes of a URDF in this
-//! way. Only points of faces count, not unused points or points of lines, unless a geometry has no faces.
+//! The axes of the file are used as the axes of the link, and `up_axis` is ignored: RViz, MoveIt and coal also place URDF meshes
+//! in this way. Only points of faces are used, not unused points or points of lines. If a geometry has no faces, all its points
+//! are used.
 //!
 //! Refused: skinned shapes, `lookat`, `skew`, and references to another file. Ignored: faces and materials.
 
@@ -15,19 +16,19 @@ use roxmltree::{Document, Node, ParsingOptions};
 use robot::vector::Vector3;
 use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
-/// Greatest depth of nested nodes and of nested instances of nodes.
+/// Largest depth of nested nodes and of nested instances of nodes.
 const MAX_NODE_DEPTH: usize = 64;
-/// Greatest number of instances of nodes and geometries: a node with two instances of another node doubles their number.
+/// Largest number of instances of nodes and geometries. A node with two instances of another node doubles their number.
 const MAX_INSTANCES: usize = 10_000;
-/// Greatest number of points of all instances together.
+/// Largest number of points of all instances together.
 const MAX_POINTS: usize = 20_000_000;
 
-/// A linear map (rotation with scale), and a translation.
+/// A linear map (rotation and scale), and a translation.
 type Transform = ([[f64; 3]; 3], Vector3);
 
 const IDENTITY: Transform = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-/// Reads the vertices of a file, m, in the frame of the link.
+/// Reads the vertices of a file, m, in the frame of the link that has the mesh.
 ///
 /// Fails if it is no Collada file, or has elements that are not supported.
 pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
@@ -50,7 +51,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
         }
         None => 1.0,
     };
-    // Elements by their ids, for references.
+    // For each id in the file, the element with this id.
     let mut ids = HashMap::new();
     for node in root.descendants().filter(Node::is_element) {
         if let Some(id) = node.attribute("id") {
@@ -58,7 +59,7 @@ pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
         }
     }
     let mut found = ColladaTriangles { ids, instances: 0, points: vec![] };
-    // If the file has no scene, all geometries count.
+    // If the file has no scene, all its geometries are used.
     match scene(&found, root)? {
         Some(scene) => found.of_node(scene, IDENTITY, 0)?,
         None => {
@@ -77,7 +78,7 @@ fn at(node: Node, what: String) -> String {
     format!("line {}: {what}", node.document().text_pos_at(node.range().start).row)
 }
 
-/// The scene that the file shows, or else its first scene.
+/// The scene that the file selects, otherwise its first scene. `None` if it has no scene.
 fn scene<'a, 'i>(found: &ColladaTriangles<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Node<'a, 'i>>, String> {
     let shown = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     match shown {
@@ -174,10 +175,10 @@ fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     Ok(points.into_iter().zip(is_used).filter(|(_, is_used)| *is_used || !has_faces).map(|(p, _)| p).collect())
 }
 
-/// Greatest number of inputs (indices) per corner of a face.
+/// Largest number of inputs (indices) per corner of a face.
 const MAX_INPUTS: usize = 64;
 
-/// The points of a <source>, as its accessor defines them.
+/// The points of a <source>. Its accessor defines which numbers belong to a point.
 fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let array = child(source, "float_array");
     let array = array.ok_or_else(|| at(source, "the <source> of positions has no <float_array>".into()))?;
@@ -195,7 +196,7 @@ fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let rest = numbers.get(offset..).unwrap_or_default();
     let most = rest.len().div_ceil(stride);
     let count = whole("count", most)?;
-    // The last point needs only three numbers, even if the stride is larger.
+    // The last point needs only three numbers, even if the stride (numbers per point) is larger.
     let all: Vec<Vector3> = rest.chunks(stride).take(count).map_while(|p| p.first_chunk().copied()).collect();
     if all.len() < count {
         return Err(at(source, format!("{count} points are promised, and {} are there", all.len())));
@@ -262,7 +263,7 @@ fn composed(a: Transform, b: Transform) -> Transform {
 mod tests {
     use super::vertices;
 
-    /// A triangle in cm, rotated, shifted and with two instances, and a line that is ignored. The file says that y is up.
+    /// A triangle in cm, rotated, shifted and with two instances; and a line, which is ignored. `up_axis` is y.
     const FILE: &str = r##"<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
@@ -285,7 +286,7 @@ mod tests {
     fn near(found: &[[f64; 3]], expected: &[[f64; 3]]) {
         assert_eq!(found.len(), expected.len());
         let off = found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
-        // Tolerance: sums of a few products of numbers below 2.
+        // Tolerance for sums of a few products of numbers below 2.
         assert!(off.fold(0.0, f64::max) < 1e-15, "{found:?}");
     }
 
@@ -299,18 +300,19 @@ mod tests {
 
     #[test]
     fn points_stand_where_the_scene_puts_them() {
-        // Rotated by a quarter turn, x to y and y to -x; scaled by two; one metre away; the second instance 20 cm higher along z.
+        // The triangle is rotated by a quarter turn (x to y, y to -x), scaled by two, and moved by 1 m. The second instance is 20
+        // cm higher.
         let lower = [[1.0, 0.02, 0.0], [0.98, 0.0, 0.0], [1.0, 0.0, 0.02]];
         let upper = lower.map(|[x, y, z]| [x, y, z + 0.2]);
         near(&vertices(FILE.as_bytes()).unwrap(), &[lower, upper].concat());
-        // The axes are the axes of the file, whatever `up_axis` says.
+        // The axes are not changed by `up_axis`.
         let other = FILE.replace("Y_UP", "Z_UP");
         assert_eq!(vertices(other.as_bytes()), vertices(FILE.as_bytes()));
-        // Without a scene and a unit, the coordinates of the file are in metres.
+        // Without a scene and a unit, the coordinates of the file are used, in m.
         let start = FILE.find("<library_nodes>").unwrap();
         let bare = format!("{}</COLLADA>", &FILE[..start]).replace("<unit name=\"centimeter\" meter=\"0.01\"/>", "");
         near(&vertices(bare.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        // Other numbers may be between the numbers of points (stride and offset).
+        // There may be other numbers between the numbers of points (stride and offset).
         let apart = bare.replace("1 0 0  0 1 0  0 0 1  9 9 9", "9 1 0 0 7  0 1 0 7  0 0 1 7 9 9 9");
         let apart = apart.replace("stride=\"3\"", "stride=\"4\" offset=\"1\"");
         near(&vertices(apart.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
@@ -345,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Nodes whose number doubles at each of many levels are refused early.
+    /// If the number of nodes doubles at each of many levels, the file is refused early.
     #[test]
     fn instances_do_not_multiply_without_end() {
         let level = |k: usize| {

@@ -3,9 +3,9 @@
 //! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel and, with the feature `rosbag2-sqlite`, in SQLite bags; reads the vertices of
 //! Collada meshes; writes a robot as SYMORO's .par.
 //!
-//! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
-//! messages of a recording. `robot::mesh` calls the reader that is registered for an extension. `robot::format::written` makes
-//! names that a format allows.
+//! Parts of the core that this wing uses: `logs::reading` makes a table of columns, decompresses within bounds, and receives
+//! messages of a recording. `robot::mesh` calls the reader that is registered for a file extension. `robot::format::written`
+//! makes names that a format allows.
 
 #![warn(missing_docs)]
 

@@ -1,7 +1,7 @@
 //! Writes a robot as a .par file for SYMORO and OpenSYMORO; [`robot::format::read_par`] reads such files.
 //!
-//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, while this program
-//! reads the values. Each item that the format cannot represent gives a note.
+//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`. So the symbols remain in SYMORO and OpenSYMORO, and this
+//! program can read the values. Each property that the format cannot express gets a note.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use robot::{
     Affine, Drive, Inertial, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia, Value,
 };
 
-/// The text of a .par file, and notes on the items that the format cannot represent.
+/// The text of a .par file, and notes on the properties that the format cannot express.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
     let names = WrittenNames::new(robot, |name| allowed(name, ""), |_| false);
     let mut text = String::new();
@@ -45,7 +45,8 @@ fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     }
 }
 
-/// Writes the geometric table: one list per parameter, with one entry per frame (links, then cuts of loops, then their twins).
+/// Writes the geometric table: one list per parameter, with one entry per frame. Order of frames: links, cuts of loops, twins of
+/// cuts.
 fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| ParFrame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| ParFrame::of_loop(&l.twin));
@@ -69,7 +70,7 @@ fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) 
     line!(text, "r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
 }
 
-/// Writes inertias, rotors, friction, and the external forces, which are zero; one entry per link.
+/// Writes inertias, rotor inertias, friction and external forces (zero), one entry per link.
 fn dynamic_parameters(robot: &Robot, text: &mut String) {
     line!(text, "\n(* Dynamic parameters *)");
     let of_links = |of: &dyn Fn(usize, &Link) -> String| {
@@ -95,7 +96,7 @@ fn dynamic_parameters(robot: &Robot, text: &mut String) {
     }
 }
 
-/// Writes symbols for rates and torques, the motion of the base, and gravity; SYMORO and OpenSYMORO expect these entries.
+/// Writes symbols for joint rates and torques, the motion of the base, and gravity. SYMORO and OpenSYMORO expect these entries.
 fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
@@ -139,7 +140,7 @@ impl<'a> ParFrame<'a> {
         ParFrame { antecedent: *antecedent, geometry, kind: *kind, drive: Drive::Passive, variable }
     }
 
-    /// The type of a joint in the format: 0 revolute, 1 prismatic, 2 fixed. A locked joint becomes a fixed one.
+    /// The type of the joint in a .par file: 0 revolute, 1 prismatic, 2 fixed. A locked joint is written as fixed.
     fn sigma(&self) -> usize {
         match self.kind {
             _ if self.variable.terms.is_empty() => 2,
@@ -159,7 +160,7 @@ fn allowed(name: &str, also: &str) -> String {
     name.chars().map(|c| if keep(c) { c } else { '_' }).collect()
 }
 
-/// Collects notes on the items that the format cannot represent.
+/// Adds notes on the properties that the format cannot express.
 fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
     if robot_name(robot) != robot.name {

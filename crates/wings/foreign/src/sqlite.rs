@@ -1,8 +1,9 @@
 //! Reads the messages of a rosbag2 in sqlite3 (.db3), in the order of recording.
 //!
-//! The tables are `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as written by
-//! rosbag2_storage_sqlite3. The file is opened only for reading, and no file is written next to it. If a recorder did not merge
-//! its write-ahead log into the file, the log is read too. A truncated or damaged file is read up to the first missing page.
+//! The tables are `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as
+//! rosbag2_storage_sqlite3 writes them. The file is opened only for reading, and no other file is written. If a recorder did not
+//! merge its write-ahead log into the file, this log is read too. A truncated or damaged file is read up to the first missing
+//! page.
 //!
 //! Files may come from untrusted sources. Therefore views, triggers and functions in the schema are disabled, a table with
 //! computed columns is refused, and messages longer than [`MAX_MESSAGE_BYTES`] are refused.
@@ -21,13 +22,13 @@ use rusqlite::{Connection, OpenFlags};
 use logs::reading::Compression;
 use logs::reading::{Channel, Message, ReadOutcome, Receiver, WantedChannels};
 
-/// Greatest size of one message, bytes. A message of 500 joints has 30 000.
+/// Largest size of one message, bytes. A message with 500 joints has 30 000 bytes.
 const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 
 /// The first bytes of a zstd stream.
 const ZSTD_MAGIC: &[u8] = b"\x28\xb5\x2f\xfd";
 
-/// A file system layer of SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
+/// SQLite file access without locks. Nothing is written, so files in a read-only folder can be opened too.
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a database file. No other program may write to it at the same time.
@@ -36,24 +37,24 @@ fn open(path: &Path) -> Result<Connection, String> {
     let opened = if ["-wal", "-journal"].iter().any(|end| journal_path(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
     } else {
-        // If a file is in write-ahead mode, SQLite would create an empty log next to it even for reading; `immutable` prevents
-        // this.
+        // If a file is in write-ahead mode, SQLite would create an empty log next to it, even for reading. The flag `immutable`
+        // prevents this.
         let uri = immutable(path);
         Connection::open_with_flags_and_vfs(uri, flags | OpenFlags::SQLITE_OPEN_URI, LOCKLESS_FILE_SYSTEM)
     };
     opened.map_err(|e| refused(&e))
 }
 
-/// The path of a companion file of SQLite (`-wal`, `-journal`). It is next to the file itself, after links are resolved.
+/// The path of a companion file of SQLite (`-wal`, `-journal`). It is next to the file to which a symbolic link points.
 fn journal_path(path: &Path, end: &str) -> PathBuf {
     let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
     name.push(end);
     name.into()
 }
 
-/// The URI that tells SQLite that the file does not change. <https://www.sqlite.org/uri.html>
+/// A URI with the flag that the file does not change. <https://www.sqlite.org/uri.html>
 fn immutable(path: &Path) -> OsString {
-    // A Windows path begins with a letter and a colon; its URI begins with three slashes.
+    // A Windows path begins with a letter and a colon, so its URI begins with three slashes.
     let drive = if path.as_os_str().as_encoded_bytes().get(1) == Some(&b':') { "///" } else { "" };
     let mut uri = format!("file:{drive}");
     for &byte in path.as_os_str().as_encoded_bytes() {
@@ -69,7 +70,8 @@ fn immutable(path: &Path) -> OsString {
 
 /// Opens a database whose content is in memory.
 fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
-    // In memory there is no write-ahead log. So the mode of the file, bytes 18 and 19, is changed to the mode without a log.
+    // A database in memory has no write-ahead log. So the mode of the file (bytes 18 and 19) is set to the mode without such a
+    // log.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
     let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
     let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
@@ -88,7 +90,7 @@ fn refused(e: &rusqlite::Error) -> String {
     format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
 }
 
-/// Reads the messages of a file; see [`read`].
+/// Reads the messages of a file on disk; see [`read`].
 pub(crate) fn read_file(
     path: &Path,
     wanted: &WantedChannels,
@@ -98,7 +100,7 @@ pub(crate) fn read_file(
     read(&open(path)?, wanted, work, each)
 }
 
-/// Reads the messages in the content of a file; see [`read`].
+/// Reads the messages of a file in memory; see [`read`].
 pub(crate) fn read_bytes(
     bytes: &[u8],
     wanted: &WantedChannels,
@@ -108,9 +110,10 @@ pub(crate) fn read_bytes(
     read(&of_bytes(bytes)?, wanted, work, each)
 }
 
-/// Passes the messages of the `wanted` channels to `each`. The sizes of decompressed messages are charged to `work`.
+/// Passes the messages of the `wanted` channels to `each`. Decompressed bytes are taken from the budget `work`.
 ///
-/// Fails if the tables of a rosbag2 are missing. Damage among the messages does not fail; the [`ReadOutcome`] reports it.
+/// Fails if the tables of a rosbag2 are missing. If messages are damaged, it does not fail, but [`ReadOutcome`] reports the
+/// damage.
 fn read(
     database: &Connection,
     wanted: &WantedChannels,
@@ -126,7 +129,7 @@ fn read(
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are selected, not only the rows of wanted topics: for a missing page SQLite returns empty rows, which must be
+    // All rows are selected, also those of other topics: if a page is missing, SQLite returns empty rows, and these must be
     // detected.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
@@ -156,8 +159,8 @@ fn read(
             Err(e) => break e.to_string(),
         };
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
-        // Messages may be compressed individually. An uncompressed message cannot look like zstd, because CDR begins with 00 00
-        // or 00 01.
+        // A message may be compressed on its own. An uncompressed message is never mistaken for zstd, because CDR begins with 00
+        // 00 or 00 01.
         let unpacked;
         let data = if data.starts_with(ZSTD_MAGIC) {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
@@ -174,20 +177,20 @@ fn read(
     Ok(outcome)
 }
 
-/// Disables features of SQLite that must not act on a file that is only read.
+/// Disables features of SQLite that are dangerous for a file from an unknown source, or that would write to it.
 fn guard(database: &Connection) -> rusqlite::Result<()> {
     for (option, on) in [
         (DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true),
         (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
-        // Without this option, a file with fewer pages than its head states is refused as a whole.
+        // Without this option, SQLite refuses the whole file if it has fewer pages than its head states.
         (DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true),
     ] {
         database.set_db_config(option, on)?;
     }
     database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)?;
-    // The index of a write-ahead log is kept in memory, not in a file next to the log.
+    // The index of a write-ahead log is kept in memory instead of a file.
     database.pragma_update(None, "locking_mode", "EXCLUSIVE")
 }
 
@@ -202,7 +205,7 @@ fn channels(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
     statement.query_map([], channel)?.collect()
 }
 
-/// The definitions of message types, which newer recorders store: by type, (encoding, definition).
+/// The definitions of message types, which newer recorders store: for each type, its encoding and its definition.
 fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, (String, String)>> {
     if !is_plain(database, "message_definitions")? {
         return Ok(BTreeMap::new());
@@ -224,7 +227,7 @@ fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
 mod tests {
     use super::*;
 
-    /// A bag in write-ahead mode with one topic; `name`: file name with special characters.
+    /// A bag in write-ahead mode with one topic. `name`: file name, which may have special characters.
     fn recorder(folder: &Path, name: &str) -> (Connection, PathBuf) {
         let path = folder.join(name);
         let recorder = Connection::open(&path).unwrap();
@@ -275,7 +278,7 @@ mod tests {
     fn a_write_ahead_log_left_behind_is_read() {
         let (live, killed) = (folder("live"), folder("killed"));
         let (_recorder, path) = recorder(&live, "bag.db3");
-        // The recorder still runs, so its log is not yet merged. A copy of both files equals the files after the recorder was
+        // The recorder is still open, so its log is not merged. A copy of both files equals the files of a recorder that was
         // killed.
         for name in ["bag.db3", "bag.db3-wal"] {
             std::fs::copy(live.join(name), killed.join(name)).unwrap();

@@ -1,11 +1,11 @@
-//! .par files that are written.
+//! Writes robots as .par files and reads them again.
 
 use std::path::Path;
 
 use foreign::write_par;
 use robot::format;
 
-/// What is written is read back: the same motion, the same values; and written again, the same text.
+/// A written file gives the same motion and the same values if it is read again, and the same text if it is written again.
 #[test]
 fn written_files_read_back() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -22,7 +22,8 @@ fn written_files_read_back() {
         let back = format::read_par(&text, "back.par").unwrap_or_else(|e| panic!("{}: {e}\n{text}", file.display()));
         let q: Vec<f64> = (0..robot.n_variables()).map(|k| 0.3 + 0.7 * k as f64).collect();
         assert_eq!(back.n_variables(), robot.n_variables(), "{}", file.display());
-        // Generic values depend on the names alone, which may change for symbols of gravity.
+        // Generic values depend only on the names of the symbols. The names of gravity symbols may change, so gravity is compared
+        // as numbers.
         for (a, b) in robot.link_poses(&q).iter().zip(back.link_poses(&q)) {
             for i in 0..3 {
                 assert!((a.position[i] - b.position[i]).abs() < 1e-14, "{}", file.display());

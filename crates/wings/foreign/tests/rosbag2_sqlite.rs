@@ -1,4 +1,4 @@
-//! rosbag2 in sqlite3: tables as rosbag2_storage_sqlite3 writes them, whole, cut short, damaged, left by a killed recorder.
+//! Reads rosbag2 in sqlite3: complete, truncated and damaged files, and files of a recorder that was killed.
 
 #![cfg(feature = "rosbag2-sqlite")]
 
@@ -8,11 +8,11 @@ use logs::Table;
 use rusqlite::Connection;
 
 const ROWS: i64 = 1200;
-/// ns; no second begins with the bag.
+/// Time of the first message, ns. It is not at a whole second.
 const START: i64 = 1_760_000_000_123_456_789;
 const STEP: i64 = 5_000_000;
 
-/// Row r of joints a and b; every other message names them the other way round.
+/// Message r with the joints a and b. Every second message has them in the order b, a.
 fn joint_state(r: i64) -> Vec<u8> {
     let mut body = Vec::new();
     let u32s = |body: &mut Vec<u8>, x: u32| {
@@ -56,19 +56,19 @@ const TABLES: &str = "
     INSERT INTO topics VALUES(1, '/tf', 'tf2_msgs/msg/TFMessage', 'cdr', '', '');
     INSERT INTO topics VALUES(2, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr', '', '');";
 
-/// A table of a file.
+/// Reads a file as a table.
 fn read(file: &Path) -> Result<Table, logs::Error> {
     rist::wings::register(vec![foreign::wing()]);
     Table::read(file)
 }
 
-/// A table of the content of a file.
+/// Reads a file in memory as a table.
 fn from_bytes(bytes: &[u8]) -> Result<Table, logs::Error> {
     rist::wings::register(vec![foreign::wing()]);
     Table::from_bytes("log", bytes)
 }
 
-/// A database with these rows, each behind a message of another topic.
+/// Inserts these rows. A message of another topic precedes each of them.
 fn record(database: &Connection, rows: std::ops::Range<i64>, packed: bool) {
     let mut insert = database.prepare("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)").unwrap();
     for r in rows {
@@ -108,7 +108,8 @@ fn assert_rows(table: &Table, rows: usize) {
     }
 }
 
-/// Messages of some hundred bytes that each unpack to 16 MiB: what a file unfolds to is bounded by its size.
+/// Messages of some hundred bytes that decompress to 16 MiB each. The file is refused, because its size bounds the decompressed
+/// bytes.
 #[test]
 fn messages_that_unfold_without_end_are_refused() {
     let folder = folder("unfolds");
@@ -130,7 +131,7 @@ fn messages_that_unfold_without_end_are_refused() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// A file, a directory of parts, a packed part, packed messages, the bytes alone: one table.
+/// A file, a folder with parts, a compressed part, compressed messages, and bytes in memory give the same table.
 #[test]
 fn a_bag_is_a_table() {
     let folder = folder("whole");
@@ -151,7 +152,7 @@ fn a_bag_is_a_table() {
     for part in 0..12 {
         write(&parts.join(format!("walk_{part}.db3")), 100 * part..100 * (part + 1), part % 3 == 1);
     }
-    // compression_mode: FILE
+    // This part is compressed as a whole file (`compression_mode: FILE`).
     let packed = parts.join("walk_11.db3");
     let bytes = std::fs::read(&packed).unwrap();
     let zstd = ruzstd::encoding::compress_to_vec(&bytes[..], ruzstd::encoding::CompressionLevel::Fastest);
@@ -162,7 +163,7 @@ fn a_bag_is_a_table() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Cut anywhere behind its schema, a file gives the rows before the cut and says so.
+/// A file that is truncated after its schema gives the rows before the cut, and a note.
 #[test]
 fn a_file_cut_short_is_read_up_to_the_cut() {
     let folder = folder("cut");
@@ -186,7 +187,7 @@ fn a_file_cut_short_is_read_up_to_the_cut() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// A changed byte is read over, told or refused; never a panic.
+/// If a byte is changed, the file is read, read with a note, or refused; reading never panics.
 #[test]
 fn damage_does_not_panic() {
     let folder = folder("damaged");
@@ -209,7 +210,7 @@ fn damage_does_not_panic() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// A recorder was killed: what it had committed stands in a write-ahead log, which is read and left as it is.
+/// If a recorder is killed, its committed rows are in a write-ahead log. The log is read and not changed.
 #[test]
 fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     let folder = folder("wal");
@@ -228,10 +229,10 @@ fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     let (bytes, logged) = (std::fs::read(&copy).unwrap(), std::fs::read(&log).unwrap());
     assert!(!logged.is_empty());
     assert_rows(&read(&folder.join("bag")).unwrap(), 200);
-    // Nothing is written, beside it neither.
+    // No file was changed, and no file was added to the folder.
     assert_eq!((std::fs::read(&copy).unwrap(), std::fs::read(&log).unwrap()), (bytes, logged.clone()));
     assert_eq!(std::fs::read_dir(folder.join("bag")).unwrap().count(), 2);
-    // The log cut in the middle of a commit gives what was committed before.
+    // If the log is truncated within a commit, only the earlier commits are read.
     std::fs::write(&log, &logged[..logged.len() * 2 / 3]).unwrap();
     let table = read(&copy).unwrap();
     assert!(table.rows() > 100 && table.rows() < 200, "{}", table.rows());
@@ -240,14 +241,14 @@ fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// A recorder was killed within a change that it wrote into the file at once: the way out is said.
+/// If a recorder is killed while it changes the file itself, the error message contains a remedy.
 #[test]
 fn a_change_half_written_is_told() {
     let folder = folder("journal");
     let (file, copy) = (folder.join("live.db3"), folder.join("walk_0.db3"));
     write(&file, 0..300, false);
     let database = Connection::open(&file).unwrap();
-    // So small a cache spills changed pages into the file before the commit.
+    // With a small cache, SQLite writes changed pages to the file before the commit.
     database.execute_batch("PRAGMA cache_size=4; BEGIN; UPDATE messages SET timestamp = timestamp + 1").unwrap();
     std::fs::copy(&file, &copy).unwrap();
     std::fs::copy(folder.join("live.db3-journal"), folder.join("walk_0.db3-journal")).unwrap();
@@ -257,7 +258,7 @@ fn a_change_half_written_is_told() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// A database of a stranger runs no program of his.
+/// A database from an unknown source cannot execute code.
 #[test]
 fn tables_that_are_none_are_refused() {
     let folder = folder("strangers");

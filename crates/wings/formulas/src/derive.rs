@@ -1,4 +1,4 @@
-//! Writes a robot's functions as formulas, with the symbols of its file or of the request.
+//! Writes functions of a robot as formulas. Symbols are those of its file, or those that the request names.
 
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};
@@ -12,10 +12,10 @@ use crate::listing::{OutputEntry, output_name};
 use crate::request::DeriveRequest;
 use crate::symbols::KeptSymbols;
 
-/// Writes the requested formulas as the text of one file. `made_by`: the command that is named in the head of the file.
+/// Writes the requested formulas as the text of one file. `made_by`: the command that the head of the file shows.
 ///
-/// Fails if a function, a symbol or an entry does not exist, if the description lacks a needed number, if the rank of the base
-/// regressor is ambiguous, or, unless `any_size`, if the derivation would be long.
+/// Fails if a function, a symbol or an entry does not exist, if the description lacks a number, if the rank of the base regressor
+/// is ambiguous, or if the derivation would be long and `any_size` is false.
 pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: bool) -> Result<String, Error> {
     check_size(robot, any_size)?;
     let RobotFormulas { doc, functions, constants } =
@@ -31,7 +31,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     };
     let mut formulas = functions.into_iter().map(formulas).collect::<Result<Vec<_>, _>>()?;
     for k in 1..formulas.len() {
-        // Two names may become the same identifier.
+        // Two different names may give the same identifier, so an underscore is appended.
         while formulas[..k].iter().any(|f| f.function.name == formulas[k].function.name) {
             formulas[k].function.name.push('_');
         }

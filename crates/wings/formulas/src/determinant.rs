@@ -1,9 +1,9 @@
-//! The determinant of the Jacobian of a link, as a formula.
+//! Writes the determinant of the Jacobian of a link as a formula.
 //!
-//! It does not depend on the axes and on the reference point of the velocities, so the cheapest choice is used: for an arm with a
-//! spherical wrist the axis intersection, which gives the product of the wrist's and the arm's determinants. If the link has not
-//! six coordinates, the result is the determinant of J^T J or J J^T, the square of the manipulability [Yoshikawa 1985], in the
-//! link's frame.
+//! The determinant does not depend on the axes and the reference point of the velocities, so those with the shortest formula are
+//! used. For an arm with a spherical wrist this is the intersection of the wrist axes: the determinant is then the product for
+//! wrist and arm. If the link has other than six coordinates, the result is the determinant of J^T J or J J^T, the square of the
+//! manipulability [Yoshikawa 1985], in the frame of the link.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use modeling::LinkFrame;
 use modeling::ReferenceFrame;
 use modeling::building::{NULL, add, cross};
 
-/// Determinant of the Jacobian of a link with six coordinates, else of J^T J or J J^T. Input `q`, output `det`.
+/// Determinant of the 6 x 6 Jacobian of a link; for other than six coordinates, of J^T J or J J^T. Input `q`, output `det`.
 pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Function {
     let frame = &frame.into();
     let n = derivation.robot().n_coordinates();
@@ -44,7 +44,8 @@ pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFr
     least.map_or_else(|| made(derivation.graph(), Expr::ONE), |(_, function)| function)
 }
 
-/// The Jacobian of `link` in the axes of the link `at`, which carries it, for the point of `link` that is at the origin of `at`.
+/// The Jacobian of `link` in the axes of the link `at`, which is nearer to the base. Its point is at the origin of `at` and moves
+/// with `link`.
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
     let robot = derivation.robot();
@@ -53,8 +54,8 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
             let moved: Vec<LinkId> =
                 between.filter(|j| robot.link(*j).joint.variable.terms.iter().any(|t| t.0.0 == k)).collect();
-            // A coordinate that moves `at` moves `link` in the same way, unless it also moves joints between them. A coordinate
-            // of only one joint between them is simplest in the frame of that joint.
+            // A coordinate that moves `at` also moves `link`, with the same twist unless it moves joints between them too. If a
+            // coordinate moves only one joint between them, the formula is shortest in the frame of this joint.
             let from = match moved[..] {
                 [] => at,
                 [joint] if derivation.twist(at, k).is_none() => joint,
@@ -67,7 +68,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let origin = derivation.at_place_of(NULL, from, &reference);
             let z = derivation.in_axes_of(twist.z, from, &reference);
             let d = derivation.in_axes_of(twist.d, from, &reference);
-            // The lever from one origin to the other.
+            // Adds the velocity that follows from the distance between the two origins.
             let g = derivation.graph();
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
@@ -76,7 +77,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
     (0..6).map(|r| columns.iter().map(|column| column[r]).collect()).collect()
 }
 
-/// J^T J if `columns_first`, else J J^T.
+/// J^T J if `columns_first`, otherwise J J^T.
 fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Expr>> {
     let columns: Vec<Vec<Expr>> =
         (0..rows.first().map_or(0, Vec::len)).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
@@ -90,8 +91,8 @@ fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Ex
     vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
 }
 
-/// The determinant of a matrix: by blocks if its zeros allow that, else along the row with the most zeros. Each minor is computed
-/// once.
+/// Computes the determinant of a matrix: by blocks if its zeros allow this, otherwise by expansion along the row with the most
+/// zeros. Each minor is computed once.
 struct Determinant<'a> {
     g: &'a mut Graph,
     rows: Vec<Vec<Expr>>,
@@ -124,13 +125,15 @@ impl Determinant<'_> {
         found
     }
 
-    /// A set of rows, and an equally large set of columns outside which these rows are zero. `None` if there is no such block.
+    /// Finds some rows that are zero outside of equally many columns: these rows and these columns. `None` if there is no such
+    /// block.
     fn block(&self, rows: u32, columns: u32) -> Option<(u32, u32)> {
         let mut subset = (rows - 1) & rows;
         while subset != 0 {
             let read = bits(subset).fold(0, |read, r| read | self.read(r, columns));
             if read.count_ones() <= subset.count_ones() {
-                // These rows use fewer columns than rows, so the determinant is zero; any columns complete the block.
+                // The rows are not zero in fewer columns than there are rows, so the determinant is zero. Any other columns
+                // complete the block.
                 let missing = bits(columns & !read).take((subset.count_ones() - read.count_ones()) as usize);
                 return Some((subset, missing.fold(read, |read, c| read | 1 << c)));
             }
@@ -139,7 +142,7 @@ impl Determinant<'_> {
         None
     }
 
-    /// The columns in which a row is not zero.
+    /// The columns in which a row is not zero, as a bit set.
     fn read(&self, row: usize, columns: u32) -> u32 {
         bits(columns).filter(|&c| !self.rows[row][c].is_zero()).fold(0, |read, c| read | 1 << c)
     }

@@ -1,7 +1,7 @@
 //! Expands entries to sums of products of symbols, sines and cosines.
 //!
-//! sin^2 is replaced by 1 - cos^2, so that terms cancel that are equal only by this identity. The sine and the cosine of a named
-//! sum of angles (C23) are one factor, as in textbooks.
+//! sin^2 is replaced by 1 - cos^2, because some terms cancel only by this identity. Sine and cosine of a named sum of angles
+//! (C23) are one factor, as in textbooks.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,20 @@ use expr::{Expr, Function, Node};
 
 use crate::listing::{Listing, ListingNames, OutputEntry, Term, TermReader, sum};
 
-/// A product: factors (indices of nodes) with their powers, in the order of the nodes.
+/// A product of factors. Each factor is the index of a node, with its power; the factors are in the order of the nodes.
 type Monomial = Vec<(usize, u32)>;
-/// A sum of products: each has its coefficient, and the sum of the magnitudes of all terms in this coefficient.
+/// A sum of products. For each product: its coefficient, and the sum of the magnitudes of all terms in this coefficient.
 type Polynomial = BTreeMap<Monomial, (f64, f64)>;
 
-/// Greatest number of terms of an expansion; nobody reads more.
+/// Largest number of terms of an expansion. Longer formulas are not readable.
 const MAX_TERMS: usize = 20_000;
-/// A coefficient counts as cancelled if it is below this share of the sum of its magnitudes.
+/// A coefficient counts as zero if it is below this fraction of the sum of the magnitudes of its terms.
 const CANCELLED: f64 = 1e-14;
 
-/// The reason why an expansion is not written.
+/// The reason why an entry cannot be expanded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TooLong {
-    /// The expansion has more terms than this number.
+    /// The expansion has more than this number of terms.
     Terms(usize),
     /// The entry has a quotient or a root, so it cannot be a sum of products.
     Quotient,
@@ -41,7 +41,7 @@ impl std::fmt::Display for TooLong {
 
 impl std::error::Error for TooLong {}
 
-/// The function, or only the entry `place`, expanded.
+/// The expanded function. `place`: the only entry to expand; `None`: all entries.
 pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Result<Listing, TooLong> {
     let mut expansion = Expansion { function, squares: squares(function), of_node: BTreeMap::new() };
     let graph = function.graph();
@@ -54,7 +54,7 @@ pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Resul
             }
         }
     }
-    // Find the factors that the entries use, and the factors from which these are computed.
+    // Finds the factors in the entries, and the factors that are needed to compute these.
     let mut read = vec![false; graph.nodes().len()];
     for (factor, _) in values.values().flat_map(BTreeMap::keys).flatten() {
         read[*factor] = true;
@@ -100,7 +100,7 @@ fn is_factor(function: &Function, n: usize) -> bool {
     }
 }
 
-/// For each sine (index of its node), the node of the cosine of the same angle.
+/// For each sine (index of its node), the index of the node with the cosine of the same angle.
 fn squares(function: &Function) -> BTreeMap<usize, usize> {
     let graph = function.graph();
     let place = |wanted: Node| graph.nodes().iter().position(|node| *node == wanted);
@@ -160,7 +160,7 @@ impl Expansion<'_> {
             },
             _ => return Err(TooLong::Quotient),
         };
-        // Drops coefficients that cancel up to rounding.
+        // Removes coefficients that are zero up to rounding.
         value.retain(|_, (x, size)| x.abs() > CANCELLED * *size);
         if value.len() > MAX_TERMS { Err(TooLong::Terms(MAX_TERMS)) } else { Ok(value) }
     }

@@ -1,7 +1,7 @@
-//! Writes functions as formulas for people and for computer algebra systems: one file in one language.
+//! Writes functions as formulas for readers and for computer algebra systems: one file in one language.
 //!
-//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A language is
-//! defined by a grammar ([`print`]) and the frame of its file.
+//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). Each language
+//! has its own grammar ([`print`]) and its own head and end of the file.
 
 use expr::Function;
 
@@ -23,19 +23,19 @@ pub enum FormulaLanguage {
     Matlab,
 }
 
-/// A function with its description and the choice of its form.
+/// A function to print, with its description and its form.
 pub struct Formulas {
     /// Lines that describe the function.
     pub doc: Vec<String>,
     /// The function; constants with names stay symbols.
     pub function: Function,
-    /// The one entry to print; `None`: all entries.
+    /// The only entry to print; `None`: all entries.
     pub place: Option<OutputEntry>,
     /// Whether each entry is expanded to a sum of products.
     pub is_expanded: bool,
 }
 
-/// The text of a file of these functions. `doc`: lines of its head; `made_by`: the command that writes the file again.
+/// The text of a file with these functions. `doc`: lines for its head. `made_by`: the command that writes the file again.
 ///
 /// Fails if an expansion has too many terms or contains quotients.
 pub fn formula_file(
@@ -63,8 +63,8 @@ pub fn formula_file(
     })
 }
 
-/// The names, in this language, of everything that a user of the file assigns a value to: the entries of each input of the
-/// function, in the order of the inputs, then the symbols that stay.
+/// The names in this language of all symbols to which a user assigns values: the entries of each input of the function, in the
+/// order of the inputs, then the named constants.
 pub fn printed_symbols(function: &Function, language: FormulaLanguage) -> Vec<String> {
     let listing = Listing::of(function, None);
     let print: fn(&str) -> String = match language {

@@ -1,6 +1,7 @@
-//! Finds the class of an arm that has an inverse geometric model in closed form ([`crate::inverse_geometry`]), and its joints.
+//! Determines whether an arm has an inverse geometric model in closed form ([`crate::inverse_geometry`]), its class, and its
+//! joints.
 //!
-//! If the first three axes of an arm meet, the arm read from its end has a spherical wrist. With
+//! If the first three axes of an arm intersect, the arm traversed from its end to its base has a spherical wrist. With
 //!
 //! ```text
 //! T_06 = prod_i Rx(alpha_i) Tx(d_i) Rz(theta_i) Tz(r_i)
@@ -21,7 +22,7 @@ use robot::{JointKind, LinkId, Robot};
 use modeling::Derivation;
 use modeling::building::{Angle, Geometry};
 
-/// The reason why an arm has no closed form here.
+/// The reason why no closed form of the arm is known here.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoClosedForm(String);
 
@@ -39,23 +40,23 @@ impl std::fmt::Display for NoClosedForm {
 
 impl std::error::Error for NoClosedForm {}
 
-/// A joint of the arm: alpha and d of its link, then theta and r, which include gamma and b of the next link.
+/// A joint of the arm. alpha and d: of its link. theta and r: with gamma and b of the next link included.
 #[derive(Clone)]
 pub(crate) struct ArmJoint {
-    /// Angle alpha in quarter turns.
+    /// Angle alpha as a number of quarter turns.
     pub alpha: i64,
     pub d: Expr,
     pub offset: Angle,
     pub r: Expr,
     /// Whether the joint is prismatic: its coordinate is added to r instead of theta.
     pub slides: bool,
-    /// Index of its coordinate among the coordinates of the six joints.
+    /// Index of the joint's coordinate among the coordinates of the six joints.
     pub column: usize,
     pub sign: f64,
 }
 
 impl ArmJoint {
-    /// sin(alpha) if alpha is an odd number of quarter turns.
+    /// sin(alpha), for an odd number of quarter turns: 1 or -1.
     pub(crate) fn sine(&self) -> f64 {
         if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
     }
@@ -69,7 +70,7 @@ impl ArmJoint {
     }
 }
 
-/// Classes of arms; each has one method of solution.
+/// Classes of arms. Each class has its own method of solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// Axes 2 and 3 are parallel, followed by a spherical wrist.
@@ -84,12 +85,12 @@ pub(crate) enum Class {
 pub(crate) struct Arm {
     pub joints: [ArmJoint; 6],
     pub class: Class,
-    /// Whether the arm is read from its end to its base.
+    /// Whether the joints are listed from the end of the arm to its base.
     pub is_reversed: bool,
 }
 
 impl Arm {
-    /// The arm that ends with `link`. Fails if it belongs to no class, neither from the base nor from the end.
+    /// The arm that ends with `link`. Fails if it belongs to no class, whether traversed from its base or from its end.
     pub(crate) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
         let arm = |mut joints, is_reversed| {
@@ -108,7 +109,7 @@ pub(crate) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
     chain
 }
 
-/// The six joints from the base to a link. Other joints of the robot, for example of a gripper, do not matter.
+/// The six joints from the base to a link. Joints that do not move the link, for example of a gripper, are ignored.
 fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], NoClosedForm> {
     let robot = derivation.robot();
     let chain = chain(robot, link);
@@ -117,8 +118,8 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         return refused(format!("{} joints lead to the link", chain.len()));
     }
     let mut joints: Vec<ArmJoint> = Vec::new();
-    // Each joint must follow one coordinate of its own by +-1, and its axis must be parallel or at a right angle to the previous
-    // one.
+    // Each joint must equal one coordinate up to sign and offset, and no two joints may have the same one. Its axis must be
+    // parallel to the previous axis or at a right angle to it.
     for j in chain {
         let link = robot.link(j);
         let Geometry { gamma, b, alpha, d, theta, r } = derivation.geometry(j);
@@ -132,7 +133,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         if !joints.is_empty() && !alpha.terms.is_empty() {
             return refused(format!("the axis of {} is oblique", link.name));
         }
-        // gamma and b of this link act about and along the previous axis, so they add to theta and r of the previous joint.
+        // gamma and b of this link are about and along the previous axis, so they are added to theta and r of the previous joint.
         if let Some(last) = joints.last_mut() {
             last.offset = last.offset.plus(&gamma);
             last.r = derivation.graph().add(last.r, b);
@@ -141,7 +142,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         let alpha = alpha.quarter_turns;
         joints.push(ArmJoint { alpha, d, offset: theta, r, slides, column: coordinate.0, sign });
     }
-    // Columns are numbered among the coordinates of the arm only.
+    // The coordinates of the arm are numbered from 0.
     let all: Vec<usize> = joints.iter().map(|joint| joint.column).collect();
     for joint in &mut joints {
         joint.column = all.iter().filter(|other| **other < joint.column).count();
@@ -149,7 +150,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
     joints.try_into().or_else(|_| refused("there are not six joints".into()))
 }
 
-/// Rotates the frames of joints whose axes are antiparallel to the previous axis, so that they become parallel.
+/// If an axis is antiparallel to the previous axis, turns its frame so that the axes become parallel.
 fn align(joints: &mut [ArmJoint; 6]) {
     for k in 1..6 {
         if joints[k].alpha.rem_euclid(4) == 2 {
@@ -162,7 +163,7 @@ fn align(joints: &mut [ArmJoint; 6]) {
     }
 }
 
-/// The arm read from its end. alpha and d of the first joint and r of the last joint belong to no joint; they are 0.
+/// The arm with its joints in reverse order. alpha and d of its first joint and r of its last joint are 0.
 fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     std::array::from_fn(|k| {
         let (joint, behind) = (&joints[5 - k], joints.get(6 - k));
@@ -170,7 +171,7 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
             alpha: behind.map_or(0, |b| -b.alpha),
             d: behind.map_or(Expr::ZERO, |b| -b.d),
             offset: joint.offset.negated(),
-            // The target pose excludes r of both ends.
+            // The target pose already contains r of both ends.
             r: if k == 0 || k == 5 { Expr::ZERO } else { -joint.r },
             sign: -joint.sign,
             ..joint.clone()
@@ -178,13 +179,13 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     })
 }
 
-/// The class of an arm, or the reason why it has none.
+/// The class of an arm. Fails with the reason if the arm belongs to no class.
 fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, NoClosedForm> {
     let refused = |text: &str| Err(NoClosedForm(text.into()));
     if let Some(k) = [one, two, four, five, six].iter().position(|joint| joint.slides) {
         return refused(&format!("joint {} slides", [1, 2, 4, 5, 6][k]));
     }
-    // In all classes axis 2 is at a right angle to axis 1, and axes 5 and 6 to their previous axes.
+    // In all classes, axis 2 is at a right angle to axis 1, axis 5 to axis 4, and axis 6 to axis 5.
     if !two.is_across() {
         return refused("axis 2 is not across axis 1");
     }
@@ -207,7 +208,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
     if three.d.is_zero() {
         return refused("axes 2 and 3 are one");
     }
-    // Either parallel axes, or a spherical wrist at a distance from axis 3.
+    // Either axes 2, 3 and 4 are parallel, or there is a spherical wrist at a distance from axis 3.
     match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
         (true, ..) if !four.d.is_zero() => Ok(Class::ParallelAxes),
         (_, true, true) if four.d.is_zero() && four.r.is_zero() => refused("axes 4, 5 and 6 meet on axis 3"),

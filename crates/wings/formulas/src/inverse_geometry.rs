@@ -1,5 +1,5 @@
-//! The inverse geometric model of arms with six joints, with all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre
-//! 2002, chapter 4].
+//! The inverse geometric model of arms with six joints: all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
+//! chapter 4].
 //!
 //! There are three classes of arms ([`crate::inverse_arm`]). In all of them axis 2 is at a right angle to axis 1, axis 5 to axis
 //! 4, and axis 6 to axis 5:
@@ -9,8 +9,8 @@
 //!                   joint 3 slides across axis 2, axes 4, 5 and 6 meet in a point of its axis   Stanford arm
 //! parallel axes     axes 2, 3 and 4 parallel                                                   UR5
 //! ```
-//! and the same arms from the other end: the first three axes meet in a point, or axes 3, 4 and 5 are parallel. Let W be the
-//! wrist centre, or O_5, in the frame that joint 1 rotates. The component of W along axis 2 is a known length h:
+//! The same arms traversed from the end are also covered: the first three axes intersect, or axes 3, 4 and 5 are parallel. Let W
+//! be the wrist centre, or O_5, in the frame that joint 1 rotates. The component of W along axis 2 is a known length h:
 //!
 //! ```text
 //! -S1 W_x + C1 W_y = -sin(alpha_2) h              two angles: W_x, W_y and the root of W_x^2 + W_y^2 - h^2
@@ -20,18 +20,18 @@
 //! angles follow from the direction of axis 6, with two signs of sin theta_5. In the class of parallel axes the wrist angles come
 //! before theta_3, because they determine O_4.
 //!
-//! Singular poses have solutions too. No angle is a quotient of differences that may vanish: one of theta_4 and theta_6 is the
-//! direction of a vector, and the other follows from the remaining orientation. If this vector is shorter than 1e-13, it is
-//! rounding (axis 6 along axis 4 or along the parallel axes, W on axis 1 or 2). Then its angle is free: it is set to q = 0, and
-//! the others follow. The angles of a triangle with sides A, B, c follow from Heron's formula, a root of four factors that are
-//! sums and differences of lengths. A factor that is negative by less than 1e-13 m is set to zero: the arm is stretched or
-//! folded. In the class of parallel axes a free theta_6 moves O_4 about O_5. Solutions with one sign of sin theta_5 have q_6 = 0;
-//! solutions with the other sign bring O_4 as near to axis 2 as possible, or, if that is too near, as far from it as possible. So
-//! at least one solution is in reach if any is (for arms with |r_5| below the shorter of d_3 and d_4). Slightly above 1e-13
-//! rounding still rotates theta_6, and a nearly stretched arm would miss O_4. Therefore theta_6 is shifted towards the angle at
-//! which O_4 is in reach, by less than rounding changes the orientation of the last link.
+//! At singular poses there are solutions too. No angle is computed from a quotient of differences that may vanish: one of theta_4
+//! and theta_6 is the direction of a vector, and the other follows from the remaining orientation. If this vector is shorter than
+//! 1e-13, it is only rounding (axis 6 along axis 4 or along the parallel axes, or W on axis 1 or 2). Then its angle is free and
+//! set to q = 0. The angles of a triangle with sides A, B, c follow from Heron's formula, a root of four factors that are sums
+//! and differences of lengths. A factor that is negative by less than 1e-13 m is set to zero: the arm is stretched or folded. In
+//! the class of parallel axes, a free theta_6 moves O_4 about O_5. Solutions with one sign of sin theta_5 get q_6 = 0. Solutions
+//! with the other sign move O_4 as near to axis 2 as possible or, if that is too near, as far from it as possible. So if the pose
+//! can be reached, at least one solution is found (for arms with |r_5| below the shorter of d_3 and d_4). Slightly above 1e-13,
+//! rounding still changes theta_6, and a nearly stretched arm would not reach O_4. So theta_6 is shifted towards the angle at
+//! which O_4 is reached; the shift is below the rounding of the last link's orientation.
 //!
-//! The outputs are sines and cosines: q = atan2(sin_q, cos_q). If a solution is out of reach, its entries are NaN.
+//! The outputs are sines and cosines: q = atan2(sin_q, cos_q). If a solution cannot be reached, its entries are NaN.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::Pose;
@@ -44,7 +44,7 @@ use modeling::building::{Placement, Vector, ZRotation, add, constants, dot};
 
 /// Number of solutions of an arm.
 const SOLUTIONS: usize = 8;
-/// Shift of theta_6 towards the angle in reach, as a share of the length of its vector.
+/// Shift of theta_6 towards the angle at which O_4 is reached, as a fraction of the length of the vector that gives theta_6.
 const SHIFT_SHARE: f64 = 1e-14;
 
 /// One solution: the angle theta of each joint, including its offset, and r_3 if joint 3 is prismatic.
@@ -53,9 +53,9 @@ struct Solution {
     slide: Expr,
 }
 
-/// The inverse geometric model of the arm that ends with a frame. Input `t` (3 x 4): the pose of the frame in the base. Outputs
-/// `sin_q`, `cos_q` (8 x 6): one row per solution, one column per joint of the arm; NaN if the pose is out of reach. At a
-/// singular pose the free angle is 0. If a joint is prismatic, its coordinate is in a third output `slide` (8), and its sine and
+/// The inverse geometric model of the arm that ends with a frame. Input `t` (3 x 4): pose of the frame in the base. Outputs
+/// `sin_q`, `cos_q` (8 x 6): one row per solution, one column per joint of the arm; NaN if the pose cannot be reached. At a
+/// singular pose, the free angle is 0. If a joint is prismatic, its coordinate is in a third output `slide` (8), and its sine and
 /// cosine are 0 and 1.
 ///
 /// Fails if the arm has none of the closed forms of the module `inverse_arm`.
@@ -63,7 +63,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     let frame = &frame.into();
     let arm = Arm::new(derivation, frame.link)?;
     let chain = chain(derivation.robot(), frame.link);
-    // b of link 2 is along axis 1, so it does not depend on the angle of joint 1.
+    // b of link 2 is a length along axis 1, so it does not depend on the angle of joint 1.
     let second = chain.get(1).map_or(Expr::ZERO, |&j| derivation.geometry(j).b);
     let last = derivation.geometry(frame.link).r;
     let first = derivation.placement(chain[0]).clone();
@@ -75,7 +75,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     let joints = &arm.joints;
     let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
     let mut slides = Vec::new();
-    // The eight solutions are the signs of three roots: of theta_1, of theta_3 (or r_3), of sin theta_5.
+    // The eight solutions differ in the signs of three roots: for theta_1, for theta_3 (or r_3), and for sin theta_5.
     for k in 0..SOLUTIONS {
         let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
         let solution = match arm.class {
@@ -106,7 +106,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
 }
 
-/// The desired pose of the last link, in the frame before joint 1.
+/// The desired pose of the last link, in the frame before the rotation of joint 1.
 struct Target {
     /// Columns x, y, z of the orientation; p: position.
     x: Vector,
@@ -119,7 +119,7 @@ impl Target {
     fn new(g: &mut Graph, t: &[Expr], frame: &LinkFrame, placement: &Placement) -> Target {
         let column = |c: usize| [t[c], t[4 + c], t[8 + c]];
         let Pose { rotation, position } = frame.pose.inverse();
-        // T_0j = T_0f T_fj
+        // T_0j = T_0f T_fj, f: the given frame; j: the last link.
         let mut combined = |v: [f64; 3]| {
             let v = constants(g, v);
             [0, 1, 2].map(|r| dot(g, v, [t[4 * r], t[4 * r + 1], t[4 * r + 2]]))
@@ -132,8 +132,8 @@ impl Target {
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }
     }
 
-    /// The inverse pose, for the arm read from its end: the frame before joint 1, seen from the frame of the last link, shifted
-    /// by r_6 along axis 6.
+    /// The inverse pose, for the arm traversed from its end: the frame before joint 1, in the frame of the last link, moved by
+    /// r_6 along axis 6.
     fn reversed(&self, g: &mut Graph, r: Expr) -> Target {
         let Target { x, y, z, p } = *self;
         let mut along = |axis: Vector| -dot(g, axis, p);
@@ -141,15 +141,15 @@ impl Target {
         Target { x: [x[0], y[0], z[0]], y: [x[1], y[1], z[1]], z: [x[2], y[2], z[2]], p: [px, py, g.add(pz, r)] }
     }
 
-    /// The point on axis 6 that is r_6 before its origin.
+    /// The point on axis 6 at the distance -r_6 from its origin.
     fn before(&self, g: &mut Graph, r: Expr) -> Vector {
         let shift = self.z.map(|z| g.mul(r, z));
         std::array::from_fn(|i| g.sub(self.p[i], shift[i]))
     }
 }
 
-/// theta_1 that gives W the component h along axis 2, -S1 W_x + C1 W_y = -sin(alpha_2) h; and the distance of W from axes 1 and 2
-/// along x of frame 1.
+/// theta_1, such that W has the component h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. Also the component of W along x of
+/// frame 1, C1 W_x + S1 W_y.
 fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (ZRotation, Expr) {
     let b = signed(h, -two.sine());
     let distance = norm(g, [W[0], W[1]]);
@@ -161,7 +161,7 @@ fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_
         root(g, &[spare], &[sum])
     };
     let a = if is_other { -root } else { root };
-    // a = C1 W_x + S1 W_y
+    // a: component of W along x of frame 1, C1 W_x + S1 W_y.
     let turn = between(g, [W[0], W[1]], [a, b]);
     let free = one.offset.turn(g);
     (direction(g, turn, distance, free), a)
@@ -204,8 +204,8 @@ fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: b
     (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
-/// Coordinates u, v of a point in the plane normal to axis 2, from its distance `a` along x of frame 1 and its height along axis
-/// 1, m.
+/// Coordinates u, v of a point in the plane normal to axis 2, m. `a`: component of the point along x of frame 1. `height`: its
+/// component along axis 1.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };
     [g.sub(a, two.d), v]
@@ -227,19 +227,19 @@ fn with_wrist(
     let place = in_plane(g, j2, a, W[2]);
     let (second, third, length) = if slides {
         let (second, length) = slide(g, [j2, j3], place, three);
-        // The wrist centre is at distance r_4 from O_3.
+        // r_4 is the distance of the wrist centre from O_3.
         let behind = if j4.is_across() { Expr::ZERO } else { j4.r };
-        // The prismatic link does not rotate about its axis, so this angle is constant.
+        // The prismatic joint does not rotate, so this angle is constant.
         let fixed = j3.offset.turn(g);
         (second, fixed, g.sub(length, behind))
     } else {
-        // In frame 3 the wrist centre is (d_4, -r_4 sin alpha_4, 0).
+        // In frame 3, the wrist centre is at (d_4, -r_4 sin alpha_4, 0).
         let y = signed(j4.r, -j4.sine());
         let [second, third] = arm_turns(g, [j2, j3], [j4.d, y], place, three);
         (second, third, Expr::ZERO)
     };
 
-    // Axes of the last link in frame 3, then in the frame before theta_4.
+    // The axes of the last link, first in frame 3, then in the frame before the rotation by theta_4.
     let seen = |g: &mut Graph, v: Vector| {
         let v = first.turned(g, v);
         let v = about_x(v, -j2.alpha);
@@ -313,8 +313,8 @@ fn with_parallel_axes(
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
 }
 
-/// A vector with the angle theta_6, for the case that axis 6 is along the parallel axes and theta_6 is free. O_4 = O_5 - r_5 z_5
-/// comes as near to axis 2 as possible, or as far as possible if the nearest is nearer than |A - B|. `at`: coordinates of O_5
+/// A vector with the angle theta_6, for the case that axis 6 is along the parallel axes, so that theta_6 is free. It moves O_4 =
+/// O_5 - r_5 z_5 as near to axis 2 as possible; if that is nearer than |A - B|, as far as possible. `at`: coordinates of O_5
 /// along x of frame 1 and along axis 1, m.
 fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRotation, at: [Expr; 2]) -> ZRotation {
     let [_, j2, j3, j4, j5, j6] = joints;
@@ -338,9 +338,8 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRota
     ZRotation { cos, sin }
 }
 
-/// A vector, shifted towards another vector by [`SHIFT_SHARE`] of the other's length. This is less than the accuracy of the
-/// pose's orientation, but more than the rounding of a vector that is hardly longer than rounding, which would put the elbow out
-/// of reach.
+/// The vector (cos, sin), moved towards `to` by [`SHIFT_SHARE`] times `to`. The shift is below the accuracy of the pose's
+/// orientation. But it exceeds the rounding of a very short vector, which would otherwise make O_4 unreachable.
 fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     let share = g.constant(SHIFT_SHARE);
     [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {
@@ -349,13 +348,13 @@ fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     })
 }
 
-/// The sum of two angles, by their sines and cosines.
+/// The sum of two angles, each given by its sine and cosine.
 fn together(g: &mut Graph, a: ZRotation, b: ZRotation) -> ZRotation {
     let [cc, ss, sc, cs] = [(a.cos, b.cos), (a.sin, b.sin), (a.sin, b.cos), (a.cos, b.sin)].map(|(a, b)| g.mul(a, b));
     ZRotation { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
 }
 
-/// A vector rotated about x by a number of quarter turns: Rx v.
+/// The vector v rotated about x by a number of quarter turns.
 fn about_x([x, y, z]: Vector, quarter_turns: i64) -> Vector {
     match quarter_turns.rem_euclid(4) {
         0 => [x, y, z],

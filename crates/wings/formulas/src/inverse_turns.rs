@@ -1,4 +1,4 @@
-//! Roots and directions that are robust against rounding, built only from operations that every output language has.
+//! Roots and directions that are robust against rounding. They use only operations that every output language has.
 //!
 //! max(e, 0) = (e + sqrt(e^2)) / 2 is continuous, and exact if square roots are rounded correctly.
 
@@ -6,28 +6,28 @@ use expr::{Expr, Graph};
 
 use modeling::building::ZRotation;
 
-/// Bound of rounding in the components of a unit vector, and in a length in m: 450 units in the last place of 1. A pose and its
-/// inverse through six frames have rounding errors of about ten units.
+/// Bound of the rounding error in the components of a unit vector, and in a length, m: 450 units in the last place of 1. A pose
+/// and its inverse through six frames have rounding errors of about ten units.
 const ROUNDING: f64 = 1e-13;
-/// Weight of the free direction at length 0. Well below [`ROUNDING`] the free direction is larger than the vector, which is
-/// rounding.
+/// Weight of the free direction if the vector has the length 0. Well below [`ROUNDING`], the free direction is then longer than
+/// the vector, which is only rounding.
 const FREE_WEIGHT: f64 = 1e8;
 
-/// The length of a vector in a plane; of (e, 0) it is |e|.
+/// The length of a vector in a plane. The length of (e, 0) is |e|.
 pub(crate) fn norm(g: &mut Graph, vector: [Expr; 2]) -> Expr {
     let [xx, yy] = vector.map(|e| g.mul(e, e));
     let square = g.add(xx, yy);
     g.sqrt(square)
 }
 
-/// max(e, 0), since the root of a square is exactly |e|.
+/// max(e, 0), computed from |e| as the root of e^2.
 fn positive(g: &mut Graph, e: Expr) -> Expr {
     let (size, half) = (norm(g, [e, Expr::ZERO]), g.constant(0.5));
     let twice = g.add(e, size);
     g.mul(half, twice)
 }
 
-/// The root of a product of lengths. If a factor in `spare` is negative by less than [`ROUNDING`], it counts as zero; if it is
+/// The root of a product of lengths. A factor in `spare` counts as zero if it is negative by less than [`ROUNDING`]; if it is
 /// more negative, the root is NaN.
 pub(crate) fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
     let scale = g.constant(1.0 / ROUNDING);
@@ -45,7 +45,7 @@ pub(crate) fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
     g.mul(root, in_reach)
 }
 
-/// The direction of (cos, sin), a vector of length `size`; the direction `free` if `size` is only rounding.
+/// The direction of the vector (cos, sin) with the length `size`. If `size` is only rounding, the direction `free`.
 pub(crate) fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: ZRotation) -> ZRotation {
     // If size is below ROUNDING, the weight is above 1e-8, so `free` outweighs (cos, sin).
     let (scale, weight) = (g.constant(1.0 / ROUNDING), g.constant(FREE_WEIGHT));
@@ -60,13 +60,13 @@ pub(crate) fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: 
     unit_turn(g, cos, sin)
 }
 
-/// The direction of (cos, sin), normalised to length 1 even after cancellation.
+/// The direction of (cos, sin). The result has the length 1, also after cancellation.
 pub(crate) fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> ZRotation {
     let length = norm(g, [cos, sin]);
     ZRotation { cos: g.div(cos, length), sin: g.div(sin, length) }
 }
 
-/// Cosine and sine of the angle from one vector in a plane to another, times both lengths.
+/// Cosine and sine of the angle between two vectors in a plane, from (x, y) to (u, v), multiplied by both lengths.
 pub(crate) fn between(g: &mut Graph, [u, v]: [Expr; 2], [x, y]: [Expr; 2]) -> [Expr; 2] {
     let [ux, vy, vx, uy] = [(u, x), (v, y), (v, x), (u, y)].map(|(a, b)| g.mul(a, b));
     [g.add(ux, vy), g.sub(vx, uy)]

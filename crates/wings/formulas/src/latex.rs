@@ -14,10 +14,10 @@ const GRAMMAR: Grammar = Grammar {
     variable,
 };
 
-/// Number of characters of an equation after which the next sign begins a new line.
+/// After this number of characters, an equation continues on a new line before its next sign.
 const WIDTH: usize = 120;
 
-/// The text of the LaTeX file of these functions.
+/// The text of the LaTeX file with these functions.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("%", head);
     for PrintedFunction { name, doc, listing } in functions {
@@ -42,7 +42,7 @@ pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     text
 }
 
-/// The equation `left &= right`; it is broken into lines if it is long.
+/// The equation `left &= right`. A long equation is divided into several lines.
 fn equation(left: &str, parts: &[String]) -> String {
     let (mut text, mut width) = (format!("{left} &= "), 0);
     for part in parts {

@@ -1,10 +1,10 @@
-//! Wing for formulas: functions of a robot, written for people and for computer algebra systems.
+//! Wing for formulas: writes functions of a robot for readers and for computer algebra systems.
 //!
-//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). A language is
-//! defined by a grammar (`print`) and the frame of its file.
+//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). Each language has
+//! its own grammar (`print`) and its own head and end of the file.
 //!
-//! Interfaces of the core for this wing: `modeling::formulas` derives the functions; every length, angle and component of gravity
-//! is a named constant, and every intermediate result has its name in Khalil's books. `expr` traverses a function node by node.
+//! Parts of the core that this wing uses: `modeling::formulas` derives the functions; lengths, angles and components of gravity
+//! are named constants, and intermediate results have the names of Khalil's books. `expr` traverses a function node by node.
 
 #![warn(missing_docs)]
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]

@@ -1,8 +1,9 @@
-//! A function as readable assignments: each node that has a name or is used more than once becomes a variable, others are inline.
+//! Converts a function to readable assignments. A node with a name or with several uses becomes a variable; other nodes are
+//! inline.
 //!
-//! The operations equal the operations of the graph. A variable has the name that [`expr::Graph::name`] gave it; the sine and the
-//! cosine of `q2` are `S2` and `C2`; unnamed variables are `t1`, `t2`. A name stands for the value that was named: if the node
-//! holds the negative of this value, the assignment and all uses change the sign.
+//! The operations are the same as in the graph. A variable has the name given by [`expr::Graph::name`]; sine and cosine of `q2`
+//! are `S2` and `C2`; variables without a name are `t1`, `t2`. A name belongs to the value for which it was given. If a node
+//! contains the negative of this value, the assignment and all uses change the sign.
 
 use std::collections::HashSet;
 
@@ -14,9 +15,9 @@ pub(crate) enum Term {
     /// A number; never negative.
     Number(f64),
     Variable(String),
-    /// Summands; the flag says whether a summand is subtracted. The first one is not subtracted, unless all are.
+    /// Summands, each with a flag whether it is subtracted. The first one is added, unless all are subtracted.
     Sum(Vec<(bool, Term)>),
-    /// Factors with their powers; a number comes first.
+    /// Factors with their powers. A number is the first factor.
     Product(Vec<(Term, u32)>),
     Quotient(Box<Term>, Box<Term>),
     Root(Box<Term>),
@@ -24,20 +25,20 @@ pub(crate) enum Term {
     Cosine(Box<Term>),
 }
 
-/// One output of a listing.
+/// One output of the function.
 pub(crate) struct ListedOutput {
     pub name: String,
     pub rows: usize,
     pub columns: usize,
     /// Entries as (row, column, value), row by row; entries that are zero for all inputs are omitted.
     pub entries: Vec<(usize, usize, Term)>,
-    /// Whether all entries are listed, not only one chosen entry.
+    /// Whether all entries are listed; otherwise only one chosen entry.
     pub is_whole: bool,
 }
 
-/// Assignments, and the outputs that are computed from them.
+/// A function as assignments, and the outputs that are computed from them.
 pub(crate) struct Listing {
-    /// The name of each input, with the names of its entries.
+    /// For each input, its name and the names of its entries.
     pub inputs: Vec<(String, Vec<String>)>,
     /// Names of the constants that stay symbols.
     pub constants: Vec<String>,
@@ -45,17 +46,17 @@ pub(crate) struct Listing {
     pub outputs: Vec<ListedOutput>,
 }
 
-/// An entry of an output: index of the output, row and column, all from 0.
+/// An entry of an output: index of the output, row and column, all counted from 0.
 pub type OutputEntry = (usize, usize, usize);
 
-/// The names of nodes; each with a flag whether the name stands for the negative of the node.
+/// The names of nodes. The flag tells whether the name belongs to the negative value of the node.
 pub(crate) struct ListingNames {
     of_node: Vec<Option<(String, bool)>>,
     taken: HashSet<String>,
     unnamed: usize,
 }
 
-/// Words that are reserved in at least one of the languages.
+/// Words that are reserved in one or more of the languages.
 const RESERVED: &str = "
     and as assert break case catch class continue cos def del elif else end except finally for from function
     global if import in is lambda Matrix not or otherwise parfor pass persistent pi raise return sin spmd
@@ -63,7 +64,7 @@ const RESERVED: &str = "
 ";
 
 impl ListingNames {
-    /// Names the inputs and the constants; [`output_name`] names the outputs.
+    /// Gives names to inputs and constants. The outputs get their names from [`output_name`].
     pub(super) fn of(function: &Function) -> ListingNames {
         let graph = function.graph();
         let taken =
@@ -78,7 +79,7 @@ impl ListingNames {
         names
     }
 
-    /// Gives a node this name. If the name is taken, underscores are appended.
+    /// Gives a name to a node. If the name exists already, underscores are appended. A node that has a name keeps it.
     fn give(&mut self, node: usize, wanted: &str, negative: bool) {
         if self.of_node[node].is_some() {
             return;
@@ -93,7 +94,7 @@ impl ListingNames {
         self.of_node[node] = Some((name, negative));
     }
 
-    /// Names a node that becomes a variable.
+    /// Gives a name to a node that becomes a variable.
     pub(super) fn give_to_variable(&mut self, function: &Function, node: usize) {
         let graph = function.graph();
         match (graph.nodes()[node], graph.name_of(node)) {
@@ -107,7 +108,7 @@ impl ListingNames {
         }
     }
 
-    /// The name of an angle after S or C: `2` for `q2`; the whole name, after an underscore, for other variables.
+    /// The name of an angle after S or C: `2` for `q2`; for other variables an underscore and the whole name.
     fn angle(&self, a: Expr) -> String {
         let name = self.of_node[a.node()].as_ref().map_or("", |(name, _)| name.as_str());
         match name.strip_prefix('q').filter(|rest| !rest.is_empty()) {
@@ -126,13 +127,13 @@ impl ListingNames {
     }
 }
 
-/// The name of an output: `A` for a matrix `a`. Longer names such as `tau` are unchanged.
+/// The name of an output: `A` for a matrix `a`. Names with several letters, such as `tau`, are not changed.
 pub fn output_name(name: &str) -> String {
     if name.len() == 1 { name.to_uppercase() } else { name.to_string() }
 }
 
 impl Listing {
-    /// The listing of `function`, or of only one entry.
+    /// The listing of `function`. `place`: the only entry to list; `None`: all entries.
     pub(super) fn of(function: &Function, place: Option<OutputEntry>) -> Listing {
         let only = place.map(|(output, row, column)| function.with_entries(output, &[(row, column)]));
         let shown = only.as_ref().unwrap_or(function);
@@ -154,8 +155,8 @@ impl Listing {
         })
     }
 
-    /// A listing with these assignments. `value` gives the entry from the index of the output and of the entry. `names` belong to
-    /// `shown`, the part of `function` that is listed.
+    /// A listing with these assignments. `value` gives an entry from the index of the output and the index of the entry. `names`
+    /// are the names of `shown`, the listed part of `function`.
     pub(super) fn around(
         function: &Function,
         shown: &Function,
@@ -186,7 +187,7 @@ impl Listing {
             outputs: outputs.map(output).collect(),
             assignments,
         };
-        // An expansion may not contain all constants any more.
+        // An expansion may use fewer constants than the function, so unused constants are removed.
         let mut read = HashSet::new();
         let entries = listing.outputs.iter().flat_map(|o| o.entries.iter().map(|(_, _, term)| term));
         listing.assignments.iter().map(|(_, term)| term).chain(entries).for_each(|term| collect(term, &mut read));
@@ -211,7 +212,8 @@ fn collect(term: &Term, read: &mut HashSet<String>) {
     }
 }
 
-/// Which nodes become variables: sines, cosines, nodes used more than once, and named nodes, unless only an output uses them.
+/// For each node, whether it becomes a variable: sines, cosines, nodes with several uses, and named nodes except those that only
+/// an output uses.
 fn variables(function: &Function) -> Vec<bool> {
     let graph = function.graph();
     let mut reads = vec![0_usize; graph.nodes().len()];
@@ -231,7 +233,7 @@ fn variables(function: &Function) -> Vec<bool> {
     graph.nodes().iter().enumerate().map(is_variable).collect()
 }
 
-/// Converts nodes to terms: variables become names, other nodes become expressions.
+/// Converts nodes to terms: variables to names, and other nodes to expressions.
 pub(crate) struct TermReader<'a> {
     pub function: &'a Function,
     pub names: &'a ListingNames,
@@ -243,7 +245,7 @@ impl TermReader<'_> {
         if negative { negated(term) } else { term }
     }
 
-    /// The term of an expression, with a flag whether it is subtracted.
+    /// The term of an expression, and whether it is subtracted.
     fn operand(&self, e: Expr) -> (bool, Term) {
         match self.names.name(e.node()) {
             Some((name, negative)) => (e.is_negative() ^ negative, Term::Variable(name.clone())),
@@ -254,7 +256,7 @@ impl TermReader<'_> {
         }
     }
 
-    /// The term that a node computes from its operands.
+    /// The term of a node in terms of its operands.
     pub(super) fn node(&self, n: usize) -> Term {
         match self.function.graph().nodes()[n] {
             Node::Constant(x) => Term::Number(x),
@@ -294,7 +296,7 @@ impl TermReader<'_> {
     }
 }
 
-/// A sum in which nested sums are flattened. A positive summand comes first if there is one.
+/// A sum without nested sums. If there is a positive summand, one comes first.
 pub(crate) fn sum(terms: Vec<(bool, Term)>) -> Term {
     let mut flat = Vec::new();
     for (negative, term) in terms {

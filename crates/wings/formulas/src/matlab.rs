@@ -1,9 +1,9 @@
-//! Writes formulas as a function for MATLAB or Octave, which accepts numbers or symbols of the Symbolic Math Toolbox.
+//! Writes formulas as a function for MATLAB or Octave. Its arguments may be numbers, or symbols of the Symbolic Math Toolbox.
 
 use crate::print::{PLAIN, comment};
 use crate::shown::PrintedFunction;
 
-/// The text of a MATLAB file. Only its first function, found by the name of the file, can be called from outside the file.
+/// The text of a MATLAB file. Other files can call only its first function, by the name of the file.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = String::new();
     for PrintedFunction { name, doc, listing } in functions {

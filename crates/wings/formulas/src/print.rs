@@ -2,14 +2,14 @@
 
 use crate::listing::{ListedOutput, Term};
 
-/// How a language writes an expression.
+/// The notation of a language for expressions.
 pub(crate) struct Grammar {
     pub times: &'static str,
-    /// Text before and after an exponent.
+    /// The texts before and after an exponent.
     pub power: [&'static str; 2],
-    /// Text before a numerator, between numerator and denominator, and after the denominator.
+    /// The texts before a numerator, between numerator and denominator, and after the denominator.
     pub quotient: [&'static str; 3],
-    /// Whether a numerator or denominator that is a sum or a product needs brackets.
+    /// Whether a numerator or denominator that is a sum or a product needs parentheses.
     pub quotient_brackets: bool,
     pub root: [&'static str; 2],
     pub sine: [&'static str; 2],
@@ -17,7 +17,7 @@ pub(crate) struct Grammar {
     pub variable: fn(&str) -> String,
 }
 
-/// The grammar of most programming languages.
+/// The notation of most programming languages.
 pub(super) const PLAIN: Grammar = Grammar {
     times: "*",
     power: ["^", ""],
@@ -29,17 +29,17 @@ pub(super) const PLAIN: Grammar = Grammar {
     variable: str::to_string,
 };
 
-/// Writes these lines as comments, each after `mark`.
+/// Writes lines as comments. `mark`: start of a comment line.
 pub(super) fn comment(mark: &str, lines: &[String]) -> String {
     lines.iter().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
 }
 
-/// The index of an entry, from 1: `1,2` in a matrix, `1` in a column.
+/// The index of an entry, counted from 1: `1,2` in a matrix, `1` in a column.
 pub(super) fn place(output: &ListedOutput, row: usize, column: usize) -> String {
     if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) }
 }
 
-/// How strongly a term binds; a weaker term needs brackets inside a stronger one.
+/// The precedence of a term. A term with a lower precedence needs parentheses inside a term with a higher one.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Bond {
     Sum,
@@ -53,7 +53,7 @@ impl Grammar {
         self.parts(term).concat()
     }
 
-    /// The term as text, cut before each sign of its sum, so that a line can be broken there.
+    /// The term as text, divided before each sign of its sum, where a line may be broken.
     pub(super) fn parts(&self, term: &Term) -> Vec<String> {
         let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
         let part = |(k, (negative, term)): (usize, &(bool, Term))| {
@@ -68,7 +68,7 @@ impl Grammar {
         terms.iter().enumerate().map(part).collect()
     }
 
-    /// The term as text, in brackets if it binds less strongly than `bond`.
+    /// The term as text, in parentheses if its precedence is below `bond`.
     fn within(&self, term: &Term, bond: Bond) -> String {
         let (text, own) = self.bonded(term);
         if own >= bond { text } else { format!("({text})") }

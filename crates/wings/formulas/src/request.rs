@@ -1,4 +1,4 @@
-//! Which formulas of a robot are written.
+//! The request that selects the formulas of a robot.
 
 use rist::request::{Request, function_names};
 use rist::wings::Wing;
@@ -9,7 +9,7 @@ use crate::determinant::jacobian_determinant;
 use crate::file::FormulaLanguage;
 use crate::inverse_geometry::inverse_geometry;
 
-/// What this wing adds.
+/// The request and the functions that this wing registers.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("derive", DeriveRequest::fields)],
@@ -45,7 +45,7 @@ rist::words! { FormulaLanguage:
 }
 
 rist::request! {
-    /// Which formulas of a robot are written.
+    /// Options that select which formulas of a robot are written.
     pub struct DeriveRequest {
         /// Functions to write:
         function: Vec<String> = Vec::new(), value_name("NAMES"), and(&format!("base-regressor, {}", function_names()));

@@ -1,4 +1,4 @@
-//! The form of a function that all language writers receive.
+//! A function in the form that the writers of all languages use.
 
 use crate::listing::Listing;
 

@@ -1,18 +1,18 @@
-//! Chooses the lengths, angles and components of gravity that stay symbols in formulas.
+//! Selects the lengths, angles and components of gravity that remain symbols in the formulas.
 
 use expr::Function;
 use rist::Error;
 use rist::describe::symbols::check_symbols;
 use robot::Robot;
 
-/// The named constants that stay symbols.
+/// The named constants that remain symbols.
 pub(crate) struct KeptSymbols<'a> {
     robot: &'a Robot,
     names: Vec<String>,
 }
 
 impl<'a> KeptSymbols<'a> {
-    /// Selects the requested constants of the functions; `constants`: each constant with all its names in the file.
+    /// Selects the requested constants. `constants`: for each constant of the functions, its name and all its names in the file.
     pub(crate) fn of(
         robot: &'a Robot,
         asked: &[String],
@@ -39,7 +39,7 @@ impl<'a> KeptSymbols<'a> {
         self.robot.symbols.iter().any(|s| s.generic && s.name == name)
     }
 
-    /// A line with the values that the file gives to the symbols of the function. `None` if there are no symbols.
+    /// A line with the values of the function's symbols in the file. `None` if it has no symbols.
     pub(crate) fn line(&self, function: &Function) -> Option<String> {
         let value = |(_, name, x): (expr::Expr, String, f64)| match self.is_open(&name) {
             true => format!("{name} has no value"),

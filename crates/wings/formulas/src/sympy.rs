@@ -6,7 +6,7 @@ use crate::shown::PrintedFunction;
 
 const GRAMMAR: Grammar = Grammar { power: ["**", ""], ..PLAIN };
 
-/// The text of the Python file of these functions.
+/// The text of the Python file with these functions.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("#", head);
     text += "\nfrom sympy import Matrix, cos, sin, sqrt, symbols\n";
@@ -34,7 +34,7 @@ pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     text
 }
 
-/// A tuple of symbols as the default value of an argument.
+/// A tuple of symbols, as the default value of an argument.
 fn symbols(entries: &[String]) -> String {
     if entries.is_empty() { "()".into() } else { format!("symbols(\"{}\", seq=True)", entries.join(" ")) }
 }

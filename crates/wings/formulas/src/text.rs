@@ -1,9 +1,9 @@
-//! Writes formulas as plain text with one assignment per line; all other lines start with `#`.
+//! Writes formulas as plain text with one assignment per line. All other lines start with `#`.
 
 use crate::print::{PLAIN, comment, place};
 use crate::shown::PrintedFunction;
 
-/// The text of the file of these functions.
+/// The text of the file with these functions.
 pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
     let mut text = comment("#", head);
     for PrintedFunction { name, doc, listing } in functions {

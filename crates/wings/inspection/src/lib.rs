@@ -1,9 +1,9 @@
 //! Wing for inspection: reads and evaluates motions from other programs.
 //!
-//! A ROS JointTrajectory or a table of points becomes a motion that `rist check` verifies. For any motion or log, the wing
-//! predicts what an identification from it would determine.
+//! A ROS JointTrajectory or a table of points becomes a motion that `rist check` can verify. For any motion or log, the wing
+//! predicts which parameters an identification would determine, and how accurately.
 //!
-//! Interfaces of the core for this wing: `rist::wings` asks for points if a file is neither a motion nor a plan of rist.
+//! Parts of the core that this wing uses: `rist::wings` calls this wing if a file is neither a motion nor a plan of rist.
 //! `experiments` interpolates points, and predicts standard deviations from a motion.
 
 #![warn(missing_docs)]

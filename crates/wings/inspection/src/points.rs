@@ -1,6 +1,6 @@
-//! Reads trajectories from other programs: points in time.
+//! Reads the trajectories of other programs: positions at points in time.
 //!
-//! Accepted are `trajectory_msgs/JointTrajectory` of ROS 1 or 2 in YAML or JSON, alone or inside a MoveIt `RobotTrajectory` or
+//! Known formats: `trajectory_msgs/JointTrajectory` of ROS 1 or 2 in YAML or JSON, alone or inside a MoveIt `RobotTrajectory` or
 //! `DisplayTrajectory`; and tables.
 
 use std::path::Path;
@@ -11,7 +11,7 @@ use logs::{ColumnNames, Columns, Table};
 use rist::{Error, LogError, Model};
 use serde::Deserialize;
 
-/// Reads the points of a JointTrajectory. `file`: its name for messages.
+/// Reads the points of a JointTrajectory. `file`: name of the file in messages.
 ///
 /// Fails if the text contains no trajectory, or several.
 pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError> {
@@ -23,14 +23,15 @@ pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError
     trajectory.points().map_err(fail)
 }
 
-/// Reads the points from a file with a table.
+/// Reads the points of a file that contains a table.
 pub(crate) fn read_table(model: &Model, path: &Path) -> Result<PointTrajectory, Error> {
     points_of_table(model, &Table::read(path)?, &ColumnNames::default())
 }
 
-/// Points from a table with a time column, a position of each coordinate, and possibly velocities and accelerations.
+/// Points from a table with a time column, one position column per coordinate, and optional columns of velocities and
+/// accelerations.
 ///
-/// Fails if a column or a number is missing, if two columns are the same quantity, or if time does not increase.
+/// Fails if a column or a number is missing, if two columns contain the same quantity, or if time does not increase.
 pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Result<PointTrajectory, Error> {
     let coordinates = model.regressor().coordinates();
     let slides: Vec<bool> = (0..coordinates.len()).map(|k| model.regressor().is_prismatic(k)).collect();
@@ -44,7 +45,7 @@ pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Res
         .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
 }
 
-/// A ROS file: a trajectory, possibly inside another message.
+/// The content of a ROS file: a trajectory, alone or inside another message.
 #[derive(Deserialize)]
 struct RosFile {
     #[serde(default)]
@@ -78,7 +79,7 @@ struct RosPoint {
     time_from_start: RosTime,
 }
 
-/// A time in the form of ROS 2, in the form of ROS 1, or in seconds.
+/// A time as in ROS 2, as in ROS 1, or as a number of seconds.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum RosTime {
@@ -117,7 +118,7 @@ impl RosTrajectory {
             }
             Ok((0..n).map(|k| self.points.iter().map(|p| of(p)[k]).collect()).collect())
         };
-        // Either all points have these values, or no point has them.
+        // All points must have these values, or none of them.
         let optional = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
             let is_without = self.points.iter().all(|p| of(p).is_empty());
             (!is_without).then(|| series(what, of)).transpose()

@@ -1,7 +1,8 @@
-//! Predicts an identification from a motion or a log: the identifiable parameters, their accuracy, and the possible uses of them.
+//! Predicts the result of an identification from a motion or a log: identifiable parameters, their accuracy, and uses of the
+//! torques.
 //!
-//! The rows equal the rows of an identification with default settings. No torque is needed, because standard deviations follow
-//! from the motion and the expected noise ([`experiments::excitation::visibility`]).
+//! The regression rows are computed as by an identification with default settings. No torque is needed, because the standard
+//! deviations follow from the motion and the expected noise ([`experiments::excitation::visibility`]).
 
 use std::path::Path;
 
@@ -28,42 +29,42 @@ use crate::request::VisibilityRequest;
 pub struct PredictedAccuracy {
     /// Predictions for the parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// Condition number of the columns that motions within the limits can separate.
+    /// Condition number of the regressor, for the columns that motions within the limits can separate.
     pub condition_number: f64,
-    /// Number of instants in one repetition of the motion.
+    /// Number of samples in one repetition of the motion.
     pub samples: usize,
-    /// Predicted standard deviation of torques, for each use of them.
+    /// For each use of the torques, their predicted standard deviation.
     pub purposes: Vec<JointForecast>,
-    /// For each joint, advice on a motion that would determine more parameters.
+    /// For each joint with weak parameters, a sentence on a motion that would determine more parameters.
     pub to_add: Vec<String>,
     /// Assumptions of the prediction, in sentences.
     pub notes: Vec<String>,
 }
 
-/// The predicted uncertainty of torques for one use, of the joint with the largest uncertainty.
+/// The predicted uncertainty of the torques for one use, for the joint with the largest uncertainty.
 pub struct JointForecast {
     /// Name of the use of the torques.
     pub purpose: &'static str,
     /// Name of the joint with the largest uncertainty.
     pub coordinate: String,
-    /// Root mean square of the standard deviation, N m (N). `None` if the torque needs a parameter that is not identifiable.
+    /// Rms of the torque's standard deviation, N m (N). `None` if the torque depends on a parameter that is not identifiable.
     pub deviation: Option<f64>,
-    /// `deviation` over the root mean square of the nominal torque. `None` if the model has no nominal torque.
+    /// `deviation` divided by the rms of the nominal torque. `None` if the model has no nominal torque.
     pub share: Option<f64>,
 }
 
-/// Number of random states per use; it determines the root mean square to a relative accuracy of a tenth.
+/// Number of random states per use. With this number, the rms has a relative error of about a tenth.
 const STATES_PER_PURPOSE: u64 = 200;
 /// Seed of the random states.
 const SEED: u64 = 40;
-/// Greatest number of parameters that are listed by name.
+/// Largest number of parameters that are listed by name.
 const MAX_NAMED: usize = 4;
 
-/// States at instants: position, velocity and acceleration of each coordinate.
+/// For each sample and each coordinate: position, velocity and acceleration.
 type Instants = Vec<Vec<[f64; 3]>>;
 
-/// Predicts the result for a file. `interpolation`: between points, as in a check. `None`: a table without accelerations is
-/// differentiated like the log of an identification.
+/// Predicts the result for a file. `interpolation`: how points of a table are interpolated. `None`: a table without accelerations
+/// is filtered and differentiated like the log of an identification.
 ///
 /// Fails if a number of the request is out of range, if the file belongs to another model, or if its points lack derivatives that
 /// the interpolation needs.
@@ -97,7 +98,7 @@ pub fn predicted_accuracy(
     Ok(PredictedAccuracy { parameters, condition_number, samples: states.len(), purposes, to_add, notes })
 }
 
-/// The states over which an identification sums, and the number of repetitions.
+/// The states that an identification would use, and the number of repetitions.
 fn states_of(
     model: &Model,
     file: &Path,
@@ -114,7 +115,7 @@ fn states_of(
         PlayedFile::Motion(motion) => {
             model.check(file, &motion.model)?;
             let motion = motion.motion(&name)?;
-            // One period after the blend, since all periods have equal states.
+            // One period after the initial blend. All later periods have the same states.
             let count = (motion.shape.period() * motion.rate).round() as usize;
             let at = |r: usize| {
                 let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
@@ -126,7 +127,7 @@ fn states_of(
             model.check(file, &plan.model)?;
             let mut found = Vec::new();
             for experiment in plan.trajectories(&name)? {
-                // Only the windows of an experiment count; they exclude settling.
+                // Only the windows of an experiment are used; they exclude the time in which the robot settles.
                 let reference = experiment.reference();
                 let at = |r: usize| {
                     (0..names.len()).map(|k| [reference.q[k][r], reference.dq[k][r], reference.ddq[k][r]]).collect()
@@ -139,7 +140,7 @@ fn states_of(
             Ok((filtered(model, &name, points)?, 1))
         }
         PlayedFile::Points(points) | PlayedFile::Table(points) => {
-            // Points are interpolated, and sampled at the rate of the request.
+            // The points are interpolated, and sampled at the rate that the request gives.
             let points = (**points).clone().of_coordinates(names, &|k| limits[k].locked).map_err(refused)?;
             let interpolation = points.interpolation(interpolation).map_err(refused)?;
             notes.push(format!("between its points it is taken as {}", interpolation.word()));
@@ -159,11 +160,11 @@ fn states_of(
     }
 }
 
-/// The states from positions alone, computed like an identification with default settings.
+/// The states from positions alone: filtered and differentiated as in an identification with default settings.
 fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<Instants, Error> {
     let names = model.regressor().coordinates();
     let n = names.len();
-    // A log needs torques, but their values do not matter here.
+    // A log must have torques, but their values have no effect here, so they are zero.
     let no_torque = vec![0.0; points.times().len()];
     let mut table = Table { file: name.into(), ..Table::default() };
     let mut push = |header: String, values: &[f64]| {
@@ -185,7 +186,7 @@ fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<Insta
     Ok(records.iter().flat_map(|record| (0..record.t.len()).map(move |i| of(record, i))).collect())
 }
 
-/// Predicts the uncertainty of torques of a model within limits.
+/// Predicts the uncertainty of torques within limits.
 struct Foresight<'a> {
     model: &'a Model,
     linear: &'a LinearModel<'a>,
@@ -194,7 +195,7 @@ struct Foresight<'a> {
 }
 
 impl Foresight<'_> {
-    /// The uncertainty of torques at rest, along the motion, and at any state within the limits.
+    /// The uncertainty of the torques for three uses: at rest, along the motion, and at any state within the limits.
     fn purposes(&self, states: &Instants) -> Vec<JointForecast> {
         let mut random = Random::new(SEED);
         let mut drawn = |moves: bool| -> Vec<[f64; 3]> {
@@ -217,7 +218,7 @@ impl Foresight<'_> {
         all.into_iter().filter_map(|(purpose, states, rubs)| self.joint_forecasts(purpose, &states, rubs)).collect()
     }
 
-    /// The joint with the largest uncertainty over these states. `rubs`: whether friction is included.
+    /// The joint with the largest uncertainty over these states; `None` if no joint moves. `rubs`: whether friction is included.
     fn joint_forecasts(&self, purpose: &'static str, states: &[Vec<[f64; 3]>], rubs: bool) -> Option<JointForecast> {
         let Foresight { model, linear, limits, forecast: foreseen } = *self;
         let (n, base) = (linear.n(), linear.regressor.parameters().len());
@@ -229,8 +230,8 @@ impl Foresight<'_> {
             let of = |d: usize| state.iter().map(|x| x[d]).collect::<Vec<f64>>();
             let (dq, ddq) = (of(1), of(2));
             linear.regressor.fill(&of(0), &dq, &ddq, &mut y);
-            // sigma^2 of the torque y X from the predicted covariance; y X of the nominal parameters for the relative
-            // uncertainty.
+            // sigma^2 of the torque y X from the predicted covariance, y: row of the regressor. The torque y X of the nominal
+            // parameters gives the relative uncertainty.
             for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
                 fill_row(linear, i, &y, dq[i], ddq[i], &mut row);
                 if !rubs {
@@ -247,8 +248,8 @@ impl Foresight<'_> {
             let size = Some((torque[i] / count).sqrt()).filter(|size| *size > 0.0);
             (i, deviation, deviation.zip(size).map(|(deviation, size)| deviation / size))
         };
-        // Joints with an undetermined torque come first; then the order is by relative uncertainty, or by the standard deviation
-        // if there is no relative one.
+        // Joints whose torque depends on an unidentifiable parameter come first. All other joints are sorted by relative
+        // uncertainty or, if there is none, by standard deviation.
         let rank = |(_, deviation, share): &(usize, Option<f64>, Option<f64>)| match (deviation, share) {
             (None, _) => f64::INFINITY,
             (Some(deviation), None) => *deviation,
@@ -260,7 +261,7 @@ impl Foresight<'_> {
     }
 }
 
-/// For each joint with weak or unidentifiable parameters: the share of its limits that the motion uses.
+/// For each joint with weak or unidentifiable parameters: a sentence with the fraction of its limits that the motion uses.
 fn to_add(
     linear: &LinearModel,
     parameters: &[VisibleParameter],
@@ -278,7 +279,8 @@ fn to_add(
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         (ends.1 - ends.0).max(0.0) / (limits[k].position.1 - limits[k].position.0)
     };
-    // If a parameter depends on several joints, it counts for the joint that uses the least share of its acceleration limit.
+    // A parameter may depend on several joints. It is listed under the joint that uses the smallest fraction of its acceleration
+    // limit.
     let mut by_joint: Vec<(usize, Vec<String>)> = Vec::new();
     for (parameter, seen) in linear.parameters.iter().zip(parameters).filter(|(_, seen)| seen.remark().is_some()) {
         let slowest = parameter.coordinates.iter().copied().min_by(|&a, &b| used(a, 2).total_cmp(&used(b, 2)));

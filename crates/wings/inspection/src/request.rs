@@ -1,4 +1,4 @@
-//! The request for the prediction of an identification, and the additions of this wing.
+//! The request for the prediction of an identification, and the registration of this wing.
 
 use rist::request::{FrictionChoice, Range, Request};
 use rist::wings::{PointReader, Wing, terms_without_torque};
@@ -6,7 +6,7 @@ use rist::{Error, FrictionTerm, LimitsFile};
 
 use crate::points::{points_of_ros, read_table};
 
-/// The requests and readers that this wing adds.
+/// The requests and readers that this wing registers.
 pub fn wing() -> Wing {
     Wing {
         requests: vec![("visibility", VisibilityRequest::fields)],
@@ -16,7 +16,7 @@ pub fn wing() -> Wing {
 }
 
 rist::request! {
-    /// What an identification from a motion or a log is foreseen with.
+    /// Options for predicting an identification from a motion or a log.
     pub struct VisibilityRequest {
         /// YAML with tighter limits, as for `rist excite`: joints that it locks give no rows.
         limits: Option<LimitsFile> = None, value_name("FILE");
@@ -32,7 +32,7 @@ rist::request! {
 impl VisibilityRequest {
     /// The friction terms of the request.
     ///
-    /// Fails if the request leaves the choice to a log, or if a term needs a measured torque.
+    /// Fails if the request leaves the choice of the terms to a log, or if a term needs a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }

@@ -1,6 +1,6 @@
-//! Variances of sums whose terms are correlated over time.
+//! Variances of parameters whose scores are correlated over time.
 //!
-//! With scores h_r correlated over time, the variance of each parameter is
+//! h_r: score of sample r; rho: correlation of residuals from sample to sample. The variance of each parameter is
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
 //! The Bartlett weights are the weights of overlapping sums, so the variance is also
 //!   var x = 1/L sum_k S_k^2,  S_k = sum of L successive h_r,
@@ -13,9 +13,9 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Greatest span L, in samples; it bounds the memory.
+/// Largest span L, in samples. It bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
-/// The factor in the rule of [Andrews 1991] for Bartlett weights.
+/// The factor in the rule for Bartlett weights [Andrews 1991].
 const ANDREWS_FACTOR: f64 = 1.1447;
 
 /// Accumulates the squares of the sums of `span` successive scores.
@@ -43,7 +43,7 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// The variance of each parameter. The last sums extend beyond the end of the record.
+    /// The variance of each parameter. It also contains the sums that extend beyond the end of the record.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
@@ -53,9 +53,9 @@ impl OverlappingSums {
     }
 }
 
-/// Correlation of residuals from one sample to the next, joint by joint.
+/// Computes the correlation of residuals between successive samples, for each joint.
 struct LagOne {
-    /// Index and residual of the last sample of each joint; `None` before the first sample.
+    /// For each joint, index and residual of its last sample; `None` before the first sample.
     last: Vec<Option<(usize, f64)>>,
     squares: Vec<f64>,
     products: Vec<f64>,
@@ -80,7 +80,7 @@ impl LagOne {
     }
 }
 
-/// The largest correlation of a joint's residuals from one sample to the next.
+/// The largest correlation between successive residuals of a joint.
 pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     let mut lag_one = LagOne::new(model.n());
     model.residuals(states, x, |r, j, e| lag_one.add(r, j, e));
@@ -88,7 +88,7 @@ pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // With n samples, a larger correlation cannot be distinguished from 1.
+    // With n samples, a correlation above this value cannot be distinguished from 1.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = ANDREWS_FACTOR * (alpha * n as f64).cbrt();
@@ -101,8 +101,8 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// Noise with a correlation of 0.9 from sample to sample: its sum has the variance of 19 white noises. Bartlett weights
-    /// underestimate it.
+    /// Noise with a correlation of 0.9 from sample to sample: its sum has 19 times the variance of white noise. Bartlett weights
+    /// give a value below this.
     #[test]
     fn correlated_noise_is_not_taken_for_white() {
         let arm = Pendulum::new();
@@ -123,7 +123,7 @@ mod tests {
             found += sums.variance()[0] / f64::from(runs) / n as f64;
             rho += one / f64::from(runs);
         }
-        // Tolerances: forty records, each equivalent to about a hundred independent samples.
+        // Tolerances for forty records. Each is equivalent to about a hundred independent samples.
         assert!((rho - 0.9).abs() < 0.01, "{rho}");
         assert!((13.0..19.5).contains(&found), "{found}");
         assert_eq!(span(0.0, n), 1);

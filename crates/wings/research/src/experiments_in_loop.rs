@@ -1,8 +1,8 @@
-//! Identifies parameters from the logs of a plan by simulating its experiments: IDIM-IV and DIDIM.
+//! Identifies parameters from the logs of a plan by simulating its experiments, with the methods IDIM-IV and DIDIM.
 //!
-//! The simulated controller equals the controller of [`simulate`](rist::simulate): PD of 10 Hz, tuned to the least squares
-//! estimate. IV only requires that the simulation follows the plan in a similar way to the robot. DIDIM requires that the
-//! simulated loop equals the real loop.
+//! The simulated controller is the controller of [`simulate`](rist::simulate): PD with 10 Hz, tuned to the least squares
+//! estimate. IDIM-IV only needs a simulation that follows the plan approximately as the robot does. DIDIM needs a simulated loop
+//! that equals the real loop.
 
 use crate::loop_estimate::identify_closed_loop;
 use crate::simulated_loop::{ClosedLoop, Simulator};
@@ -24,10 +24,10 @@ use rist::request::{ClosedLoopRequest, Method, Request};
 use rist::wings::ExperimentReader;
 use rist::wings::dynamics as dynamics_of;
 
-/// Identifies base parameters and friction from the experiments of a plan, which are simulated in each iteration.
+/// Identifies base parameters and friction from the experiments of a plan. The experiments are simulated in each iteration.
 ///
 /// Fails if a log is missing or does not belong to its experiment, if a drive gain is unknown, if another friction model is
-/// requested, if a simulation diverges, or if the motion leaves parameters undetermined.
+/// requested, if a simulation diverges, or if the motion does not determine all parameters.
 pub fn identify_in_loop(
     model: &Model,
     logs: ExperimentLogs,
@@ -48,7 +48,7 @@ pub fn identify_in_loop(
     }
     let gains = gains(model, read.currents, &request.gain)?;
 
-    // The record and the reference of its simulation are both cut to the shorter length.
+    // The record and the reference of its simulation are cut to the same length.
     let mut references: Vec<Reference> = trajectories.iter().map(|t| t.reference()).collect();
     let coordinates = model.regressor().coordinates();
     let mut measured = Vec::new();
@@ -68,7 +68,7 @@ pub fn identify_in_loop(
     let base = model.regressor().parameters().len();
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
     setup.drives.gain.fill(1.0);
-    // Instruments must be free of noise, so positions are not rounded to a quantum in the simulated loop.
+    // The instruments must have no noise, so positions in the simulated loop are not quantised.
     setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
@@ -94,7 +94,7 @@ impl Simulator for PlanInLoop<'_> {
         let (base, friction) = x.split_at(regressor.parameters().len());
         let dynamics = dynamics_of(self.model, base.to_vec());
         let mut setup = self.setup.clone();
-        // Parameters FV, FS and OFF of each joint.
+        // The friction parameters FV, FS and OFF of each joint.
         let law = |f: &[f64]| FrictionLaw::asymmetric(f[0], f[1] + f[2], f[0], f[2] - f[1]);
         setup.friction = friction.chunks_exact(FrictionTerm::STANDARD.len()).map(law).collect();
         let mut found = Vec::new();
@@ -114,7 +114,7 @@ impl Simulator for PlanInLoop<'_> {
     }
 }
 
-/// Torque per unit of the logs, N m, one per coordinate. Fails if one is unknown.
+/// For each coordinate, the torque per unit of the logged signal, N m/A or 1. Fails if a gain is unknown.
 fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f64>, Error> {
     let coordinates = model.regressor().coordinates();
     if !currents {

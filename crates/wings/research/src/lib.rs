@@ -1,11 +1,11 @@
-//! Wing for research: methods with which papers compare.
+//! Wing for research: methods that papers use as references for comparison.
 //!
 //! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`). The best plan of experiments by branch
-//! and bound, with a proof in the plan's file that can be verified (`branch_and_bound`, `proof_again`).
+//! and bound, with a proof in the plan file that can be verified (`branch_and_bound`, `proof_again`).
 //!
-//! Interfaces of the core for this wing: `rist::wings` asks for an identification method that simulates, and for a search of
+//! Parts of the core that this wing uses: `rist::wings` calls the identification methods with simulation, and the search for
 //! plans. `experiments::plan` bounds plans by relaxed designs and stores a proof in the file. `experiments::simulate` simulates a
-//! loop.
+//! control loop.
 
 #![warn(missing_docs)]
 

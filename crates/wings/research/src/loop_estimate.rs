@@ -1,7 +1,7 @@
-//! IDIM-IV and DIDIM: an estimate from the states of experiments and a simulator of their control loop.
+//! IDIM-IV and DIDIM: estimates parameters from the states of experiments and a simulator of their control loop.
 //!
-//! The start is least squares on the same rows; its signals, remarks and intervals of validity are kept. The values and their
-//! standard deviations come from [`simulated`].
+//! The start is least squares on the same rows. Its statistics of signals, remarks and ranges of validity are kept; values and
+//! standard deviations are from [`simulated`].
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -14,7 +14,8 @@ use identification::estimate::identified::{Deviations, Identified, Status};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 
-/// Identifies parameters from measured states. The simulator must give the states of all experiments, joined in the same order.
+/// Identifies parameters from measured states. The simulator must return the states of all experiments, concatenated in the same
+/// order.
 ///
 /// Fails if there are no rows, if the simulator fails, or if the motion leaves parameters undetermined.
 pub fn identify_closed_loop(
@@ -44,14 +45,14 @@ pub fn identify_closed_loop(
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
     };
-    // The covariance, the directions and the held-out errors are results of least squares, so they are removed.
+    // The covariance, the directions and the held-out errors belong to least squares, so they are removed.
     estimate.covariance.clear();
     estimate.directions.clear();
     estimate.tenths.clear();
     estimate.cross_validation = None;
     estimate.joints.iter_mut().for_each(|joint| joint.held_out = None);
     estimate.settled = Some(found.converged);
-    // In simulations with other controllers, only 33 to 75 of a hundred such intervals contained the true value.
+    // In simulations with other controllers, only 33 to 75 of 100 such 95 % intervals contained the true value.
     estimate
         .doubts
         .push("the intervals of this method are too narrow: they know no error of the loop that was simulated".into());

@@ -1,8 +1,8 @@
-//! A node of the branch and bound over plans, and its evaluation.
+//! A node of the branch and bound over plans: its evaluation and its split.
 //!
-//! The relaxed design of a node gives an upper bound. Its tangent (or that of an earlier node, if its bound is lower) excludes
-//! numbers of runs that cannot beat the best plan known. The node is then split at a candidate whose number of runs can still
-//! vary, fractional ones first.
+//! The relaxed design of a node gives an upper bound. Its tangent, or the tangent of an earlier node with a lower bound, excludes
+//! numbers of runs that cannot give a better plan than the best known one. The node is then split at a candidate whose number of
+//! runs is not determined yet; candidates with a fractional number come first.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -13,32 +13,32 @@ use experiments::plan::certificate::determinant_bound;
 use experiments::plan::exchange::{Criterion, value_of};
 use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
-/// Number of steps of the multiplicative rule before the root is evaluated.
+/// Number of steps of the multiplicative algorithm before the root is evaluated.
 const MULTIPLICATIVE_STEPS: usize = 300;
-/// After these steps, a candidate with fewer runs is set to zero runs.
+/// After these steps, a candidate with a smaller number of runs gets zero runs.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
-/// Greatest number of Newton steps of a node; they start at the design of its parent.
+/// Largest number of Newton steps of a node. They start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Greatest number of moves in the ascent that computes the loss of a split.
+/// Largest number of moves in the ascent that computes the loss of a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
-/// A number of runs counts as whole if it differs from a whole number by less than this.
+/// A number of runs counts as an integer if it differs from an integer by less than this.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
-/// Tolerance of the multiplicative rule, in log det F.
+/// Tolerance of the multiplicative algorithm, in log det F.
 const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
 /// A cut with a larger number of runs is not used.
 const MAX_CUT_RUNS: f64 = 1e6;
-/// Least counted loss of one side of a split, as a share of (bound of the node - known value).
+/// Smallest loss of a side of a split that is counted, as a fraction of (bound of the node - known value).
 const LEAST_LOSS_SHARE: f64 = 1e-6;
 
-/// A node that has not been evaluated yet.
+/// A node that is not evaluated yet.
 pub(crate) struct OpenNode {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// The tangent that gives the least bound so far, and the index of its design.
+    /// The tangent with the lowest bound so far. `design`: index of its design.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
-    /// The design at which the ascent starts.
+    /// The design at which the ascent for this node starts.
     pub(crate) x: Arc<Vec<f64>>,
 }
 
@@ -57,24 +57,26 @@ impl PartialOrd for OpenNode {
 }
 
 impl Ord for OpenNode {
-    /// Order of evaluation: the greatest bound first; among equal bounds the oldest node.
+    /// The order of evaluation: the largest bound first; among equal bounds the oldest node.
     fn cmp(&self, other: &OpenNode) -> Ordering {
         self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
     }
 }
 
-/// The candidates that plans may still run.
+/// The candidates that may occur in a plan.
 pub(crate) struct RemainingCandidates {
     pub(crate) blocks: Vec<WeightedRows>,
-    /// Index of each remaining candidate among all candidates.
+    /// For each remaining candidate, its index among all candidates.
     pub(crate) index: Vec<usize>,
-    /// Number of experiments of a plan.
+    /// Number of experiments in a plan.
     pub(crate) count: usize,
 }
 
-/// A restriction of the plans, because the tangent shows that all other plans are no better than the known value.
+/// A restriction of the number of runs of a candidate. The tangent shows that all excluded plans are no better than the known
+/// value.
 ///
-/// If `keeps_below`, the plans that remain run the candidate at most `at_most` times, otherwise more than `at_most` times.
+/// If `keeps_below`, the candidate runs at most `at_most` times in the remaining plans; otherwise it runs more than `at_most`
+/// times.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
     pub(crate) candidate: usize,
@@ -84,7 +86,8 @@ pub(crate) struct Cut {
 
 /// The result of the evaluation of a node.
 pub(crate) struct NodeBound {
-    /// The upper bound; `better`: tangent and design of this node if they give a lower bound than the parent's tangent.
+    /// The upper bound of log det F. `better`: tangent and design of this node, if they give a lower bound than the parent's
+    /// tangent.
     pub(crate) bound: f64,
     pub(crate) better: Option<(Tangent, Vec<f64>)>,
     pub(crate) plan: Option<(f64, Vec<usize>)>,
@@ -95,7 +98,7 @@ pub(crate) struct NodeBound {
 }
 
 impl OpenNode {
-    /// Splits the node: plans with at most `at_most` runs of a candidate, and plans with more.
+    /// Splits the node in two: plans in which a candidate has at most `at_most` runs, and plans in which it has more.
     pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [OpenNode; 2] {
         let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
         below.high[candidate] = at_most;
@@ -113,20 +116,19 @@ impl RemainingCandidates {
         RemainingCandidates { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
     }
 
-    /// A start for the ascent: nearly the best relaxed design, without candidates that it hardly runs.
+    /// A start for the ascent: approximately the best relaxed design, without candidates that have almost no runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
         let weights = determinant_bound(&self.blocks, MULTIPLICATIVE_TOLERANCE, MULTIPLICATIVE_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
         runs.into_iter().map(|x| if x < SMALLEST_KEPT_RUNS { 0.0 } else { x }).collect()
     }
 
-    /// A design in the form of the proof: only candidates with more than zero runs.
+    /// A design as stored in the proof: only the candidates with more than zero runs.
     pub(crate) fn design(&self, x: &[f64]) -> Vec<(usize, f64)> {
         self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
     }
 
-    /// Evaluates a node. If its bound of log det F is at most `known`, the node needs no split. `ascent`: tolerance of the
-    /// ascent.
+    /// Evaluates a node. If its bound of log det F is at most `known`, the node is not split. `ascent`: tolerance of the ascent.
     pub(crate) fn look(&self, open: &OpenNode, known: f64, ascent: f64) -> NodeBound {
         let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), MAX_NEWTON_STEPS);
         let mut look = NodeBound {
@@ -141,7 +143,7 @@ impl RemainingCandidates {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The parent's tangent may give the better bound here.
+        // The parent's tangent may give a lower bound than the design of this node.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {
@@ -155,13 +157,13 @@ impl RemainingCandidates {
     }
 }
 
-/// The cuts that follow from a tangent: they exclude only plans that are no better than `known`.
+/// The cuts that follow from a tangent. They exclude only plans whose value is at most `known`.
 pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
     let (bound, price) = tangent.bound(bounds, count);
     let slack = bound - known;
     let of = |i: usize| {
         let net_gain = tangent.gain[i] - price;
-        // After this number of runs in the unfavourable direction, the tangent is no greater than the known value.
+        // After this number of runs in the direction of decrease, the tangent is at most the known value.
         let steps = (slack / net_gain.abs()).floor();
         let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);
@@ -172,10 +174,11 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
     (0..bounds.low.len()).filter_map(of).collect()
 }
 
-/// The candidate at which a node is split, and its greatest number of runs on the lower side. `None` if no candidate can vary.
+/// The candidate at which a node is split, and the largest number of runs on its lower side. `None` if all numbers are
+/// determined.
 ///
-/// Among candidates with a fractional number of runs, it is the one whose two sides lose the most by the model. A loss counts
-/// only up to the loss that closes the side. If there is no such candidate, it is the first one that can vary.
+/// Among candidates with a fractional number of runs, this is the candidate for which both sides lose most by the model. A loss
+/// counts only up to the loss that closes the side. If there is none, it is the first candidate whose number can vary.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
@@ -193,7 +196,7 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
     Some((candidate, at_most(candidate)))
 }
 
-/// Rounds a design to whole numbers of runs with the right sum. `None` if this is not possible within the bounds.
+/// Rounds a design to integer numbers of runs with the sum `count`. `None` if the bounds do not allow this.
 fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
     let whole = |i: usize| ((x[i] + WHOLE_RUNS_TOLERANCE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
     let mut often: Vec<usize> = (0..x.len()).map(whole).collect();

@@ -1,8 +1,8 @@
-//! Verifies the proof in a plan's file: computes its bound again from the description and the candidates in the file.
+//! Verifies the proof in a plan file: computes its bound again from the robot description and the candidates in the file.
 //!
-//! The rows of every candidate are computed from its motion. Each leaf of the tree bounds the plans between its splits by the
-//! tangent at its design ([`experiments::plan::relaxed_design`]). The plan itself consists of the candidates that its experiments
-//! name. Statements in the file about its own quality are not used.
+//! The rows of each candidate are computed from its motion. Each leaf of the tree bounds its plans by the tangent at its design
+//! ([`experiments::plan::relaxed_design`]). The plan consists of the candidates that its experiments name. The quality that the
+//! file states is not used.
 
 use linear_model::regressor::Regressor;
 use logs::Error;
@@ -18,11 +18,11 @@ use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use experiments::plan::planned_experiment::{CandidateMotion, PlannedExperiment};
 use experiments::plan::relaxed_design::{Bounds, Tangent, tangent};
 
-/// The information of equal candidates may differ by this share of the trace.
+/// Two candidates count as equal if their information matrices differ by at most this fraction of the trace.
 const EQUAL_SHARE: f64 = 1e-9;
 
-/// The lower bound of the plan's D-efficiency, in [0, 1], computed again from its proof. `None` if it has no proof, or a proof of
-/// an earlier version, which does not list its candidates.
+/// The lower bound of the plan's D-efficiency, in [0, 1], computed from its proof. `None` if there is no proof, or a proof of an
+/// earlier version that does not list its candidates.
 ///
 /// Fails if the proof is invalid: a candidate is not a valid motion, an experiment differs from the candidate that it names, or
 /// the tree is malformed.
@@ -61,7 +61,7 @@ fn experiment(candidate: &CandidateMotion) -> PlannedExperiment {
     PlannedExperiment { kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
 }
 
-/// The indices of the candidates that the experiments name; fails if an experiment differs from its candidate.
+/// The indices of the candidates that the experiments name. Fails if an experiment differs from its candidate.
 fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String> {
     let one = |e: &PlannedExperiment| {
         let index = e.candidate.ok_or(format!("experiment {} names no candidate", e.name))?;
@@ -81,7 +81,7 @@ fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String
     plan.experiments.iter().map(one).collect()
 }
 
-/// The greatest bound of log det F over all leaves.
+/// The largest bound of log det F over all leaves.
 fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64, String> {
     let mut high = vec![count; blocks.len()];
     check_equal(proof, blocks)?;
@@ -90,7 +90,7 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
     let mut worst = f64::NEG_INFINITY;
     let mut left = vec![(0, Bounds { low: vec![0; blocks.len()], high })];
     let mut is_seen = vec![false; proof.tree.len()];
-    // Traverses the tree from its root. `left`: open nodes, each with the bounds from the splits above it.
+    // Traverses the tree from its root. `left`: nodes that are not visited yet, each with the bounds from the splits above it.
     while let Some((node, bounds)) = left.pop() {
         let of_node = proof.tree.get(node).filter(|_| !is_seen[node]);
         let node_found = of_node.ok_or(format!("node {node} is none of the tree, or stands in it twice"))?;
@@ -123,7 +123,7 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
     Ok(worst)
 }
 
-/// The tangent at a design from the file.
+/// The tangent at a design in the file. Fails if the design is malformed.
 fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangent, String> {
     let mut x = vec![0.0; blocks.len()];
     for &(i, share) in design {
@@ -135,7 +135,7 @@ fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangen
     tangent(blocks, &x).ok_or("a design has not full rank".into())
 }
 
-/// Fails if a candidate differs in information from the candidate that it replaces, or if it is itself replaced by a third one.
+/// Fails if a candidate has other information than the candidate that replaces it, or if the replacement is itself replaced.
 fn check_equal(proof: &PlanProof, blocks: &[WeightedRows]) -> Result<(), String> {
     for &(left_out, kept) in &proof.equal {
         let (Some(a), Some(b)) = (blocks.get(left_out), blocks.get(kept)) else {
@@ -161,7 +161,7 @@ mod tests {
     use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// The efficiency is computed again from the proof, and a change that would increase it is detected.
+    /// The efficiency is computed from the proof. A change of the file that would increase it is detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);
@@ -175,7 +175,7 @@ mod tests {
         let plan = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         let again = |plan: &ExperimentPlan| efficiency_again(plan, &arm, "plan.yaml");
         let efficiency = again(&plan).unwrap().unwrap();
-        // The leaves may prove more than the search states, because the search ends within its tolerance.
+        // The leaves may give a higher efficiency than the file states, because the search ends within its tolerance.
         let said = plan.d_efficiency_at_least;
         assert!(efficiency >= said - 1e-9 && efficiency <= 1.0, "{efficiency} {said}");
         let mut worse = plan.clone();

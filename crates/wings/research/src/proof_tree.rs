@@ -1,15 +1,16 @@
-//! Builds the proof of a bound for all plans: a tree of splits with a design at each leaf.
+//! Builds the proof of a bound for all plans: a tree of splits, with a design at each leaf.
 
 use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
-/// The tree of a proof during a search.
+/// The tree of a proof while it is built.
 pub(crate) struct ProofTree(PlanProof);
 
-/// The information of equal candidates may differ by this share of the trace of F_i: a thousand times the rounding of equal rows.
+/// Two candidates count as equal if their information matrices F_i differ by at most this fraction of the trace. This is a
+/// thousand times the rounding error of equal rows.
 const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
-/// Pairs (candidate, first earlier candidate with the same information).
+/// Pairs of equal candidates: index of a candidate, and of the first earlier candidate with the same information.
 pub(crate) fn equal_candidates(blocks: &[WeightedRows]) -> Vec<(usize, usize)> {
     let of = |b: &WeightedRows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
     let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
@@ -28,13 +29,13 @@ pub(crate) fn equal_candidates(blocks: &[WeightedRows]) -> Vec<(usize, usize)> {
 }
 
 impl ProofTree {
-    /// A tree with a single leaf that has this design.
+    /// A tree with a single leaf, which has this design.
     pub(crate) fn new(equal: Vec<(usize, usize)>, design: Vec<(usize, f64)>) -> ProofTree {
         let tree = vec![ProofNode::Leaf { design: 0 }];
         ProofTree(PlanProof { log_det_at_most: f64::INFINITY, candidates: vec![], equal, designs: vec![design], tree })
     }
 
-    /// Gives a leaf a new design; returns the index of the design.
+    /// Sets a new design at a leaf, and returns the index of the design.
     pub(crate) fn set_design(&mut self, node: usize, design: Vec<(usize, f64)>) -> usize {
         let index = self.0.designs.len();
         self.0.designs.push(design);
@@ -42,7 +43,7 @@ impl ProofTree {
         index
     }
 
-    /// Splits a leaf into two leaves with the same design; returns the indices (below, above).
+    /// Splits a leaf into two leaves with the same design. Returns the indices of the lower and the upper leaf.
     pub(crate) fn split(&mut self, node: usize, candidate: usize, at_most: usize, design: usize) -> [usize; 2] {
         let tree = &mut self.0.tree;
         let (below, above) = (tree.len(), tree.len() + 1);
@@ -51,7 +52,7 @@ impl ProofTree {
         [below, above]
     }
 
-    /// Finishes the proof with this bound of log det F; removes designs that no leaf uses.
+    /// Completes the proof with this bound of log det F. Designs that no leaf uses are removed.
     pub(crate) fn bounded(self, log_det_at_most: f64) -> PlanProof {
         let mut proof = self.0;
         let mut is_used = vec![false; proof.designs.len()];

@@ -1,18 +1,18 @@
 //! Estimators that use simulation: instrumental variables (IDIM-IV), and direct and inverse dynamic identification (DIDIM).
 //!
-//! Both simulate the robot with the current parameters X, with the controller and the reference of the experiment. The simulated
-//! states have no measurement noise.
-//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured ones. It is
-//!   unbiased although W is noisy, if the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
-//! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states. It needs the measured torques only
+//! Both simulate the robot with the current parameters X, and with the controller and the reference of the experiment. The
+//! simulated states have no measurement noise.
+//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z: regressor at the simulated states, W: at the measured states, Y: torques. It is unbiased
+//!   although W is noisy, if the filter does not remove parts of the motion [Janot, Vandanjon, Gautier 2014].
+//! - DIDIM: X = argmin |Y - W_s X|, W_s: regressor at the simulated states. It needs only the measured torques
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
-//! The standard deviations for white noise come from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For other noise the scores Z_r' e_r are
-//! summed over the span of `correlated_deviation`, because after a filter with several samples per period of its cut-off
-//! frequency neighbouring samples are correlated.
+//! For white noise, the standard deviations follow from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1, s^2: variance of the residuals. For
+//! correlated noise, the scores Z_r' e_r are summed over the span of `correlated_deviation`, because after filtering,
+//! neighbouring samples are correlated if there are several samples per period of the cut-off frequency.
 //!
-//! The rows have the joint weights of weighted least squares on the measured states. The caller provides the simulator, which
-//! chooses its integration and its controller. The simulator must give states at the samples of the measured record.
+//! The rows have the joint weights of weighted least squares on the measured states. The caller provides the simulator, with its
+//! integrator and its controller. The simulator must return states at the samples of the measured record.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -23,9 +23,9 @@ use crate::correlated_deviation::{OverlappingSums, correlation, span};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::Observation;
 
-/// Simulates the experiment with parameters `x` of the model, friction included.
+/// Simulates the experiment with the parameters `x` of the model, including friction.
 pub trait Simulator {
-    /// The simulated states at the instants of the measured record.
+    /// The simulated states at the samples of the measured record.
     fn simulate(&self, x: &[f64]) -> Result<States, Error>;
 }
 
@@ -38,7 +38,7 @@ pub enum ClosedLoop {
     DirectAndInverse,
 }
 
-/// The solution, and data on the iterations.
+/// The solution, and statistics of the iterations.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// Estimated parameters, in the order of the model.
@@ -51,13 +51,13 @@ pub struct Simulated {
     pub iterations: usize,
     /// Relative change of the parameter vector in the last iteration.
     pub change: f64,
-    /// Whether the parameters converged within the allowed iterations.
+    /// Whether the parameters converged within the largest number of iterations.
     pub converged: bool,
 }
 
-/// Greatest number of iterations.
+/// Largest number of iterations.
 const MAX_ITERATIONS: usize = 20;
-/// The parameters have converged if the relative change of their vector is below this.
+/// The parameters have converged if the relative change of the parameter vector is below this.
 const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
 /// Iterates from `start` until the parameters converge.

@@ -1,4 +1,4 @@
-//! Helpers for unit tests: the pendulum and the candidates of `experiments`, and a control loop of the pendulum.
+//! Helpers for unit tests: the pendulum and the candidates of `experiments`, and a control loop for the pendulum.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{CandidateGrid, MotionLimits};
@@ -18,14 +18,14 @@ pub(crate) mod test_plans;
 #[path = "../../../identification/src/test_states.rs"]
 mod test_states;
 
-/// The pendulum under a stiff PD controller that follows a reference of two harmonics, with samples every 10 ms.
+/// The pendulum with a stiff PD controller. The reference has two harmonics, and the sampling period is 10 ms.
 pub(crate) struct Loop {
     pub samples: usize,
 }
 
 impl Simulator for Loop {
     fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
-        // ZZ ddq + 9.81 (MX cos q - MY sin q) = tau, under the PD controller.
+        // The equation of motion is ZZ ddq + 9.81 (MX cos q - MY sin q) = tau; tau is from the PD controller.
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
         let reference =
@@ -39,7 +39,7 @@ impl Simulator for Loop {
         for i in 0..self.samples {
             let t = 0.01 * i as f64;
             let tau = control(t, q, dq);
-            // The sample: the state, and ddq from the equation of motion.
+            // Stores a sample: the state, and ddq from the equation of motion.
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
@@ -47,7 +47,7 @@ impl Simulator for Loop {
             states.ddq.push((tau - gravity(q)) / zz);
             states.tau.push(tau);
             states.used.push(true);
-            // Runge-Kutta 4 in twenty steps up to the next sample.
+            // Integrates by the Runge-Kutta method of order 4, with twenty steps per sample.
             let steps = 20;
             let h = 0.01 / f64::from(steps);
             for k in 0..steps {

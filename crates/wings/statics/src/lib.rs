@@ -1,10 +1,10 @@
 //! Wing for statics: gravity parameters from postures that a robot holds, and a load from a force-torque sensor after the last
 //! joint.
 //!
-//! Interfaces of the core for this wing: `logs` reads tables and finds columns by their names. `modeling` gives the gravity
-//! torque and its independent columns. `identification` has the hypotheses and the changes that undo them
-//! (`estimate::hypothesis`, `estimate::log_check::Change`), claims, and the rule of trust. `rist` has the model, the mount of its
-//! base, and the text of a load.
+//! Parts of the core that this wing uses: `logs` reads tables and finds columns by their names. `modeling` derives the gravity
+//! torque and its independent columns. `identification` provides hypotheses and changes that correct them
+//! (`estimate::hypothesis`, `estimate::log_check::Change`), claims, and the rule for the level of trust. `rist` has the model,
+//! the orientation of its base, and the text of a load.
 
 #![warn(missing_docs)]
 

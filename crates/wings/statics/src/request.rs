@@ -1,17 +1,17 @@
-//! The request for a log of a force-torque sensor, and the additions of this wing.
+//! The request for a log of a force-torque sensor, and the registration of this wing.
 
 use rist::request::Request;
 use rist::wings::Wing;
 
 use crate::wrench_options::WrenchOptions;
 
-/// The requests that this wing adds.
+/// The requests that this wing registers.
 pub fn wing() -> Wing {
     Wing { requests: vec![("wrench", WrenchRequest::fields)], ..Wing::default() }
 }
 
 rist::request! {
-    /// How a log of a force-torque sensor is read.
+    /// Options for reading a log of a force-torque sensor.
     pub struct WrenchRequest {
         /// YAML with the columns of the log, and with corrections of its numbers.
         options: Option<WrenchOptions> = None, value_name("FILE");

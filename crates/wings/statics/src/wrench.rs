@@ -1,4 +1,5 @@
-//! The load after a force-torque sensor. It is an estimate that needs no dynamics of the robot and no drives.
+//! The load after a force-torque sensor (the side away from the robot), with a verdict. No model of the robot or its drives is
+//! needed.
 
 use std::fmt;
 
@@ -13,9 +14,9 @@ use rist::fit::load::{Load, LoadScale};
 
 /// The load from a log of a force-torque sensor, with its verdict.
 pub struct WrenchEstimate {
-    /// The load, about the origin of the sensor's frame and in its axes.
+    /// The load about the origin of the sensor frame, in the axes of this frame.
     pub load: Load,
-    /// Whether to use the load.
+    /// Whether the load can be used, with reasons.
     pub verdict: WrenchVerdict,
     found: WrenchLoad,
     rows: usize,
@@ -23,7 +24,8 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// Identifies the load after a sensor. `link`: name of the link whose frame equals the sensor's frame, for the file of `[load]`.
+/// Identifies the load after a sensor. `link`: name of the link whose frame is the sensor frame; it is written to the file of
+/// `[load]`.
 ///
 /// Fails if the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {
@@ -42,7 +44,7 @@ pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Err
     Ok(WrenchEstimate { load, verdict, found, rows, left_out, is_static })
 }
 
-/// Names and units of the signals' offsets.
+/// Names and units of the offsets of the six signals.
 const OFFSETS: [(&str, &str); 6] = [
     ("force x", "N"),
     ("force y", "N"),
@@ -91,7 +93,7 @@ impl fmt::Display for WrenchEstimate {
             true => writeln!(f, "{} postures at rest, since the table has no clock", self.rows)?,
             false => writeln!(f, "{} rows in {count} windows", self.rows)?,
         }
-        // The rows that were left out, and the sign convention.
+        // Writes the number of omitted rows and the sign convention.
         if self.left_out > 0 {
             writeln!(f, "{} rows are left out: without a number, or with a clock that does not go on", self.left_out)?;
         }
@@ -99,7 +101,7 @@ impl fmt::Display for WrenchEstimate {
             writeln!(f, "the sensor gives what the load does to it: the signs are turned")?;
         }
         writeln!(f, "residual: {force:.4} N and {torque:.5} N m rms per sample")?;
-        // Offsets are identifiable only if the orientation of the sensor changes.
+        // Offsets are identifiable only if the orientation of the sensor changes in the log.
         for ((name, unit), offset) in OFFSETS.into_iter().zip(self.found.offsets) {
             match offset {
                 Some((x, sigma)) => writeln!(f, "offset of {name:<8} {x:>10.4} +- {sigma:.4} {unit}")?,
@@ -113,7 +115,7 @@ impl fmt::Display for WrenchEstimate {
             writeln!(f, "at rest no inertia is identifiable: record a motion, with a clock and positions")?;
         }
         writeln!(f)?;
-        // claims and verdict
+        // Writes the claims and the verdict.
         let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
         lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
         writeln!(f, "trust: {}", verdict.trust.word())?;

@@ -1,22 +1,23 @@
-//! Estimates the load after a force-torque sensor from its wrenches and poses.
+//! Estimates the load after a force-torque sensor from measured wrenches and poses of the sensor.
 //!
-//! The sensor holds a body with the ten parameters m, mc and I about the sensor's origin. R and p: pose of the sensor in a frame
-//! at rest; w: its angular velocity; F and N: its wrench; g: gravity; o: any point at rest. Momentum and angular momentum H obey:
+//! The load is a body with ten parameters about the sensor's origin: mass m, first moments mc, inertia I. R and p: orientation
+//! and position of the sensor in a frame at rest; w: its angular velocity; F and N: force and torque; g: gravity; o: any point at
+//! rest. Momentum and angular momentum H obey:
 //!
 //! ```text
 //! d2/dt2 (m p + R mc) = R F + m g
 //! d/dt H = (p - o) x R F + R N + (m (p - o) + R mc) x g
 //! H = m (p - o) x p' + (p - o) x R (w x mc) + R mc x p' + R I w
 //! ```
-//! Each equation is multiplied by a weight function and integrated by parts over a window; the weight function and its slope are
-//! zero at both ends of the window. So the derivatives apply to the weight function instead of the measurements [Shinbrot 1957];
-//! only p' and w must be computed from the poses. The equations are linear in the ten parameters and in constant offsets of the
-//! six signals. Force and torque equations are weighted by their residuals. The standard deviations are those for white noise,
-//! inflated by the correlation between successive windows.
+//! Each equation is multiplied by a weight function and integrated by parts over a window. The weight function and its slope are
+//! zero at both ends of the window. So the derivatives are those of the weight function and not of the measurements [Shinbrot
+//! 1957]; only p' and w are computed from the poses. The equations are linear in the ten parameters and in constant offsets of
+//! the six signals. Force and torque equations are weighted by their residuals. Standard deviations are for white noise, inflated
+//! by the correlation between successive windows.
 //!
-//! Rows without a clock are postures at rest: F = -m R'g, N = -mc x R'g. They do not determine the inertia.
+//! In a log without a clock, each row is a posture at rest: F = -m R'g, N = -mc x R'g. Postures do not determine the inertia.
 //!
-//! Not here: springs and drift of the sensor, and its crosstalk.
+//! Not modelled: drift, elasticity and crosstalk of the sensor.
 
 use crate::wrenches::Wrenches;
 use linear_model::pseudo_inertia::Ten;
@@ -26,35 +27,35 @@ use numerics::triangle::TriangleBuilder;
 
 /// Gravity along z of the frame at rest, m/s^2.
 pub(super) const GRAVITY: f64 = -9.81;
-/// Least duration of a window, s; and its least number of samples.
+/// Shortest duration of a window, s. `WINDOW_SAMPLES`: smallest number of its samples.
 const WINDOW_S: f64 = 0.25;
 const WINDOW_SAMPLES: usize = 24;
-/// Number of samples on each side of an instant from which its velocity is computed.
+/// The velocity at a sample is computed from this number of samples on each side.
 const NEIGHBOURS: usize = 3;
-/// A time step longer than this number of median steps is a gap.
+/// A time step of more than this number of median steps is a gap.
 const GAP_STEPS: f64 = 3.0;
 /// Number of unknowns: ten parameters, and an offset of each of the six signals.
 const UNKNOWNS: usize = 16;
-/// Number of fits with updated weights of forces and torques.
+/// Number of fits, each with weights from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 4;
-/// The column of an inertia counts as rounding of the poses if it is below this share of the largest: the sensor rotates about
-/// fewer axes.
+/// The column of an inertia entry counts as rounding of the poses if it is below this fraction of the largest one. This occurs if
+/// the sensor rotates about fewer than three axes.
 const ROUNDING_SHARE: f64 = 1e-9;
-/// Least standard deviation of equations of one kind, as a share of the largest.
+/// Smallest standard deviation of one kind of equations, as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
-/// Initial standard deviation of torques, N m, if forces have 1 N: a lever arm of ten centimetres.
+/// Initial standard deviation of torques, N m, relative to 1 N for forces: a lever arm of 10 cm.
 const FIRST_TORQUE_DEVIATION: f64 = 0.1;
-/// Smallest relative singular value in the fit of a cubic for the velocity.
+/// Smallest relative singular value in the fit of a cubic polynomial for the velocity.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
-/// If the sine of an angle is below this, the angle counts as equal to its sine.
+/// If the sine of an angle is below this, the angle is replaced by its sine.
 const SMALL_SINE: f64 = 1e-9;
-/// Upper bound of the estimated correlation between successive windows.
+/// Largest value that is used for the correlation between successive windows.
 const LARGEST_CORRELATION: f64 = 0.9;
 
 type Vector3 = [f64; 3];
 type Matrix3 = [[f64; 3]; 3];
 type Row = [f64; UNKNOWNS];
-/// An equation: the factors of the unknowns, and the right-hand side.
+/// An equation: the coefficients of the unknowns, and the right-hand side.
 type Equation = (Row, f64);
 
 /// A load with its accuracy.
@@ -62,29 +63,29 @@ type Equation = (Row, f64);
 pub struct WrenchLoad {
     /// XX XY XZ YY YZ ZZ MX MY MZ M, about the origin of the sensor's frame and in its axes.
     pub parameters: Ten,
-    /// Standard deviations of these parameters.
+    /// Standard deviations of the ten parameters.
     pub sigma: Ten,
-    /// Whether the log determines each of these parameters.
+    /// For each of the ten parameters, whether the log determines it.
     pub determined: [bool; 10],
-    /// Offsets of the forces, N, and of the torques, N m, with their standard deviations. `None` if the log does not determine an
-    /// offset.
+    /// Offsets of the forces, N, and of the torques, N m, with their standard deviations. The entry of an offset that the log
+    /// does not determine is `None`.
     pub offsets: [Option<(f64, f64)>; 6],
-    /// Whether the sensor gives the wrench that the load exerts on the sensor, instead of the opposite wrench.
+    /// Whether the sensor measures the wrench that the load exerts on the sensor; otherwise it measures the opposite wrench.
     pub is_reaction: bool,
-    /// Rms residual of a sample: of the force, N, and of the torque about a point of its window, N m.
+    /// Rms residuals of a sample: of the force, N; and of the torque about a point near the sensor, N m.
     pub residuals: [f64; 2],
-    /// Number of windows of the log, or number of postures.
+    /// Number of windows of the log; for a log of postures, number of postures.
     pub windows: usize,
 }
 
-/// Determines the load from a log.
+/// Determines the load from a log of a force-torque sensor.
 ///
-/// Fails if the log has too few windows without gaps, or if numbers exceed the floating-point range.
+/// Fails if the log has too few windows without gaps, or if numbers exceed the range of f64.
 pub fn wrench_load(log: &Wrenches) -> Result<WrenchLoad, Error> {
     wrench_load_under(log, GRAVITY)
 }
 
-/// Determines the load under another gravity along z, m/s^2: zero if the driver of the sensor has subtracted the weight.
+/// Determines the load. `gravity`: gravity along z, m/s^2; zero if the driver of the sensor subtracts the weight.
 pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLoad, Error> {
     let down = [0.0, 0.0, gravity];
     let mut groups = if log.t.is_empty() { postures(log, down) } else { windows(log, down) };
@@ -95,7 +96,7 @@ pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLo
         let least = (2 * UNKNOWNS).div_ceil(3);
         return Err(Error::at(&log.name, 0, format!("{windows} {what} are too few for a load: {least} are the least")));
     }
-    // Initial weights: torques are smaller than forces by a lever arm of ten centimetres.
+    // Initial weights: a torque is a force times a lever arm of 10 cm.
     let mut deviations: Vec<f64> = groups.iter().map(|g| g.first_deviation).collect();
     let mut solution = weighted(&groups, &deviations);
     for _ in 0..REWEIGHTING_ROUNDS {
@@ -131,12 +132,12 @@ fn found(groups: &[EquationGroup], deviations: &[f64], solution: &Solution, wind
     }
 }
 
-/// Equations of one kind (force or torque), three per window.
+/// The equations of one kind (force or torque): three per window.
 struct EquationGroup {
     rows: Vec<Equation>,
-    /// Standard deviation of an equation in the first fit.
+    /// Standard deviation of an equation that is assumed in the first fit.
     first_deviation: f64,
-    /// Standard deviation of an equation if a sample has the standard deviation 1.
+    /// Standard deviation of an equation if each sample has the standard deviation 1.
     of_a_sample: f64,
 }
 
@@ -154,7 +155,7 @@ impl EquationGroup {
     }
 }
 
-/// Sets those columns of inertias to zero that are only rounding.
+/// Sets the columns of inertia entries to zero that are only rounding.
 fn leave_out_rounding(groups: &mut [EquationGroup]) {
     let norm = |c: usize| groups.iter().flat_map(|g| &g.rows).map(|(row, _)| row[c] * row[c]).sum::<f64>().sqrt();
     let norms: [f64; 6] = std::array::from_fn(norm);
@@ -174,7 +175,7 @@ fn weighted(groups: &[EquationGroup], deviations: &[f64]) -> Solution {
     solve(&block.finish())
 }
 
-/// Correlation of an equation with the equation of the next window, as a mean over all kinds; at least zero.
+/// Correlation between the equations of successive windows, as a mean over all kinds of equations. At least zero.
 fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution) -> f64 {
     let (mut products, mut count) = (0.0, 0.0);
     for (group, deviation) in groups.iter().zip(deviations) {
@@ -187,7 +188,7 @@ fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution
     (products / f64::max(count, 1.0)).clamp(0.0, LARGEST_CORRELATION)
 }
 
-/// Equations of rows at rest: the groups are forces, torques.
+/// The equations of postures at rest, in two groups: forces and torques.
 fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = vec![EquationGroup::new(1.0), EquationGroup::new(FIRST_TORQUE_DEVIATION)];
     for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
@@ -207,7 +208,7 @@ fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     groups
 }
 
-/// Equations of windows: forces and torques with an even weight function, then with an odd one.
+/// The equations of windows, in four groups: forces and torques with an even weight function, then with an odd one.
 fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = Vec::from([1.0, FIRST_TORQUE_DEVIATION, 1.0, FIRST_TORQUE_DEVIATION].map(EquationGroup::new));
     let mut squares = [0.0; 2];
@@ -227,7 +228,7 @@ fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     groups
 }
 
-/// The indices of the first and the last sample of each window.
+/// For each window, the indices of its first and last sample.
 pub(super) fn spans(log: &Wrenches) -> Vec<(usize, usize)> {
     let (mut first, mut spans, step) = (0, Vec::new(), usual_step(&log.t));
     while first + WINDOW_SAMPLES <= log.t.len() {
@@ -249,12 +250,13 @@ fn usual_step(t: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The weight function at the samples of a window: (1 - u^2)^4, or u (1 - u^2)^4 if odd, with u from -1 to 1.
+/// The weight function at the samples of a window: (1 - u^2)^4, or u (1 - u^2)^4 if odd. u: time, scaled to -1 .. 1 in the
+/// window.
 pub(super) struct Window {
     pub(super) first: usize,
-    /// The function and its first two derivatives at each sample, times the time step, s.
+    /// For each sample, the weight function and its first two derivatives, multiplied by the time step, s.
     pub(super) samples: Vec<(f64, f64, f64)>,
-    /// A point at rest near the sensor, m.
+    /// The point o at rest near the sensor, m.
     pub(super) point: Vector3,
 }
 
@@ -275,7 +277,7 @@ impl Window {
     }
 }
 
-/// The three equations of momentum and the three equations of angular momentum of a window.
+/// The equations of a window: three for momentum and three for angular momentum.
 fn equations(
     log: &Wrenches,
     velocities: &Velocities,
@@ -308,7 +310,7 @@ fn equations(
                 torque[i].0[13 + c] += f * axis[i];
             }
         }
-        // I w, as a linear function of the six entries xx xy xz yy yz zz of I.
+        // The angular momentum I w, as a linear function of the entries xx xy xz yy yz zz of I.
         for (c, (a, b)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             let mut momentum = [0.0; 3];
             momentum[a] = spin[b];
@@ -320,15 +322,15 @@ fn equations(
     (force.to_vec(), torque.to_vec())
 }
 
-/// Velocities of the sensor's origin in the frame at rest, m/s, and angular velocities in the axes of the sensor, rad/s.
+/// For each sample: velocity of the sensor's origin in the frame at rest, m/s; angular velocity in the axes of the sensor, rad/s.
 struct Velocities {
     linear: Vec<Vector3>,
     angular: Vec<Vector3>,
 }
 
 impl Velocities {
-    /// The slopes of cubics through the neighbours of each sample. For the angular velocity, the cubic is through the rotation
-    /// vectors from the sample to its neighbours.
+    /// The slopes of cubic polynomials through the neighbours of each sample. For the angular velocity, the polynomial fits the
+    /// rotation vectors from the sample to its neighbours.
     fn of(log: &Wrenches) -> Velocities {
         let count = log.t.len();
         let mut found = Velocities { linear: Vec::with_capacity(count), angular: Vec::with_capacity(count) };
@@ -352,7 +354,8 @@ impl Velocities {
     }
 }
 
-/// Weights of samples at these times; the weighted sum is the slope at zero of the cubic fitted by least squares.
+/// Weights of samples at these times, s. The weighted sum of the samples is the slope, at time zero, of a fitted cubic
+/// polynomial.
 fn slope_weights(times: &[f64]) -> Vec<f64> {
     let scale = times.iter().fold(f64::MIN_POSITIVE, |s: f64, t| s.max(t.abs()));
     let powers = nalgebra::DMatrix::from_fn(times.len(), times.len().min(4), |r, c| (times[r] / scale).powi(c as i32));
@@ -361,7 +364,7 @@ fn slope_weights(times: &[f64]) -> Vec<f64> {
     (0..times.len()).map(|k| if inverse.nrows() > 1 { inverse[(1, k)] / scale } else { 0.0 }).collect()
 }
 
-/// The rotation from one orientation to another, as a rotation vector in the axes of the first, rad.
+/// The rotation between two orientations, as a rotation vector in the axes of `from`, rad.
 fn turn(from: &Matrix3, to: &Matrix3) -> Vector3 {
     let entry = |i: usize, k: usize| (0..3).map(|a| from[a][i] * to[a][k]).sum::<f64>();
     let twice = [entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1)];
@@ -401,7 +404,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// A body of 2.1 kg at (0.02, -0.03, 0.12) m with an inertia about its centre, as ten parameters about the origin.
+    /// A body of 2.1 kg with its centre of mass at (0.02, -0.03, 0.12) m. The result is its ten parameters about the origin.
     fn body() -> Ten {
         let (m, [x, y, z]) = (2.1, [0.02, -0.03, 0.12]);
         [
@@ -418,7 +421,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// Roll, pitch, yaw and the position of the sensor at time t, with their first two derivatives.
+    /// Roll, pitch, yaw and position of the sensor at time t, and their first and second derivatives.
     fn motion(t: f64) -> [[f64; 6]; 3] {
         let [mut x, mut dx, mut ddx] = [[0.0; 6]; 3];
         let sines = [(0.9, 2.1), (0.7, 3.3), (1.1, 1.7), (0.2, 2.9), (0.25, 1.3), (0.15, 3.7)];
@@ -438,7 +441,7 @@ pub(crate) mod tests {
         ]
     }
 
-    /// The angular velocity from roll, pitch and yaw and their rates, in the axes of the sensor.
+    /// The angular velocity in the axes of the sensor, from roll, pitch, yaw and their derivatives.
     fn spin([r, p, _]: Vector3, [dr, dp, dy]: Vector3) -> Vector3 {
         let [(sr, cr), (sp, cp)] = [r, p].map(f64::sin_cos);
         [dr - sp * dy, cr * dp + sr * cp * dy, -sr * dp + cr * cp * dy]
@@ -446,13 +449,13 @@ pub(crate) mod tests {
 
     const OFFSETS: [f64; 6] = [3.0, -2.0, 5.0, 0.2, 0.1, -0.3];
 
-    /// The wrench at an instant, from the Newton-Euler equations of textbooks.
+    /// Force, torque, orientation and position at time t, by the Newton-Euler equations of textbooks.
     fn wrench(body: &Ten, t: f64) -> (Vector3, Vector3, Matrix3, Vector3) {
         let [x, dx, ddx] = motion(t);
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
         let turn = rotation(three(&x, 0));
         let w = spin(three(&x, 0), three(&dx, 0));
-        // The derivative of w by a difference quotient of fourth order, with an error of 1e-12.
+        // The derivative of w by a difference quotient of fourth order. Its error is 1e-12.
         let at = |h: f64| {
             let [x, dx, _] = motion(t + h);
             spin(three(&x, 0), three(&dx, 0))
@@ -469,7 +472,7 @@ pub(crate) mod tests {
         (force, torque, turn, three(&x, 3))
     }
 
-    /// A log of the moving body.
+    /// A log of the moving body. `noise`: standard deviation of the forces, N. `sign`: sign of the measured wrench.
     pub(crate) fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let count = (seconds * 250.0) as usize;
@@ -502,7 +505,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise, the errors agree with their standard deviations: mean squares of 16 numbers over 30 draws.
+    /// With noise, the errors agree with their standard deviations: mean squares of 16 unknowns over 30 draws.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -515,11 +518,11 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of 138 equations has an error of 6 %, over 30 draws 1.1 %; the limit is four times this. The force noise also
-        // acts about a point some centimetres away, so it adds to the torque noise.
+        // The rms of 138 equations has an error of 6 %, and over 30 draws 1.1 %; the limit is four times this. The force noise
+        // also causes torque noise, because the torque is about a point some centimetres from the sensor.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
-        // 480 normal numbers, correlated within a draw: their mean square is 1 within a fifth.
+        // The mean square of 480 normal numbers, which are correlated within a draw, differs from 1 by at most a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 
@@ -557,12 +560,12 @@ pub(crate) mod tests {
         let message = wrench_load(&log).unwrap_err().to_string();
         assert!(message.contains("5 postures are too few for a load: 11 are the least"), "{message}");
     }
-    /// A sensor that rotates about only one axis determines the inertia entries of that axis; rounding in its poses must not
-    /// determine any other entry.
+    /// If a sensor rotates about only one axis, the log determines only the inertia entries of this axis. Rounding in the poses
+    /// must not determine other entries.
     #[test]
     fn one_axis_tells_no_whole_inertia() {
         let mut log = log(10.0, 0.02, 1.0, 4);
-        // The sine of pi is not exactly zero.
+        // The computed sine of pi is not exactly zero, so the poses contain rounding errors.
         log.rotation = log.t.iter().map(|t| rotation([std::f64::consts::PI, 0.0, (2.0 * t).sin()])).collect();
         let found = wrench_load(&log).unwrap();
         assert_eq!(found.determined[..6], [false, false, true, false, true, true]);

@@ -1,4 +1,5 @@
-//! Other interpretations of the numbers in a force-torque log. Each is tried, and is reported if it explains the residual.
+//! Tries other interpretations of the numbers in a force-torque log, for example other units. One that explains the residual is
+//! reported.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -10,12 +11,12 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// A residual above this multiple of the noise is not only noise. An interpretation explains it if it reduces it by at least this
-/// factor.
+/// A residual above this multiple of the noise is not only noise. An interpretation explains a residual if it reduces the
+/// residual at least by this factor.
 pub(super) const NOISE_RATIO: f64 = 3.0;
-/// Lever arm that converts torques to forces if both are added, m.
+/// Lever arm that converts torques to forces if both are combined in one number, m.
 pub(super) const ARM_M: f64 = 0.1;
-/// A rotation smaller than this is an error of calibration, rad.
+/// A smaller rotation of the sensor counts as a calibration error, rad.
 const SMALL_TURN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Metres per millimetre.
 const MILLI: f64 = 1e-3;
@@ -34,7 +35,7 @@ pub(super) fn left(found: &WrenchLoad) -> f64 {
     found.residuals[0].hypot(found.residuals[1] / ARM_M)
 }
 
-/// The residual as a share of the variation of the signals in a log.
+/// The residual divided by the standard deviation of the signals.
 pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     let deviation = |signal: &[[f64; 3]]| {
         let n = signal.len() as f64;
@@ -47,11 +48,11 @@ pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     left(found) / deviation(&log.force).hypot(deviation(&log.torque) / ARM_M)
 }
 
-/// The other interpretation of the numbers that explains the residual; `None` if there is none. `as_given`: residual share of the
-/// log.
+/// A claim that names another interpretation of the numbers, if it explains the residual; otherwise `None`. `as_given`: relative
+/// residual of the log without a change.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
-    // The usual alternatives among drivers of sensors, each as one correction.
+    // The usual differences between drivers of sensors, each as one correction.
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (
@@ -70,20 +71,20 @@ pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
         let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
         all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN_RAD).then_some((what, Corrections { turn, ..plain })));
     }
-    // Each alternative is fitted; it must result in a load of significant mass.
+    // Fits a load for each interpretation. It counts only if the load has a significant mass.
     let is_load = |found: &WrenchLoad| found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
     let tried = all.into_iter().filter_map(|(what, corrections): (String, Corrections)| {
         let log = log.clone().corrected(&corrections);
         let found = wrench_load(&log).ok().filter(is_load)?;
         Some((what, in_options(&corrections), residual_share(&log, &found)))
     });
-    // A driver may subtract the weight: then the load is fitted with zero gravity.
+    // If the driver subtracts the weight, the load must be fitted with zero gravity.
     let weightless = wrench_load_under(log, 0.0).ok().filter(is_load).map(|found| {
         let what = "the weight of the load is not in the forces: the driver takes the weight out".into();
         (what, OWN_SIGNALS.into(), residual_share(log, &found))
     });
     let (fault, advice, after) = tried.chain(weightless).min_by(|a, b| a.2.total_cmp(&b.2))?;
-    // The best alternative must reduce the residual by the factor NOISE_RATIO.
+    // The best interpretation must reduce the residual by the factor NOISE_RATIO.
     let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
     let trial = Trial::Tried { quantity: "residual".into(), before, after: shown };
     (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, advice, trial))

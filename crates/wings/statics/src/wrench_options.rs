@@ -1,20 +1,20 @@
-//! Options for a log of a force-torque sensor, if names and numbers do not show their meaning: its columns, and corrections.
+//! Options for a log of a force-torque sensor: the columns, and corrections of their numbers.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The contents of the options file of a wrench.
+/// The content of the options file for a force-torque log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchOptions {
-    /// Headers of the columns that cannot be found by their names.
+    /// Headers of the columns, if they cannot be found by their names.
     pub columns: WrenchColumns,
     /// Corrections that are applied to the numbers.
     pub corrections: Corrections,
 }
 
-/// Headers of columns; `None`: the column is found by its name.
+/// Headers of columns. `None`: the column is searched by its name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WrenchColumns {
@@ -32,23 +32,23 @@ pub struct WrenchColumns {
     pub rotation_vector: Option<[String; 3]>,
 }
 
-/// Corrections of the numbers, in the order of their application. Display prints the YAML that requests them.
+/// Corrections of the numbers, applied in the order of the fields. Display prints the YAML that requests them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corrections {
-    /// Whether roll, pitch and yaw, or the rotation vector, are in degrees.
+    /// Whether roll, pitch and yaw, or the rotation vector, are in degrees instead of rad.
     pub degrees: bool,
     /// Whether the order of a quaternion is w, x, y, z.
     pub scalar_first: bool,
-    /// Whether the poses are of the frame at rest, seen from the sensor.
+    /// Whether the poses are poses of the frame at rest in the sensor frame, instead of the inverse.
     pub inverted_poses: bool,
-    /// Whether forces and torques are in the axes of the frame at rest.
+    /// Whether forces and torques are in the axes of the frame at rest instead of the sensor's axes.
     pub base_axes: bool,
     /// Rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw, rad, Rz(yaw) Ry(pitch) Rx(roll).
     pub turn: [f64; 3],
-    /// Force unit of the log, N.
+    /// Unit of the forces in the log, N.
     pub force: f64,
-    /// Torque unit of the log, N m.
+    /// Unit of the torques in the log, N m.
     pub torque: f64,
 }
 
@@ -88,7 +88,8 @@ impl fmt::Display for Corrections {
 type Matrix = [[f64; 3]; 3];
 
 impl Corrections {
-    /// Applies the corrections to a row: rotation `turn`, position `place`, and `wrench`. Angles are already in radians.
+    /// Applies the corrections to a row: orientation `turn`, position `place`, and force and torque `wrench`. Angles are already
+    /// in rad.
     pub(crate) fn correct(&self, turn: &mut Matrix, place: &mut [f64; 3], wrench: [&mut [f64; 3]; 2]) {
         if self.scalar_first {
             let [x, y, z, w] = quaternion(turn);
@@ -127,7 +128,8 @@ pub(crate) fn matrix([x, y, z, w]: [f64; 4]) -> Matrix {
     ]
 }
 
-/// The quaternion x, y, z, w of a rotation matrix; computed from its largest component, to avoid division by small numbers.
+/// The quaternion x, y, z, w of a rotation matrix. The largest component is computed first, to avoid a division by a small
+/// number.
 fn quaternion(m: &Matrix) -> [f64; 4] {
     let trace = m[0][0] + m[1][1] + m[2][2];
     // Four times the squares of x, y, z, w.

@@ -1,7 +1,7 @@
-//! Estimates the rotation between a force-torque sensor and the frame of its poses, from the forces.
+//! Estimates the rotation between the axes of a force-torque sensor and the frame of its poses, from the forces.
 //!
-//! Q: rotation from the axes of the sensor to the axes of the poses. The momentum equation of `wrench_load`, divided by the mass
-//! m, is
+//! Q: rotation from the axes of the sensor to the axes of the poses; other symbols as in `wrench_load`. Its momentum equation,
+//! divided by the mass m, is
 //! ```text
 //! R (Q/m) F + R b - d2/dt2 (R c) = d2/dt2 p - g
 //! ```
@@ -15,14 +15,14 @@ use numerics::triangle::TriangleBuilder;
 
 use crate::wrench_load::{GRAVITY, Window, spans};
 
-/// Number of unknowns: nine of Q/m, three offsets, three of the centre of mass.
+/// Number of unknowns: nine of Q/m, three offsets, and three coordinates of the centre of mass.
 const UNKNOWNS: usize = 15;
 
-/// The rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw, rad, Rz(yaw) Ry(pitch) Rx(roll). `None` if
-/// the log does not determine them.
+/// The rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw, rad, in Rz(yaw) Ry(pitch) Rx(roll). `None`
+/// if the log does not determine it.
 pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     let mut block = TriangleBuilder::new(UNKNOWNS);
-    // Windows with an even weight function, as for the load; a posture counts as a window of one sample.
+    // Windows with an even weight function, as for the load. A posture is a window of one sample.
     let windows: Vec<Window> = match log.t.is_empty() {
         true => (0..log.force.len())
             .map(|first| Window { first, samples: vec![(1.0, 0.0, 0.0)], point: [0.0; 3] })
@@ -31,7 +31,7 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     };
     for window in &windows {
         for i in 0..3 {
-            // Integral over a window: f R (Q/m) F + f R b - f'' R c = f'' p - f g.
+            // The equation, integrated over a window with the weight function f: f R (Q/m) F + f R b - f'' R c = f'' p - f g.
             let (mut row, mut y) = ([0.0; UNKNOWNS], 0.0);
             for (k, &(f, _, dd)) in (window.first..).zip(&window.samples) {
                 for (a, &r) in log.rotation[k][i].iter().enumerate() {
@@ -48,7 +48,7 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     if !found.determined[..9].iter().all(|is| *is) || !found.x.iter().all(|x| x.is_finite()) {
         return None;
     }
-    // The nearest rotation is U V' of the singular value decomposition, with the sign that makes its determinant 1.
+    // The nearest rotation is U V' from the singular value decomposition, with the sign for which its determinant is 1.
     let svd = Matrix3::from_row_slice(&found.x[..9]).svd(true, true);
     let q = svd.u? * svd.v_t?;
     let q = q * q.determinant().signum();

@@ -1,13 +1,13 @@
-//! Decides whether to trust the load after a force-torque sensor. There are claims on the residual of the fit, on other
-//! interpretations of the numbers in the log, and on whether a wrist can carry such a body.
+//! Decides whether the load after a force-torque sensor can be trusted. There are claims on the residual of the fit, on other
+//! interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
 //!
-//! The residual e = hypot(N, N m / ARM_M) is compared with the variation in the log and with the noise of its signals. For
-//! motions the noise follows from third differences of the signals. For postures it follows without the poses, because forces lie
-//! on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e exceeds 3 % of the variation
-//! (`SMALL_SHARE`), each of the usual [`Corrections`] is tried, and the best one is named if it divides e by `NOISE_RATIO`. The
-//! noise decides only how a residual is judged that none of them explains.
+//! The residual e = hypot(N, N m / ARM_M) combines forces and torques. It is compared with the standard deviation and with the
+//! noise of the signals. In a log of a motion, the noise follows from third differences. For postures, it follows without the
+//! poses, because forces lie on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e exceeds 3 % of
+//! the standard deviation (`SMALL_SHARE`), each of the usual [`Corrections`] is tried, and the best one is named if it divides e
+//! by `NOISE_RATIO`. The noise is only used if no correction explains the residual.
 //!
-//! Not here: a common scale of all signals; a log shows it only if the mass is too large for a wrist.
+//! Not detected: a common scale of all signals, unless the resulting mass is too large for a wrist.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -24,32 +24,33 @@ use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 
-/// Residual of a good sensor, as a share of the variation; `LARGE_SHARE`: greatest residual of any sensor.
+/// Largest residual of a good sensor, as a fraction of the signals' standard deviation. `LARGE_SHARE`: largest residual of any
+/// sensor.
 const SMALL_SHARE: f64 = 0.03;
 const LARGE_SHARE: f64 = 0.1;
-/// Greatest mass that a wrist carries, kg; `FARTHEST_CENTRE_M`: greatest distance of its centre of mass, m.
+/// Largest mass that a wrist can carry, kg. `FARTHEST_CENTRE_M`: largest distance of its centre of mass, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
-/// If a body cannot exist by more than this number of standard deviations, noise is not the reason.
+/// If the parameters violate physical possibility by more than this number of standard deviations, noise is not the reason.
 const IMPOSSIBLE_DEVIATIONS: f64 = 3.0;
 
-/// The verdict on a load, with its claims.
+/// The verdict on a load, with the claims that support it.
 pub struct WrenchVerdict {
-    /// Whether to use the load, and for what.
+    /// Level of trust: whether the load can be used, and for what.
     pub trust: Trust,
     /// All claims on the load.
     pub claims: Vec<Claim>,
-    /// The claims that lower the trust, in sentences.
+    /// For each claim that lowers the trust, a sentence.
     pub reasons: Vec<String>,
-    /// The remedy of the first of these claims; `None` if it has none.
+    /// The remedy of the first claim that lowers the trust; `None` if there is none.
     pub next: Option<String>,
 }
 
 impl WrenchVerdict {
-    /// Judges the load that was found in a log.
+    /// The verdict on the load `found`, which was estimated from `log`.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        // If the numbers have another meaning, the body cannot be judged.
+        // If the numbers have another meaning, the load is wrong, so mass, centre and body are not judged.
         if claims[0].subject().topic != LOG {
             claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
         }
@@ -71,17 +72,17 @@ impl WrenchVerdict {
     }
 }
 
-/// The claim on the residual, or on the interpretation that explains it.
+/// The claim on the residual; or a claim that another interpretation of the numbers explains the residual.
 fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     let (left, noise, share) = (left(found), noise(log), residual_share(log, found));
     let is_noise = left <= NOISE_RATIO * noise;
-    // A large residual with an explanation contradicts the log.
+    // If another interpretation explains a large residual, the log is contradicted.
     if share > SMALL_SHARE
         && let Some(claim) = alternative(log, share)
     {
         return claim;
     }
-    // A residual that is small, or at the level of the noise, agrees with the model.
+    // A residual that is small, or not larger than the noise, agrees with the model.
     if is_noise && share > LARGE_SHARE {
         let why = format!("the residual looks like noise, and is {} of what varies", percent(share));
         return cannot_tell(Subject::whole(RESIDUAL), why, "more attitudes, a longer log, or a heavier load");
@@ -90,7 +91,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         let smallest = Figure::new(100.0 * share, "% of what varies");
         return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });
     }
-    // Any other residual is unexplained.
+    // Any other residual has no known cause.
     let [force, torque] = found.residuals;
     let times = claims::significant(left / noise, 2);
     let fault = format!(
@@ -106,7 +107,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
 }
 
-/// The noise of the signals, in the units of the residual e.
+/// The noise of the signals, as the standard deviation that the residual e would have.
 fn noise(log: &Wrenches) -> f64 {
     // The third difference of white noise has the variance 20 sigma^2.
     let by_differences = |signal: &[[f64; 3]]| {
@@ -118,7 +119,7 @@ fn noise(log: &Wrenches) -> f64 {
         return by_differences(&log.force).hypot(by_differences(&log.torque) / ARM_M);
     }
     let square = |f: &[f64; 3]| f.iter().map(|x| x * x).sum::<f64>();
-    // |F|^2 = 2 b F + m^2 g^2 - |b|^2
+    // Equation of the sphere, linear in b and m^2 g^2 - |b|^2: |F|^2 = 2 b F + m^2 g^2 - |b|^2.
     let sphere = log.force.iter().map(|f| ([2.0 * f[0], 2.0 * f[1], 2.0 * f[2], 1.0], square(f)));
     let (squares, x) = least(sphere);
     let radius = (x[3] + square(&[x[0], x[1], x[2]])).max(f64::MIN_POSITIVE).sqrt();
@@ -133,7 +134,7 @@ fn noise(log: &Wrenches) -> f64 {
     (squares / (2.0 * radius)).hypot(least(rows).0 / ARM_M)
 }
 
-/// The standard deviation of the residual of a least squares fit, and its solution.
+/// A least squares fit: the standard deviation of its residual, and its solution.
 fn least<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> (f64, Vec<f64>) {
     let mut block = TriangleBuilder::new(N);
     rows.for_each(|(row, y)| {
@@ -229,7 +230,7 @@ mod tests {
         }
     }
 
-    /// A log whose roll, pitch and yaw in degrees are read as radians.
+    /// A log whose roll, pitch and yaw are in degrees but were read as rad.
     fn in_degrees(log: &Wrenches) -> Wrenches {
         let read = changed(log, |turn, _| {
             let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(turn).euler_angles();
@@ -238,7 +239,7 @@ mod tests {
         Wrenches { in_degrees: log.rotation.clone(), ..read }
     }
 
-    /// Logs with a mistake, each with words of the statement about it, and the correction that is printed.
+    /// Logs with a mistake. For each: a phrase of the expected claim, and the correction that must be printed.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
             let by = Rotation3::from_euler_angles(angle[0], angle[1], angle[2]).into_inner();
@@ -323,7 +324,7 @@ mod tests {
     #[test]
     fn signals_without_weight_are_named() {
         let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
-            // The weight of 2.1 kg at the centre of mass of the test load.
+            // The weight of 2.1 kg at the centre of mass of the test load is subtracted from the signals.
             let weight = r.transpose() * nalgebra::Vector3::new(0.0, 0.0, 2.1 * 9.81);
             let torque = nalgebra::Vector3::new(0.02, -0.03, 0.12).cross(&weight);
             (0..3).for_each(|i| (f[i], n[i]) = (f[i] - weight[i], n[i] - torque[i]));

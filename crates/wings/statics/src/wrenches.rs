@@ -1,9 +1,9 @@
 //! A log of a force-torque sensor: forces, torques and the pose of the sensor over time.
 //!
 //! Columns are found by the last words of their names: `force.x`, `wrench.force.x`, `fx`; `torque.x`, `tx`, `mx`; `position.x`,
-//! `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths may be `[mm]` and angles
-//! `[deg]`. RTDE's `actual_TCP_force_0` .. `_5` and `actual_TCP_pose_0` .. `_5` are known; the options give other names. A table
-//! without a time column contains postures at rest, one per row.
+//! `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths may be in `[mm]` and angles in
+//! `[deg]`. RTDE's `actual_TCP_force_0` .. `_5` and `actual_TCP_pose_0` .. `_5` are also known. The options can give other names.
+//! In a table without a time column, each row is a posture at rest.
 
 use std::path::Path;
 
@@ -16,25 +16,25 @@ use logs::Table;
 pub struct Wrenches {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// Time, s, increasing. Empty if each row is a posture at rest.
+    /// Time, s, strictly increasing. Empty if each row is a posture at rest.
     pub t: Vec<f64>,
     /// Force in the axes of the sensor, N.
     pub force: Vec<[f64; 3]>,
-    /// Torque about the origin of the sensor's frame, in its axes, N m.
+    /// Torque about the origin of the sensor frame, in the axes of the sensor, N m.
     pub torque: Vec<[f64; 3]>,
-    /// Origin of the sensor in a frame at rest with z upwards, m. Zeros if each row is a posture.
+    /// Origin of the sensor in a frame at rest whose z axis points up, m. Zeros if each row is a posture.
     pub position: Vec<[f64; 3]>,
     /// Rotation matrix of the sensor's axes in the frame at rest, row by row.
     pub rotation: Vec<[[f64; 3]; 3]>,
-    /// Rotation matrices for the case that angles without a unit are in degrees. Empty if quaternions were read.
+    /// Rotation matrices if angles without a unit are interpreted as degrees. Empty if the log contains quaternions.
     pub in_degrees: Vec<[[f64; 3]; 3]>,
-    /// Number of rows that were left out, because a number is missing or time does not increase.
+    /// Number of rows that are not used, because a number is missing or time does not increase.
     pub left_out: usize,
 }
 
-/// Accepted difference of the norm of a quaternion from 1.
+/// The norm of a quaternion may differ from 1 by this.
 const QUATERNION_NORM_SLACK: f64 = 0.01;
-/// Greatest number of columns that an error message lists.
+/// Largest number of columns that an error message lists.
 const MAX_SHOWN_COLUMNS: usize = 30;
 
 impl Wrenches {
@@ -46,7 +46,7 @@ impl Wrenches {
 
     /// Reads a log from a table, and applies the corrections of the options. Fails like [`Wrenches::read`].
     pub fn of_table(table: &Table, options: &WrenchOptions) -> Result<Wrenches, Error> {
-        // Columns as given in the options, else found by names; positions may be missing for postures at rest.
+        // Columns with the headers in the options, otherwise found by their names. A log of postures needs no positions.
         let (names, given) = (HeaderNames::of(table), &options.columns);
         let clock = match &given.time {
             Some(name) => names.given(std::slice::from_ref(name))?.pop(),
@@ -69,7 +69,7 @@ impl Wrenches {
             let angles: Vec<f64> = turned.iter().map(|c| c.at(table, r)).collect();
             let t = clock.as_ref().map_or(r as f64, |c| c.at(table, r));
             let numbers = f.iter().chain(&n).chain(&p).chain(&angles).chain([&t]);
-            // Rows without numbers, or with time that does not increase, are counted and left out.
+            // A row with a missing number, or whose time does not increase, is counted and not used.
             if !numbers.into_iter().all(|x| x.is_finite())
                 || (clock.is_some() && log.t.last().is_some_and(|last| t <= *last))
             {
@@ -81,7 +81,7 @@ impl Wrenches {
             log.torque.push(n);
             log.position.push(p);
             log.rotation.push(rotation);
-            // Three angles without a unit may be in degrees, so both interpretations are kept.
+            // Three angles without a unit may be in rad or in degrees, so both rotations are stored.
             if angles.len() == 3 {
                 let angles: Vec<f64> = angles.iter().map(|angle| angle.to_radians()).collect();
                 log.in_degrees
@@ -104,7 +104,7 @@ impl Wrenches {
 }
 
 impl Wrenches {
-    /// The log after applying corrections to its numbers.
+    /// The log with these corrections applied to its numbers.
     pub fn corrected(mut self, by: &Corrections) -> Wrenches {
         if by.degrees {
             self.rotation.clone_from(&self.in_degrees);
@@ -117,7 +117,7 @@ impl Wrenches {
     }
 }
 
-/// A column of the table, with the factor from its unit to SI.
+/// A column of the table, and the factor that converts its unit to the SI unit.
 #[derive(Clone, Copy)]
 struct WrenchTableColumn {
     index: usize,
@@ -130,7 +130,7 @@ impl WrenchTableColumn {
     }
 }
 
-/// The names of a table's columns in lower case with `_` between words, and the factors of their units.
+/// For each column of a table: its name in lower case with `_` between words, and the factor of its unit.
 struct HeaderNames<'a> {
     table: &'a Table,
     names: Vec<(String, f64)>,
@@ -151,7 +151,7 @@ impl<'a> HeaderNames<'a> {
         HeaderNames { table, names: table.header.iter().map(name).collect() }
     }
 
-    /// The column with this name, or else the only column whose name ends with these words. `None` if there is none, or several.
+    /// The column with this name, otherwise the only column whose name ends with these words. `None` if there is none or several.
     fn ending(&self, words: &str) -> Option<WrenchTableColumn> {
         let whole = self.names.iter().position(|n| n.0 == words);
         let mut ends = self.names.iter().enumerate().filter(|(_, n)| n.0.ends_with(&format!("_{words}")));
@@ -163,7 +163,7 @@ impl<'a> HeaderNames<'a> {
         words.iter().find_map(|w| self.ending(w))
     }
 
-    /// The columns with these headers; fails if one is missing.
+    /// The columns with these headers. Fails if one is missing.
     fn given(&self, headers: &[String]) -> Result<Vec<WrenchTableColumn>, Error> {
         let column = |name: &String| {
             let index = self.table.header.iter().position(|header| header == name);
@@ -173,7 +173,7 @@ impl<'a> HeaderNames<'a> {
         headers.iter().map(column).collect()
     }
 
-    /// The columns x, y and z, by the given headers or by one of these patterns: `?` is the axis, `#3` a number from 3 on.
+    /// The columns x, y and z, with the given headers or by one of the patterns. `?`: the axis; `#3`: numbers starting at 3.
     fn three(
         &self,
         what: &str,
@@ -198,7 +198,7 @@ impl<'a> HeaderNames<'a> {
         })
     }
 
-    /// The columns of the orientation (qx qy qz qw, or roll pitch yaw, or a rotation vector), and whether they are a rotation
+    /// The columns of the orientation (qx qy qz qw, or roll pitch yaw, or a rotation vector); and whether they contain a rotation
     /// vector.
     fn orientation(&self, options: &WrenchOptions) -> Result<(Vec<WrenchTableColumn>, bool), Error> {
         let (given, vector) = (&options.columns.orientation, options.columns.rotation_vector.as_ref());
@@ -232,7 +232,7 @@ impl<'a> HeaderNames<'a> {
     }
 }
 
-/// The rotation matrix of a quaternion x, y, z, w, of roll, pitch and yaw (rad), or of a rotation vector (rad).
+/// The rotation matrix of a quaternion x, y, z, w; of roll, pitch and yaw, rad; or of a rotation vector, rad.
 fn rotation(angles: &[f64], is_vector: bool) -> Result<[[f64; 3]; 3], String> {
     let &[x, y, z, w] = angles else {
         let angles = [0, 1, 2].map(|i| angles.get(i).copied().unwrap_or(0.0));
@@ -260,7 +260,7 @@ mod tests {
         Wrenches::of_table(&table, &WrenchOptions::default())
     }
 
-    /// A quarter turn about z, given as a quaternion and as yaw in degrees.
+    /// A quarter turn about z, once given as a quaternion and once as yaw in degrees.
     #[test]
     fn columns_are_found_by_their_last_words() {
         let half = 0.5f64.sqrt();

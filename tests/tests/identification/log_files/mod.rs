@@ -1,4 +1,4 @@
-//! Logs as other programs write them, byte by byte: messages, MCAP, NumPy's zip; Parquet is in `parquet`.
+//! Writers of log files in foreign formats for tests: ROS messages, MCAP and NumPy's npz. Parquet is in `parquet`.
 
 pub(crate) mod parquet;
 
@@ -8,12 +8,12 @@ use std::io::Write;
 pub(crate) struct State {
     pub stamp: (u32, u32),
     pub names: Vec<&'static str>,
-    /// position, velocity, effort
+    /// Position, velocity and effort, each in the order of `names`.
     pub arrays: [Vec<f64>; 3],
 }
 
 impl State {
-    /// As ROS 2 serialises it: numbers aligned to their size behind a head of four bytes.
+    /// The message in ROS 2 serialisation (CDR): a header of four bytes, then numbers aligned to their size.
     pub(crate) fn cdr(&self, big_endian: bool) -> Vec<u8> {
         let mut body = Vec::new();
         let u32s = |body: &mut Vec<u8>, x: u32| {
@@ -40,7 +40,7 @@ impl State {
         [vec![0, u8::from(!big_endian), 0, 0], body].concat()
     }
 
-    /// As ROS 1 serialised it: nothing aligned, a sequence number first.
+    /// The message in ROS 1 serialisation: a sequence number first, no alignment.
     pub(crate) fn ros1(&self) -> Vec<u8> {
         let u32s = |x: usize| (x as u32).to_le_bytes().to_vec();
         let text = |x: &str| [u32s(x.len()), x.as_bytes().to_vec()].concat();
@@ -55,11 +55,11 @@ impl State {
     }
 }
 
-/// An MCAP file in the making; messages gather in chunks, or not where `chunked` is none.
+/// Writer of an MCAP file. Messages are grouped in chunks unless `chunked` is `None`.
 pub(crate) struct Mcap {
     pub bytes: Vec<u8>,
     chunk: Vec<u8>,
-    /// "", zstd or lz4.
+    /// Compression of the chunks: "" (none), zstd or lz4. `None`: no chunks.
     chunked: Option<&'static str>,
     pub checked: bool,
 }
@@ -79,7 +79,7 @@ impl Mcap {
         Mcap { bytes, chunk: Vec::new(), chunked, checked: true }
     }
 
-    /// A file with one channel 1 of joint states.
+    /// A file with one channel, number 1, for messages of joint states.
     pub(crate) fn joint_states(chunked: Option<&'static str>, encoding: &str) -> Mcap {
         let mut file = Mcap::new(chunked);
         let ros1 = encoding == "ros1";
@@ -125,7 +125,7 @@ impl Mcap {
         self.chunk.clear();
     }
 
-    /// The file with an end, and an index nobody needs.
+    /// Ends the file and returns its bytes. The index at the end is empty, since no reader needs it.
     pub(crate) fn finish(mut self) -> Vec<u8> {
         if !self.chunk.is_empty() {
             self.close_chunk();
@@ -137,13 +137,13 @@ impl Mcap {
     }
 }
 
-/// The record of a chunk that claims to unpack to `size` bytes.
+/// A chunk record whose header states an uncompressed length of `size` bytes.
 pub(crate) fn chunk(size: u64, crc: u32, compression: &str, packed: &[u8]) -> Vec<u8> {
     let head = [&[0; 16][..], &size.to_le_bytes(), &crc.to_le_bytes(), &text(compression)].concat();
     record(6, &[&head[..], &(packed.len() as u64).to_le_bytes(), packed].concat())
 }
 
-/// Arrays of doubles as numpy.savez writes them.
+/// The columns as arrays of doubles in the form that numpy.savez writes.
 pub(crate) fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());
     for (name, values) in columns {
@@ -168,7 +168,7 @@ pub(crate) fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     out
 }
 
-/// The columns as text, every number with the digits that give it back.
+/// The columns as CSV text. The digits of each number are enough to restore it exactly.
 pub(crate) fn csv(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
     let mut out = names.join(",") + "\n";

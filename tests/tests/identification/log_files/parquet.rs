@@ -1,23 +1,23 @@
-//! Parquet files of flat columns, written by hand.
+//! Writer of Parquet files with flat columns for tests, without a Parquet library.
 
 use std::io::Write;
 
-/// The numbers of a column; `None` is null.
+/// Values of one column; `None` is a null.
 #[derive(Clone)]
 pub(crate) enum Values {
     Double(Vec<Option<f64>>),
     Float(Vec<f32>),
     Int64(Vec<i64>),
-    /// ns since 1970.
+    /// Nanoseconds since 1970.
     Timestamp(Vec<i64>),
     Text(usize),
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pages {
-    /// Parquet's number: 0 none, 1 snappy, 2 gzip, 6 zstd, 7 lz4_raw.
+    /// Number of the compression codec in Parquet: 0 none, 1 snappy, 2 gzip, 6 zstd, 7 lz4_raw.
     pub codec: u8,
-    /// 1 or 2.
+    /// Version of the data pages: 1 or 2.
     pub version: u8,
     pub dictionary: bool,
     pub rows_a_group: usize,
@@ -91,7 +91,7 @@ impl Values {
     }
 }
 
-/// Writes the pages of a column and returns the ColumnChunk.
+/// Writes the pages of a column to `out` and returns its ColumnChunk structure.
 fn chunk(out: &mut Vec<u8>, values: &Values, range: &std::ops::Range<usize>, pages: Pages) -> Vec<u8> {
     let cells = values.bytes(range);
     let present: Vec<&Vec<u8>> = cells.iter().flatten().collect();
@@ -112,7 +112,7 @@ fn chunk(out: &mut Vec<u8>, values: &Values, range: &std::ops::Range<usize>, pag
     let data = out.len();
     let mut levels = Vec::new();
     if values.optional() {
-        // Half as a run where the column begins without nulls, the rest as groups of eight.
+        // Definition levels: the cells before the first null as one run, the others in bit-packed groups of eight.
         let run = cells.iter().take_while(|c| c.is_some()).count();
         levels.extend(varint((run as u64) << 1));
         levels.push(1);
@@ -129,7 +129,7 @@ fn chunk(out: &mut Vec<u8>, values: &Values, range: &std::ops::Range<usize>, pag
         let head = head.int(4, encoding).int(5, levels.len() as i64).int(6, 0).end();
         put_page(out, 3, (8, head), &levels, &body, pages.codec);
     }
-    // Encodings and the path in the schema, which nobody needs and every file has.
+    // The encodings and the path in the schema are never read, but the format requires them.
     let metadata = Fields::new()
         .int(1, values.kind())
         .head(2, 9, &[0x15, 0])
@@ -162,7 +162,7 @@ fn pack(codec: u8, body: &[u8]) -> Vec<u8> {
     }
 }
 
-/// One run of bit fields, eight per group.
+/// One bit-packed run of values with `width` bits each, padded to groups of eight.
 fn groups_of_eight(values: impl ExactSizeIterator<Item = u64>, width: u32) -> Vec<u8> {
     let groups = values.len().div_ceil(8);
     let mut out = varint((groups as u64) << 1 | 1);
@@ -184,7 +184,7 @@ fn varint(mut n: u64) -> Vec<u8> {
     out
 }
 
-/// A struct of Thrift's compact protocol; fields in rising order.
+/// A struct in Thrift's compact protocol. Fields must be added in rising order of their ids.
 struct Fields {
     bytes: Vec<u8>,
     last: i16,

@@ -1,4 +1,4 @@
-//! The law of formats: the same signals give the same table, bit for bit, and the same estimate.
+//! Tests that the same signals in each log format give the same table, bit for bit, and the same estimate.
 
 use std::path::PathBuf;
 
@@ -14,12 +14,12 @@ use crate::log_files::parquet::{PLAIN, Pages, Values, doubles, file};
 use crate::log_files::{Mcap, State, csv, npz};
 
 const ROWS: usize = 700;
-/// ns; no second begins with the log.
+/// Time of the first row, ns since 1970. It is not a whole second.
 const START: i64 = 1_760_000_000_123_456_789;
 const STEP: i64 = 5_000_000;
 const COLUMNS: [&str; 7] = ["time", "position_a", "position_b", "velocity_a", "velocity_b", "effort_a", "effort_b"];
 
-/// Two wheels of 2 and 0.5 kg m^2 on sines.
+/// Signals of two wheels of 2 and 0.5 kg m^2 whose positions are sums of sines.
 fn signals() -> Vec<(String, Vec<f64>)> {
     let t: Vec<f64> = (0..ROWS as i64).map(|r| (STEP * r) as f64 / 1e9).collect();
     let of = |f: &dyn Fn(f64) -> f64| t.iter().map(|&t| f(t)).collect::<Vec<f64>>();
@@ -36,7 +36,7 @@ fn signals() -> Vec<(String, Vec<f64>)> {
     COLUMNS.iter().map(|c| c.to_string()).zip(series).collect()
 }
 
-/// Row r as a message; every other one names the joints the other way round.
+/// Row r as a message of joint states. Odd rows name the joints in reverse order.
 pub(crate) fn state(signals: &[(String, Vec<f64>)], r: usize) -> State {
     let stamp = START + STEP * r as i64;
     let order = if r % 2 == 1 { [1, 0] } else { [0, 1] };
@@ -88,7 +88,7 @@ fn assert_same(name: &str, found: &Table, expected: &Table) {
     assert!(bits(found) == bits(expected), "{name}: other numbers");
 }
 
-/// foreign_logs/README.md says which programs wrote them.
+/// Folder of logs from other programs; foreign_logs/README.md lists the programs.
 pub(crate) fn foreign() -> PathBuf {
     tests::workspace().join("tests/tests/identification/foreign_logs")
 }
@@ -101,7 +101,7 @@ fn every_format_gives_the_same_table_and_estimate() {
     assert_eq!((expected.header.as_slice(), expected.rows()), (&COLUMNS.map(String::from)[..], ROWS));
     assert!(expected.texts.iter().all(Option::is_none));
     let folder = folder("formats");
-    // The name says nothing: content decides.
+    // The file name has no extension, so the reader must recognise the format from the content.
     let path = folder.join("log");
     let wheels = wheels("a b");
     let mut estimates = Vec::new();
@@ -124,7 +124,7 @@ fn files_of_other_programs() {
     register_wings();
     let folder = foreign();
     let read = |name: &str| Table::read(&folder.join(name)).unwrap();
-    // Powers of two, so that every number is exact.
+    // All factors are powers of two, so every number is exact in every format.
     let rows: Vec<f64> = (0..64).map(f64::from).collect();
     let scaled = |x: f64| rows.iter().map(|r| r * x).collect::<Vec<f64>>();
     let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
@@ -167,7 +167,7 @@ fn files_of_other_programs() {
         let (texts, notes) = (&table.texts[6], table.notes.join(" "));
         assert!(texts.as_ref().is_some_and(|(_, text)| text == "text"), "{name}: {texts:?}");
         assert_eq!(notes.contains("`time_ns` holds times"), nulls, "{name}: {notes}");
-        // The same from memory, some rows at a time, and through a pipe of zstd.
+        // Reading from memory, reading only the first rows, and reading zstd-compressed bytes give the same table.
         let bytes = std::fs::read(folder.join(name)).unwrap();
         assert_same(name, &Table::from_bytes(name, &bytes).unwrap(), &table);
         assert_same(name, &Table::glance(&folder.join(name), 7).unwrap(), &part(&table, 7));
@@ -229,7 +229,7 @@ fn damaged_arrow_is_read_or_refused() {
         let whole = std::fs::read(folder.join(name)).unwrap();
         for at in 16..whole.len() - 8 {
             let message = Table::from_bytes(name, &whole[..at]).map(drop).err().map(|e| e.to_string());
-            // A stream that ends behind a batch is whole.
+            // A stream that ends right after a record batch counts as complete.
             let may_end = name.ends_with("arrows") && message.is_none();
             assert!(
                 may_end || message.as_ref().is_some_and(|m| m.contains("cut short") || m.contains("no row")),
@@ -240,11 +240,11 @@ fn damaged_arrow_is_read_or_refused() {
             refused += usize::from(Table::from_bytes(name, &damaged).is_err());
         }
     }
-    // What tells the damage of a number from the number is not in the format.
+    // The format has no checksum, so a damaged number cannot be detected; hence only a lower bound.
     assert!(refused > 2000, "{refused}");
 }
 
-/// Codecs, encodings and types of numbers that our own files lack.
+/// Codecs, encodings and number types that the Parquet files written by these tests lack.
 #[test]
 fn kinds_of_parquet_numbers_of_another_program() {
     let folder = foreign();
@@ -261,7 +261,7 @@ fn kinds_of_parquet_numbers_of_another_program() {
     }
 }
 
-/// A gripper that comes and goes, and a velocity that is never measured.
+/// Messages of one topic may differ: some lack a joint or the gripper, and the velocity is never measured.
 #[test]
 fn messages_may_differ() {
     let mut file = Mcap::joint_states(Some("zstd"), "cdr");
@@ -272,7 +272,7 @@ fn messages_may_differ() {
             1 => (vec!["a"], [vec![x], vec![f64::NAN], vec![-x]]),
             _ => (vec!["grip"], [vec![9.0], vec![], vec![]]),
         };
-        // Without a stamp: the recorder's clock is taken.
+        // The time stamp is zero, so the reader takes the time of the recorder.
         file.message(1, 5_000_000_000 + 1_000_000 * u64::from(r), &State { stamp: (0, 0), names, arrays }.cdr(false));
     }
     let table = Table::from_bytes("log.mcap", &file.finish()).unwrap();
@@ -288,7 +288,8 @@ fn messages_may_differ() {
     assert_eq!(table.notes, [clock, "no velocity of a, grip"]);
 }
 
-/// Parts in the order of their numbers, _10 behind _9; other files of the directory are passed over.
+/// The files of a recording are joined in the order of their numbers, so _10 comes after _9. Other files in the folder are
+/// ignored.
 #[test]
 fn a_directory_is_one_recording() {
     register_wings();
@@ -306,7 +307,7 @@ fn a_directory_is_one_recording() {
     assert_same("directory", &table, &Table::from_bytes("log", &csv(&signals)).unwrap());
 }
 
-/// The recorder was killed: what is whole is read, and the rest is told.
+/// An MCAP file that was not finished: the complete messages are read, and a note says that the file is cut short.
 #[test]
 fn a_recording_cut_short() {
     let signals = signals();
@@ -348,7 +349,7 @@ fn one_of_several_topics_by_its_name() {
     }
 }
 
-/// Kinds of columns: nulls, single precision, whole numbers, and a list of none.
+/// Column types: doubles with nulls, single precision, integers, and text, whose numbers are NaN.
 #[test]
 fn kinds_of_parquet_columns() {
     let columns = [

@@ -1,9 +1,9 @@
-//! Which file of a crate uses which other, and whether that leads in a circle or back up.
+//! Finds which file of a crate imports which other, and reports import cycles and imports against the order.
 //!
 //! An import is any path into the crate in product code: in a `use` item or inline, from `crate::`,
-//! `super::`, `self::` or a child module. It counts for the file that defines the name: a `lib.rs` or
-//! `mod.rs` that only declares and re-exports is looked through. Items and files under `#[cfg(test)]` do
-//! not count, nor does what a `quote!` writes, which is the code of another crate.
+//! `super::`, `self::` or a child module. Its target is the file that defines the name; a `lib.rs` or
+//! `mod.rs` that only declares and re-exports is followed to that file. Items and files under `#[cfg(test)]` and
+//! the contents of `quote!`, which is the code of another crate, do not count.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -11,10 +11,10 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 use super::tokens::{tokens, without_tests};
 
-/// The place of a module in its crate: the names from the root down to it.
+/// The place of a module in its crate: the names from the root to it.
 type Place = Vec<String>;
 
-/// One path in one file that leads to another file. Files are named from the folder `src` on.
+/// A path in one file that leads to another file. File names are relative to the folder `src`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Import {
     pub from: String,
@@ -30,16 +30,16 @@ impl std::fmt::Display for Import {
 
 struct Module {
     file: String,
-    /// It only declares modules and re-exports names.
+    /// Whether the file only declares modules and re-exports names.
     is_front: bool,
-    /// Names that its `pub use` items bring in, `*` for a glob, with the paths they stand for.
+    /// (name, path) of its `pub use` items; the name of a glob is `*`.
     exports: Vec<(String, Place)>,
-    /// Every path in it, inline modules apart.
+    /// Every path in the module, without its inline modules.
     paths: Vec<Place>,
     declared: Vec<String>,
 }
 
-/// The modules of the product, by the files of a crate: path from `src` on -> text.
+/// The product modules of a crate, from its files: path below `src` -> text.
 fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
     let mut modules: BTreeMap<Place, Module> = BTreeMap::new();
     for (file, text) in files {
@@ -49,7 +49,7 @@ fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
         }
         read(without_tests(tokens(text, file)), &place, file, &mut modules);
     }
-    // A file that is declared for tests only is no part of the product.
+    // A file that is only declared for tests is not part of the product.
     let mut reached: BTreeSet<Place> = BTreeSet::new();
     let mut next = vec![Place::new()];
     while let Some(place) = next.pop() {
@@ -77,7 +77,7 @@ fn imports(modules: &BTreeMap<Place, Module>) -> Vec<Import> {
     found.into_iter().collect()
 }
 
-/// Reads a module, and the inline ones in it.
+/// Reads a module and its inline modules.
 fn read(stream: TokenStream, place: &Place, file: &str, modules: &mut BTreeMap<Place, Module>) {
     let is_front = (file.ends_with("lib.rs") || file.ends_with("mod.rs")) && only_declares(stream.clone());
     let mut module =
@@ -90,7 +90,7 @@ fn read(stream: TokenStream, place: &Place, file: &str, modules: &mut BTreeMap<P
     }
 }
 
-/// Attributes, `mod name;` and `use ..;`, and nothing else.
+/// Whether the tokens contain only attributes, `mod name;` and `use ..;`.
 fn only_declares(stream: TokenStream) -> bool {
     let mut rest = stream.into_iter().filter(|t| !matches!(t, TokenTree::Group(_))).map(|t| t.to_string());
     while let Some(word) = rest.next() {
@@ -105,7 +105,7 @@ fn only_declares(stream: TokenStream) -> bool {
     true
 }
 
-/// The paths in a stream: those of `use` items, branch by branch, and those in between.
+/// Collects the paths in a stream: those of `use` items, branch by branch, and inline ones.
 fn gather(stream: TokenStream, module: &mut Module, inline: &mut Vec<(String, TokenStream)>) {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
     let text: Vec<String> =
@@ -163,13 +163,13 @@ fn gather(stream: TokenStream, module: &mut Module, inline: &mut Vec<(String, To
     }
 }
 
-/// The `(crate)`, `(super)` or `(in ..)` behind `pub`.
+/// Whether a group is the `(crate)`, `(super)` or `(in ..)` after `pub`.
 fn is_visibility(group: &proc_macro2::Group) -> bool {
     let first = group.stream().into_iter().next().map(|t| t.to_string()).unwrap_or_default();
     group.delimiter() == Delimiter::Parenthesis && matches!(first.as_str(), "crate" | "super" | "self" | "in")
 }
 
-/// The branches of a tree such as `a::{b, c::d as e, f::*}`: each path, and the name it gets.
+/// (path, name that it gets) of each branch of a use tree such as `a::{b, c::d as e, f::*}`.
 fn branches(tree: &[TokenTree]) -> Vec<(Place, String)> {
     let mut path = Vec::new();
     let mut name = String::new();
@@ -182,7 +182,7 @@ fn branches(tree: &[TokenTree]) -> Vec<(Place, String)> {
                 return trees
                     .flat_map(branches)
                     .map(|(tail, name)| {
-                        // `a::{self}` is a.
+                        // `a::{self}` means a.
                         let tail = if tail == ["self"] && !path.is_empty() { Vec::new() } else { tail };
                         ([path.clone(), tail].concat(), name)
                     })
@@ -203,7 +203,7 @@ fn branches(tree: &[TokenTree]) -> Vec<(Place, String)> {
     vec![(path, name)]
 }
 
-/// A path from the root of the crate; `None` when it leads out of the crate or names an item nearby.
+/// The path from the root of the crate; `None` if it leads out of the crate or names a local item.
 fn absolute(modules: &BTreeMap<Place, Module>, at: &Place, path: &[String]) -> Option<Place> {
     let (first, rest) = path.split_first()?;
     match first.as_str() {
@@ -223,7 +223,7 @@ fn absolute(modules: &BTreeMap<Place, Module>, at: &Place, path: &[String]) -> O
     }
 }
 
-/// The files that define what a path from the root names: one, or all of a folder taken as a whole.
+/// The files that define the item of a path from the root; all files of a folder if the path names the folder.
 fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str) -> BTreeSet<String> {
     let depth = (0..=path.len()).rev().find(|&d| modules.contains_key(&path[..d])).unwrap_or(0);
     let (place, module) = (path[..depth].to_vec(), &modules[&path[..depth]]);
@@ -251,8 +251,8 @@ fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str
     globs
 }
 
-/// What is wrong among the files of a crate: circles of files, circles of folders, and imports of what
-/// stands higher in `order`, the folders and files of `src` from bottom to top.
+/// Faults in the imports of a crate: cycles of files, cycles of folders, and imports of files that are
+/// higher in `order`, the list of folders and files of `src` from bottom to top.
 pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
     let modules = modules(files);
     let imports = imports(&modules);
@@ -286,7 +286,7 @@ pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<St
             faults.push(format!("back up: {import}; the order from the bottom is {}", order.join(", ")));
         }
     }
-    // A front door is no part of the order; everything else is.
+    // `lib.rs` and `main.rs` need no place in the order unless they take part in an import.
     let fronts = ["lib.rs", "main.rs"].map(String::from);
     let is_node =
         |file: &&&String| !fronts.contains(file) || imports.iter().any(|i| i.from == ***file || i.to == ***file);
@@ -300,7 +300,7 @@ pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<St
     faults
 }
 
-/// The shortest circle of imports among the groups of files that `group` makes, import by import.
+/// The shortest import cycle among the groups of files that `group` makes, one import per line; `None` without a cycle.
 fn circle(imports: &[Import], group: impl Fn(&str) -> Option<String>) -> Option<String> {
     let mut edges: BTreeMap<String, BTreeMap<String, &Import>> = BTreeMap::new();
     for import in imports {
@@ -348,12 +348,12 @@ fn a_circle_and_a_way_back_up_are_found() {
     };
     assert_eq!(to(&files), ["high/a.rs low.rs", "high/b.rs high/a.rs"]);
 
-    // By its name at the root of the crate, in the body of a function.
+    // The import uses the name at the root of the crate, in the body of a function.
     files.extend([file("low.rs", "pub struct Low; pub fn f() { let _ = crate::b; println!(\"{}\", crate::b::b()) }")]);
     let found = faults(&files, &order).join("\n");
     assert!(found.contains("a circle of files:\n  high/a.rs imports crate::low::Low, which low.rs defines"), "{found}");
     assert!(found.contains("back up: low.rs imports crate::b::b, which high/b.rs defines"), "{found}");
-    // Two folders in a circle whose files are in none.
+    // Two folders form a cycle although their files do not.
     files.extend([
         file("low.rs", "pub struct Low;"),
         file("high/x/mod.rs", "pub mod one; pub mod two;"),

@@ -1,4 +1,4 @@
-//! The Rust of this repository as tokens: what imports what, in which order.
+//! Reads the Rust code of this repository as tokens: imports and their order.
 
 pub(crate) mod imports;
 pub(crate) mod orders;

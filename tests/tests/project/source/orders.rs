@@ -1,7 +1,7 @@
-//! In which order the folders and files of each package stand.
+//! The order of the folders and files of each package.
 
-/// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
-/// place in the list.
+/// Folders and files of each `src`, from bottom to top. A file may import only entries before its own place
+/// in the list.
 pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),

@@ -1,4 +1,4 @@
-//! Source text as tokens: what the compiler reads, without comments and with texts as one token each.
+//! Source text as tokens, as the compiler sees it: without comments, each string as one token.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
@@ -6,7 +6,7 @@ pub(crate) fn tokens(text: &str, file: &str) -> TokenStream {
     text.parse().unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
-/// Without the items that are there for tests only.
+/// The tokens without items that are only for tests.
 pub(crate) fn without_tests(stream: TokenStream) -> TokenStream {
     let mut kept = Vec::new();
     let mut rest = stream.into_iter().peekable();
@@ -18,7 +18,7 @@ pub(crate) fn without_tests(stream: TokenStream) -> TokenStream {
             _ => false,
         };
         if is_test {
-            // The item ends with its body or with a semicolon.
+            // An item ends with its body or with a semicolon.
             let ends = |t: &TokenTree| match t {
                 TokenTree::Group(g) => g.delimiter() == Delimiter::Brace,
                 TokenTree::Punct(p) => p.as_char() == ';',
@@ -35,7 +35,7 @@ pub(crate) fn without_tests(stream: TokenStream) -> TokenStream {
     kept.into_iter().collect()
 }
 
-/// Whether an attribute allows a lint: `#[allow(unused, dead_code)]`.
+/// Whether an attribute allows this lint, as in `#[allow(unused, dead_code)]`.
 pub(crate) fn allows(stream: TokenStream, lint: &str) -> bool {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
     let is_list = |pair: &[TokenTree]| match pair {
@@ -46,7 +46,7 @@ pub(crate) fn allows(stream: TokenStream, lint: &str) -> bool {
     tokens.windows(2).any(is_list) || tokens.iter().any(inside)
 }
 
-/// Whether a word stands in the code: in bodies and macros too, not in comments and texts.
+/// Whether a word occurs in the code, including bodies and macros, but not in comments and strings.
 pub(crate) fn says(stream: TokenStream, word: &str) -> bool {
     stream.into_iter().any(|token| match token {
         TokenTree::Ident(i) => i == word,

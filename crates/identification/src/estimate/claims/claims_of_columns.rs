@@ -1,7 +1,9 @@
-//! Claims on the velocity and acceleration columns of a log: do they agree with the derivatives of position and velocity?
+//! Makes claims on the velocity and acceleration columns of a log: whether they agree with the derivatives of position and
+//! velocity.
 //!
-//! A column that contains another signal is not used. The derivative by differences is used instead, which is an assumption.
-//! If a column agrees, the claim states the smallest detectable error. There is no claim on an absent or unused column.
+//! If a column contains another signal, the derivative by differences is used instead, and the claim states this assumption.
+//! If a column agrees, the claim states the smallest error that would have been detected. A column that is absent or not used
+//! has no claim.
 
 use claims::{Claim, Figure, Outcome, Subject};
 
@@ -9,16 +11,16 @@ use crate::estimate::digits::significant;
 use crate::estimate::log_check::{JointCheck, LIKELY_ACCELERATION_SIZES, LogCheck, TIMELY_S};
 use crate::estimate::topics::{ACCELERATION, ORDER, VELOCITY, at, cannot_tell};
 
-/// A lag between a column and the derivative is significant beyond this many standard deviations.
+/// The smallest detectable lag of a velocity column is `TIMELY_S` plus this many standard deviations of the lag.
 const SIGNIFICANT_LAG_SIGMAS: f64 = 5.0;
 
-/// The claims on velocity, acceleration and order of the columns of a log.
+/// The claims on velocity columns, acceleration columns, and the order of the columns of a log.
 pub(crate) fn claims_of_columns(log_check: &LogCheck) -> Vec<Claim> {
     velocity(log_check).into_iter().chain(acceleration(log_check)).chain(order(log_check)).collect()
 }
 
-/// Claims on the order of columns that are assigned to joints by their place, not by name. If the log check detected a wrong
-/// order, that is a finding of the log check, not a claim here.
+/// Claims on the order of columns, if columns are assigned to joints by their place and not by their names. A wrong order is
+/// a finding of the log check and not a claim here.
 fn order(log_check: &LogCheck) -> Vec<Claim> {
     if !log_check.is_by_place || log_check.joints.len() < 2 {
         return Vec::new();
@@ -64,7 +66,7 @@ fn velocity(log_check: &LogCheck) -> Option<Claim> {
         );
         return Some(assumed(subject, what));
     }
-    // The median of the lags decides, so its uncertainty is taken as the median of the standard deviations of the lags.
+    // The median lag decides, so its uncertainty is taken as the median of the standard deviations of the lags.
     let mut deviations: Vec<f64> = known.iter().map(|j| j.velocity_lag_deviation).collect();
     deviations.sort_by(f64::total_cmp);
     let deviation = deviations.get(deviations.len() / 2)?;
@@ -83,7 +85,7 @@ fn acceleration(log_check: &LogCheck) -> Vec<Claim> {
     let [right, wrong] = [known(false), known(true)];
     let mut claims = Vec::new();
     if let Some((correlation, size)) = wrong.first().and_then(|j| j.acceleration) {
-        // If one acceleration column is wrong, none is used.
+        // If the acceleration column of one joint is wrong, no acceleration column is used.
         let what = format!(
             "the slopes of the velocities are the accelerations, because the column of {} has a correlation of {correlation:.2} \
              with that slope and {} times its size",

@@ -1,5 +1,5 @@
-//! Claims on tested faults of a log: the fault that explains most of the residual, and the detection limits of the other
-//! faults.
+//! Makes claims on tested faults of a log: the fault that explains most of the residual, and the detection limits for the
+//! other faults.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
@@ -10,14 +10,13 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is tolerable for any use if it explains a smaller share of the torque than this: a fifth of
-/// `torque_error::SURE_TORQUE`, since it may be five times as large in another motion.
+/// A fault is small if it explains less than this share of the torque. It may be five times as large in another motion, so
+/// this is a fifth of `torque_error::SURE_TORQUE`.
 const SMALL_FAULT_SHARE: f64 = 0.01;
-/// A fault is not small if it explains a larger share than this of the torque of its own joint, even if that torque is
-/// small.
+/// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
 
-/// The claims on tested faults. `joints`: residuals, one per coordinate; `parameters`: the parameters of the tested fit.
+/// The claims on tested faults. `joints`: residuals of the fit, one per coordinate; `parameters`: the parameters of the fit.
 pub(crate) fn claims_of_faults(
     tested: &[HypothesisTest],
     joints: &[JointResidual],
@@ -25,8 +24,8 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The size of a fault is unreliable beyond the range of one linear step. A cause within its range is preferred if it
-    // explains about equally much of the residual.
+    // The fitted size of a fault is reliable only within the range of one linear step. So a fault within its range is
+    // preferred if it explains nearly as much of the residual.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -34,7 +33,7 @@ pub(crate) fn claims_of_faults(
         Some(one) if !is_within_range(one) => vec![unidentified(&found, joints)],
         _ => strongest.and_then(|t| contradicted(t, joints)).into_iter().collect(),
     };
-    // Only these topics have claims. Hypotheses of other topics only inflate standard deviations.
+    // Only these topics have claims. Hypotheses on other topics only inflate standard deviations.
     for topic in CLAIMED {
         let of_kind: Vec<&HypothesisTest> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
         let (detectable, undetectable): (Vec<&HypothesisTest>, Vec<&HypothesisTest>) =
@@ -56,21 +55,21 @@ pub(crate) fn claims_of_faults(
     claims
 }
 
-/// A fault within its linear range is preferred to a stronger one beyond its range if the ratio of their error ratios
-/// (`gain`) is at most this.
+/// A fault within its linear range is preferred to the strongest fault if its `gain` is at most this times as large. gain:
+/// error of cross-validation with the fault / without it.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
-/// Largest number of possible causes that a claim lists if no cause is identified.
+/// Largest number of possible causes in the claim that no cause is identified.
 const MOST_NAMED_CAUSES: usize = 3;
-/// Rounding up tolerates this excess, in units of the digit: 2.0000000001 becomes 2, not 3.
+/// Relative tolerance of rounding up, so that 2.0000000001 becomes 2 and not 3.
 const ROUNDING_TOLERANCE: f64 = 1e-9;
 
-/// Whether the size of a fault is small enough for one linear step from zero.
+/// Whether the fitted size of a fault is within the range in which one linear step is accurate.
 fn is_within_range(tested: &HypothesisTest) -> bool {
     tested.value.abs() < tested.of.kind().useless
 }
 
-/// The claim that something is wrong but the cause is not identified, because the strongest cause is beyond its linear
-/// range. It lists the tried causes.
+/// The claim that there is a fault whose cause is not identified, because the strongest cause is beyond its linear range. It
+/// lists the tested causes.
 fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> Claim {
     let named: Vec<String> = found
         .iter()
@@ -84,13 +83,13 @@ fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> C
     wrong(Subject::of(LOG, at), why, remedy, "no cause within its range explains it")
 }
 
-/// The subject of a fault in words, e.g. `scale of q5`.
+/// The topic and the joint of a fault in words, e.g. `scale of q5`.
 fn topic_of(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
     subject(&tested.of, joints).to_string()
 }
 
-/// The claim that a rotor inertia is not separable from parameters with linearly dependent columns; `None` if there are
-/// none.
+/// The claim that a rotor inertia is not separable from other parameters, because their columns are linearly dependent.
+/// `None` if the hypothesis is no such rotor.
 fn hidden_rotor(tested: &HypothesisTest, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
     let Hypothesis::Rotor(k) = tested.of else { return None };
     let names: Vec<String> = tested.within.iter().filter_map(|&c| Some(parameters.get(c)?.id.to_string())).collect();
@@ -106,7 +105,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found, the smallest detection limit first. Hypotheses with equal limits share one claim.
+/// Claims that no fault was found, with the smallest detectable fault; the smallest first. Hypotheses with equal detection
+/// limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
@@ -120,40 +120,40 @@ fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     groups.into_iter().map(|(smallest, subject)| Claim::new(subject, Outcome::Agrees { smallest })).collect()
 }
 
-/// Rounds a detection limit up to one digit.
+/// Rounds a detection limit up to one significant digit.
 fn shown(figure: Figure) -> Figure {
     let digit = 10f64.powf(figure.value.abs().log10().floor());
     let value = (figure.value / digit - ROUNDING_TOLERANCE).ceil() * digit;
     Figure { value: format!("{value:.1e}").parse().unwrap_or(value), ..figure }
 }
 
-/// A sentence on a fault, its size and its standard deviation.
+/// A sentence with a fault, its size and the standard deviation of the size.
 pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
     let HypothesisTest { of, value, deviation, .. } = tested;
     let names: Vec<&str> = of.joints().iter().map(|k| joints[*k].coordinate.as_str()).collect();
     of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
 }
 
-/// The sentence on a fault with the errors of cross-validation without and with the fault as an unknown.
+/// A sentence with a fault and the errors of cross-validation (without, with) the fault as an additional unknown.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
         format!("{fault} (held-out error, joints alike, {}; corrected: {})", percent(without), percent(with))
     })
 }
 
-/// Whether the torque of a fault is so small that every use tolerates it. An offset of a zero or a tilted mount is never
-/// small: then positions are wrong, even if the torque error in this log is small.
+/// Whether the torque of a fault is so small that every use tolerates it. A zero offset or a tilted mount is never small,
+/// because the positions are wrong even if the torque error is small.
 fn is_small(tested: &HypothesisTest) -> bool {
     let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
     tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
 }
 
-/// The claim on a found fault with its remedy and errors of cross-validation; `None` if the hypothesis has no remedy to
-/// name.
+/// The claim on a found fault, with its remedy and the errors of cross-validation; `None` if there is no remedy for this
+/// kind.
 fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Claim> {
     let HypothesisTest { of, value, held_out, .. } = tested;
     let remedy = of.remedy(*value, joints)?;
-    // `Tried`: blocks of the record were left out and predicted without the fault and with it.
+    // `Tried`: errors of cross-validation without the fault and with it as an additional unknown.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
             quantity: "held-out error, joints alike,".into(),
@@ -163,11 +163,11 @@ fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Cla
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let fault = statement(tested, joints);
-    // A torque constant that drifts as the drive warms up does not make the log wrong: it counts in the residual.
+    // A drift of the torque constant with temperature does not make the log wrong. It is a claim on the residual.
     if of.kind().counts == Counts::AsResidual {
         return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
     }
-    // A fault below the tolerance of torques does not make the log wrong, but the claim names it and it lowers the trust.
+    // A small fault does not make the log wrong, but it is named and lowers the trust.
     if is_small(tested) {
         return Some(cannot_tell(
             Subject { topic: LOG, ..subject(of, joints) },
@@ -202,7 +202,7 @@ mod tests {
         HypothesisTest { of, value, deviation: 0.01, power, held_out, torque_share: 1.0, effect: vec![0.1], within }
     }
 
-    /// Whether these claims lower the trust for the use of gravity torques, although another motion is predicted well.
+    /// Whether these claims lower the trust for gravity compensation, if another motion is predicted well.
     fn lowers(mut claims: Vec<Claim>) -> bool {
         let other = Subject::whole(crate::estimate::topics::OTHER_MOTION);
         claims.push(Claim::new(other, Outcome::Agrees { smallest: Figure::new(1.0, "%") }));
@@ -221,7 +221,7 @@ mod tests {
         }
     }
 
-    /// Detection limits are listed by size, the smallest first.
+    /// Claims are sorted by detection limit, the smallest first.
     #[test]
     fn the_least_power_comes_first() {
         let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
@@ -234,12 +234,11 @@ mod tests {
         assert!(said.len() == 2 && power(&said[0]) < power(&said[1]), "{said:?}");
     }
 
-    /// A spring that explains more than a hundredth of the torque, or a fifth of the torque of its joint, is a
-    /// contradiction. A smaller one is named and lowers the trust to "with care". An offset of a zero is always a
-    /// contradiction.
+    /// A spring is a contradiction if it explains more than a hundredth of the torque, or a fifth of the torque of its joint.
+    /// A smaller spring lowers the trust to "with care". A zero offset is always a contradiction.
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
-        // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006
+        // Explained shares: sqrt(0.1^2 - 0.08^2) = 0.06 and sqrt(0.01^2 - 0.008^2) = 0.006.
         let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
         let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
         let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);

@@ -1,4 +1,4 @@
-//! Claims on a fit: its residual, its friction, and its undetermined parameters.
+//! Makes claims on a fit: its residual, its friction, and parameters that the data do not determine.
 
 use claims::{Claim, Remedy, Subject};
 use linear_model::label::Label;
@@ -10,36 +10,36 @@ use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agrees, cannot_tell, contradicted};
 
-/// Chi^2 per degree of freedom above which the model lacks an effect. Simulations with an exact model have 1.5 to 2.0,
-/// because the response of a controller to its encoder repeats in part from period to period. A torque ripple of 2 % gives
-/// 22, elastic joints with 25 Hz give 1190, and torques that are 1.5 ms late give 147 (`tests/benches/misfit.rs`).
+/// The model lacks an effect if chi^2 per degree of freedom exceeds this. An exact model has 1.5 to 2.0 in simulation; 2 % of
+/// torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
-/// Noise alone explains the residual up to this chi^2 per degree of freedom.
+/// Largest chi^2 per degree of freedom that noise alone gives. It exceeds 1, because the response of a controller to its
+/// encoder partly repeats in each period.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
-/// The fit is doubtful if its relative residual exceeds this.
+/// The residual lowers the trust if |tau - W X| / |tau| exceeds this.
 const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
 
-/// Scaled condition number above which model errors, not data, determine the weakest combination of parameters. Correct
+/// Above this condition number (columns scaled), model errors dominate the weakest combination of parameters. Correct
 /// estimates of the bench `random_situations` have up to 2831.
 const DECIDING_CONDITION_NUMBER: f64 = 3000.0;
 
-/// A friction parameter is significantly negative, so that it would drive the joint, below minus this many standard
-/// deviations.
+/// Friction is significantly negative (it would drive the joint) if a parameter is below minus this many standard deviations.
 const NEGATIVE_FRICTION_SIGMAS: f64 = 3.0;
 
-/// Properties of the predicted torques that change the claims on a fit.
+/// Properties of the predicted torques that influence the claims on a fit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TorqueContext {
-    /// Whether no motion at all can identify the undetermined parameters. Then no torque depends on them alone.
+    /// Whether no motion at all could identify the undetermined parameters. Then torques depend only on sums of these
+    /// parameters.
     pub opens_in_any_motion: bool,
-    /// Whether the errors of predicted torques are computed from the covariance. Then they include the uncertainty of the
-    /// weakest combination of parameters.
+    /// Whether errors of predicted torques were computed from the covariance. They include the uncertainty of the weakest
+    /// combination of parameters, so the condition number then makes no claim.
     pub determines_torques: bool,
 }
 
-/// The claims on a fit: first on prediction and earlier refusals, then on friction, residual and parameters. `total`: the
-/// relative error on the examined logs.
+/// The claims on a fit, in this order: prediction, reasons of an earlier verdict, friction, residual, parameters. `total`:
+/// relative error on the fitted or validated logs.
 pub(crate) fn claims_of_fit(
     estimate: &Estimate,
     total: Option<f64>,
@@ -50,7 +50,7 @@ pub(crate) fn claims_of_fit(
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
     let whole = Subject::whole;
-    // Evidence against the whole fit: its residual, its file, its iteration.
+    // Evidence against the whole fit: residual, checksum of the file, convergence.
     if let Some(chi) = estimate.chi_square_per_freedom {
         claims.push(match chi > LACKING_MODEL_CHI_SQUARE {
             true => cannot_tell(
@@ -81,7 +81,7 @@ pub(crate) fn claims_of_fit(
             "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
-    // Parameters that the record does not determine, or that only little motion determines.
+    // Parameters that the logs do not determine, or that are determined by little motion only.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }
@@ -98,13 +98,13 @@ pub(crate) fn claims_of_fit(
     claims
 }
 
-/// The claim that repeats a reason against the estimate which an earlier verdict wrote into its file.
+/// The claim that repeats a reason of an earlier verdict against the estimate; it was read from the file of the estimate.
 fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
     contradicted(Subject::whole(LOG), why.into(), remedy, "the file says no more")
 }
 
-/// Claims on parameters that the log does not determine, or that only little motion determines.
+/// Claims on parameters that the logs do not determine, and on parameters that are determined by little motion only.
 fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     let mut claims = Vec::new();
     let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
@@ -126,8 +126,8 @@ fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     claims
 }
 
-/// Claims on negative friction. Only joints with customary friction terms count, because in other friction laws a single
-/// term may be negative.
+/// Claims on significantly negative friction. A joint is examined only if all its terms are viscous, Coulomb or offset,
+/// because a single term of another friction law may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
     let has_no_other = |joint: &Label| {
         let others = estimate.parameters.iter().filter_map(|p| match &p.id {
@@ -160,7 +160,7 @@ fn is_customary(term: FrictionParameter) -> bool {
     matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
-/// The names of the parameters with this status, at most three, then "and n more".
+/// The names of the parameters with this status: at most three, then the number of the others.
 fn named(estimate: &Estimate, status: Status) -> String {
     let all: Vec<String> =
         estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();

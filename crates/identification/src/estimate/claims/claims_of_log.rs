@@ -1,8 +1,8 @@
-//! Claims on whether a log agrees with the description of the robot.
+//! Makes claims on whether a log agrees with the robot description.
 //!
-//! Each finding of the log check becomes a contradiction, or an undetermined property. If nothing contradicts, the claims
-//! say that sign, scale and zero agree at the joints where an error would have been detected, with the smallest detectable
-//! error. At the other joints sign, scale and zero cannot be determined.
+//! A finding of the log check becomes the claim of a contradiction, or of something that cannot be determined. If there is no
+//! contradiction, the claims state for each joint that sign, scale and zero agree, with the smallest error that would have
+//! been detected. If no error of a joint would have been detected, they cannot be determined.
 
 use claims::{Claim, EvidenceLevel, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use numerics::student;
@@ -17,7 +17,7 @@ use crate::estimate::log_check::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, ExplainedM
 use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, SCALE, SIGN, ZERO};
 use crate::estimate::topics::{at, cannot_tell, contradicted};
 
-/// The claims from a log check. If a finding contradicts, no agreement is claimed. `faults`: the tested hypotheses of a fit;
+/// The claims from a log check. If there is a contradiction, no agreement is claimed. `faults`: tested hypotheses of a fit;
 /// empty without a fit.
 pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Claim> {
     let mut claims: Vec<Claim> = log_check.findings.iter().map(finding).collect();
@@ -30,7 +30,7 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
     }
-    // If a fit would have detected this offset of the zero but did not, the bodies, not the zero, differ from the nominal
+    // A zero offset that the fit would have detected but did not detect is no offset: the bodies differ from the nominal
     // ones.
     let is_seen =
         |t: &MisplacedJoint| faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs());
@@ -43,10 +43,10 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }
 
-/// A joint with a smaller range of positions, rad (m), stands still: only rounding changes its position.
+/// A joint stands still if its range of positions, rad (m), is below this. Rounding alone can cause such a range.
 const STANDSTILL_RANGE: f64 = 1e-9;
 
-/// Splits the names of the joints: those for which `holds` is true, then the others.
+/// Splits the joints by `holds`: names of the joints for which it is true, then names of the other joints.
 fn split(log_check: &LogCheck, holds: impl Fn(&JointCheck) -> bool) -> [Vec<String>; 2] {
     let (agreeing, unknown): (Vec<_>, Vec<_>) = log_check.joints.iter().partition(|j| holds(j));
     [agreeing, unknown].map(|joints: Vec<&JointCheck>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
@@ -60,7 +60,7 @@ fn undetermined_joints(topic: Topic, names: &[String], why: &str, would_tell: &s
     (!names.is_empty()).then(|| cannot_tell(at(topic, names), why, would_tell))
 }
 
-/// Removes the joints with a possible error that other bodies explain equally well.
+/// Removes the joints with a possible error of sign or zero that other bodies explain equally well.
 fn unexplained(log_check: &LogCheck, mut names: Vec<String>) -> Vec<String> {
     names.retain(|name| !log_check.explained.iter().any(|e| e.finding.joints.contains(name)));
     names
@@ -70,8 +70,8 @@ fn counts(joint: &JointCheck) -> bool {
     joint.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE)
 }
 
-/// Claims on the sign of each torque. It is right if friction dissipates, or if the measured torque increases with the
-/// nominal torque (positive slope).
+/// Claims on the sign of the torque of each joint. The sign is right if friction dissipates, or if the regression slope of
+/// measured on nominal torque is positive.
 fn signs(log_check: &LogCheck) -> Vec<Claim> {
     let brakes = |j: &JointCheck| j.friction.is_some_and(|f| f.brakes > f.deviation);
     let follows = |j: &JointCheck| counts(j) && j.slope.is_some_and(|slope| slope > 0.0);
@@ -83,7 +83,7 @@ fn signs(log_check: &LogCheck) -> Vec<Claim> {
     agrees(SIGN, &agreeing, Figure::new(-1.0, "times the torque")).into_iter().chain(open).collect()
 }
 
-/// The claim on a common factor between the measured and the nominal torques of all joints.
+/// The claim on a common factor of the torques of all joints: measured / nominal torque.
 fn common_scale(log_check: &LogCheck) -> Vec<Claim> {
     let [agreeing, open] = split(log_check, counts);
     if agreeing.is_empty() {
@@ -105,7 +105,7 @@ fn common_scale(log_check: &LogCheck) -> Vec<Claim> {
     vec![cannot_tell(at(LOG, &agreeing), why, "a known load, or masses that are weighed")]
 }
 
-/// The smallest detectable common factor of all torques; `None` if no factor is detectable.
+/// The smallest common factor of all torques that would have been detected; `None` if no factor would have been.
 pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     common_scale(log_check).iter().find_map(|claim| match claim.outcome() {
         Outcome::Agrees { smallest } => Some(smallest.value),
@@ -113,21 +113,22 @@ pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     })
 }
 
-/// Smaller common factors are not reported: errors of nominal masses explain them.
+/// Common factors of all torques below this are not reported, because errors of nominal masses explain them.
 const SMALLEST_COMMON_FACTOR: f64 = 1.05;
-/// Significance level: probability that slopes with true mean 1 have a mean this far from 1 by chance.
+/// Significance level of a common factor: the probability that the mean of slopes with the true mean 1 is this far from 1 by
+/// chance.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
-/// Largest common error of the slopes, in standard deviations of their logarithms. Joints carry the same bodies, so wrong
-/// nominal masses change their slopes together. With 5, none of 63 good estimates of the bench `random_situations` is
-/// rejected; with Student's t alone, four were.
+/// Assumed common error of the slopes of all joints, in standard deviations of their logarithms. Joints carry the same
+/// bodies, so a wrong nominal mass changes several slopes alike. With 5, none of 63 good estimates of the bench
+/// `random_situations` is rejected; with Student's t alone, four were.
 const SHARED_ERROR_RATIO: f64 = 5.0;
-/// Least number of slopes for a standard deviation: two joints may carry one body, whose mass changes both slopes.
+/// Least number of slopes for a standard deviation. Two joints may carry the same body, whose mass changes both slopes.
 const LEAST_SLOPES: usize = 3;
 
-/// The smallest detectable common factor of all torques. For m slopes s_k (measured over nominal torque) whose logarithms
-/// have the standard deviation d, it is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`, with Student's t for m - 1 degrees of
-/// freedom. If the description is good, the slopes are nearly equal.
+/// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With
+/// m slopes and the standard deviation d of their logarithms, it is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`; t:
+/// Student's t for m - 1 degrees of freedom.
 fn common_power(slopes: &[f64]) -> f64 {
     let widest = if slopes.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
     if slopes.len() < LEAST_SLOPES || slopes.iter().any(|s| *s <= 0.0) {
@@ -141,8 +142,8 @@ fn common_power(slopes: &[f64]) -> f64 {
     reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
 }
 
-/// A sentence on the torque unit of the result: a common factor of all torques below the detection limit is not detected,
-/// nor any factor at a joint whose torque neither the description nor other joints determine. `None` if the limit is small.
+/// A sentence on the unit of the estimate: which common factor of all torques would not have been detected, and at which
+/// joints no factor would have been. `None` if the detection limit is small.
 pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
     let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
     let hidden = match claim.outcome() {
@@ -169,7 +170,8 @@ pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
     ))
 }
 
-/// Claims on the zeros of the joint positions with the smallest detectable offset. Joints with equal limits share one claim.
+/// Claims on the zero of each joint position, with the smallest offset that would have been detected. Joints with equal
+/// limits share one claim.
 fn zeros(log_check: &LogCheck, turned: Option<&MisplacedJoint>) -> Vec<Claim> {
     let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
     let is_turned = |k: usize| turned.is_some_and(|t| t.joint == k);
@@ -192,13 +194,13 @@ fn zeros(log_check: &LogCheck, turned: Option<&MisplacedJoint>) -> Vec<Claim> {
     agreeing.chain(undetermined_joints(ZERO, &open, why, would_tell).filter(|_| log_check.has_description())).collect()
 }
 
-/// The smallest detectable offset of the zero of a joint, rad; `None` if it is so large that it is useless.
+/// The smallest zero offset of a joint that would have been detected, rad; `None` if it is too large to be useful.
 fn shown_zero(joint: &JointCheck) -> Option<f64> {
     joint.zero_power.filter(|angle| *angle < Hypothesis::Zero(0).kind().useless)
 }
 
-/// The claim that another zero of a joint fits the description better. It cannot be decided, because other bodies explain
-/// the log equally well.
+/// The claim that the description fits better with another zero of a joint. Other bodies explain the log equally well, so it
+/// cannot be determined which is right.
 fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
     let MisplacedJoint { angle, errors: (before, after), .. } = turned;
     let why = format!(
@@ -211,8 +213,8 @@ fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
     cannot_tell(at(LOG, [name]), why, "the encoder's own reference, or bodies that are known")
 }
 
-/// The claim on a possible error of sign or zero that other bodies explain equally well. It is a claim on the log if the
-/// error is likely.
+/// The claim on a possible error of sign or zero that other bodies explain equally well. If the error is likely, the topic is
+/// the log; then it lowers the trust.
 fn explained_otherwise(explained: &ExplainedMistake) -> Claim {
     let ExplainedMistake { finding, is_likely } = explained;
     let topic = match finding.fault {
@@ -226,7 +228,7 @@ fn explained_otherwise(explained: &ExplainedMistake) -> Claim {
     cannot_tell(Subject::of(topic, finding.joints.iter().cloned()), why, would_tell)
 }
 
-/// The claim that one finding of the log check makes.
+/// The claim that follows from one finding of the log check.
 fn finding(finding: &Finding) -> Claim {
     let topic = match finding.fault {
         Fault::TorqueUnit(_) | Fault::NoTorque | Fault::Gains(_) | Fault::Factor(_) => COMMON_SCALE,
@@ -235,7 +237,7 @@ fn finding(finding: &Finding) -> Claim {
         Fault::Mount(_) => MOUNT,
         _ => LOG,
     };
-    // A finding that is not gross does not forbid an estimate, but lowers the trust in the log.
+    // A finding that is not gross allows an estimate, but lowers the trust in the log.
     let topic = if finding.fault.is_gross() || topic == DELAY { topic } else { LOG };
     let subject = Subject::of(topic, finding.joints.iter().cloned());
     if !finding.fault.is_gross() {
@@ -291,7 +293,7 @@ mod tests {
         assert_eq!(common_power(&[1.25]), NOMINAL_INERTIAL_SLOPES.end);
         assert_eq!(common_power(&[1.25, 1.25]), COMMON_FACTORS.end);
         assert_eq!(common_power(&[1.25, 1.25, 1.251]), SMALLEST_COMMON_FACTOR);
-        // Standard deviation of the logarithms: d = 0.0158.
+        // The standard deviation of the logarithms is d = 0.0158.
         let scattered = [-0.02f64, -0.01, 0.0, 0.01, 0.02].map(f64::exp);
         assert!((common_power(&scattered) - 1.0823).abs() < 1e-3, "{}", common_power(&scattered));
         assert_eq!(common_power(&[1.0, -1.0, 1.1]), COMMON_FACTORS.end);

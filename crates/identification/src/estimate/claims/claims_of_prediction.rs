@@ -1,4 +1,4 @@
-//! Claims on how well an estimate predicts data that were not fitted.
+//! Makes claims on how well an estimate predicts data that were not fitted.
 
 use claims::{Claim, Outcome, Remedy, Subject};
 
@@ -7,59 +7,61 @@ use crate::estimate::claims::noise::is_noise;
 use crate::estimate::digits::percent;
 use crate::estimate::topics::{OTHER_MOTION, agrees, cannot_tell, contradicted};
 
-/// An estimate predicts another motion well up to this relative error.
+/// A prediction of another motion is good up to this relative error.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
-/// Limit of a good prediction if the residual is noise, which no parameter can predict (relative error).
+/// A prediction is good up to this relative error if the residual is noise, because no parameters can predict noise.
 const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
 /// A prediction of data that were not fitted is useless above this relative error.
 const USELESS_PREDICTION_ERROR: f64 = 0.5;
-/// The description predicts another motion better if the ratio (error of the estimate / error of the description) exceeds
-/// this. Noise changes the ratio by some hundredths.
+/// The description predicts another log better if the error of the estimate exceeds the error of the description by this
+/// factor. Noise changes the ratio by some hundredths.
 const WORSE_ERROR_RATIO: f64 = 1.05;
-/// The estimate is wrong if the ratio (error of the estimate / error of the description) on another motion exceeds this.
+/// The estimate contradicts another log if its error there exceeds the error of the description by this factor.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
-/// The standard deviations of the parameters explain a prediction error up to this many times the rms error they cause.
+/// Standard deviations of the parameters explain a prediction error up to this many times the rms error that they cause.
 const EXPLAINED_DEVIATIONS: f64 = 2.0;
-/// The parameters are valid for their own log only (overfitted) if the ratio (error on data not fitted / residual of the
-/// fit) exceeds this.
+/// The parameters are overfitted (valid for their own log only) if the error on other data exceeds the residual of the fit by
+/// this factor.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// A prediction of data that were not fitted is accepted up to this relative error, even if the description predicts better.
+/// An error on data that were not fitted is accepted up to this, relative to the torque, even if the description predicts
+/// better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
-/// Why no remedy of a bad prediction was tried.
+/// Text in a claim: why no remedy for a bad prediction was tried.
 const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 
-/// Relative errors with which an estimate predicts data that were not fitted; `None` if not computed.
+/// Relative errors |tau - W X| / |tau| of an estimate on data that were not fitted; `None` if not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
-    /// Whether the residual is much larger in some intervals. This is an event (e.g. a contact), not a lack of motion.
+    /// Whether the residual is much larger in some short intervals. The reason is then an event such as a contact, not a lack
+    /// of motion in the log.
     pub has_events: bool,
-    /// Relative error on other logs.
+    /// Relative error of the predicted torques of other logs.
     pub others: Option<f64>,
-    /// Whether the other logs repeat the fitted motion.
+    /// Whether the motion of the other logs repeats the fitted motion.
     pub others_repeat: bool,
-    /// Relative error of the nominal parameters with fitted friction on the other logs.
+    /// Relative error on the other logs with the nominal parameters and fitted friction.
     pub others_nominal: Option<f64>,
-    /// Relative error on the other logs that the standard deviations of the parameters cause; `None` without a covariance.
+    /// Relative error on the other logs that the standard deviations of the parameters explain; `None` without a covariance.
     pub others_unsure: Option<f64>,
-    /// Error on other logs due to the parameters: sqrt(p^2 - f^2), the largest of all logs. p: error of the prediction; f:
-    /// residual of a fit to that log alone (noise, and effects that the model lacks).
+    /// Error on other logs that comes from wrong parameters: sqrt(p^2 - f^2), the largest value of all logs. p: relative
+    /// error of the prediction; f: relative residual of a fit to that log alone.
     pub others_by_parameters: Option<f64>,
-    /// Whether the other logs are the logs of the fit. Then each is predicted by parameters that are fitted to the others.
+    /// Whether the other logs are the logs of the fit. Each is then predicted by parameters that are fitted to all others.
     pub others_are_of_the_fit: bool,
-    /// The log i that fits worst into the common fit: its index, and sqrt(e(X)^2 - e(X_i)^2) with its residual e for the
-    /// common parameters X and for the parameters X_i of its own fit (`logs_left_out`).
+    /// The log with the largest error due to the common fit: its index, and sqrt(c^2 - a^2). c, a: relative residuals with
+    /// parameters fitted to all logs, and to this log alone.
     pub most_apart: Option<(usize, f64)>,
-    /// Relative error of cross-validation on blocks of the fitted logs.
+    /// Relative error of cross-validation: blocks of the fitted logs are left out and predicted.
     pub held_out: Option<f64>,
-    /// Whether the motion of each block is new, that is, not repeated in other blocks.
+    /// Whether most of the motion is not repeated: its states (q, dq) occur in no other block.
     pub parts_are_new: bool,
 }
 
 impl Prediction {
-    /// Whether the logs of the fit are consistent, although parameters from the others predict one of them badly. This holds
-    /// if standard deviations explain the error, or if one set of parameters fits all logs about as well as separate sets
-    /// do.
+    /// Whether the logs of the fit are consistent although one of them is predicted badly by parameters from the others. The
+    /// error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations must explain it, or the common
+    /// fit must be nearly as good as separate fits.
     fn is_of_poor_logs(&self) -> bool {
         let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
         let both = self.others_by_parameters.zip(self.others_unsure);
@@ -70,7 +72,7 @@ impl Prediction {
     }
 }
 
-/// The claims on a prediction. If logs of the fit contradict each other, that is the only claim.
+/// The claims on a prediction. If logs of the fit contradict each other, this is the only claim.
 pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction) -> Vec<Claim> {
     let apart = prediction.most_apart.filter(|(_, apart)| *apart > GOOD_PREDICTION_ERROR);
     let says_more = apart.is_none() || !prediction.others_are_of_the_fit;
@@ -78,7 +80,8 @@ pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction)
     apart.map(|(log, apart)| contradiction(estimate, log, apart)).into_iter().chain(more).collect()
 }
 
-/// The claim that one set of parameters does not fit all logs of the fit.
+/// The claim that one set of parameters does not fit all logs. `log`: number of the worst log; `apart`: its error due to the
+/// common fit.
 fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let name = estimate.logs.get(log).map_or("one", String::as_str);
@@ -98,11 +101,10 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // If parameters from the other logs of the fit predict a log uselessly, the other logs determine too little. That is no
-    // contradiction.
+    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters.
+    // This is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
-    // A good prediction counts in favour of the estimate only if the motion was not fitted. A bad one always counts against
-    // it.
+    // A good prediction counts only if the motion differs from the fitted one. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);
     let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
     let worst = others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
@@ -132,9 +134,9 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
         };
         return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
     };
-    // Noise cannot be predicted, so a larger error is allowed if the residual is noise.
+    // Noise cannot be predicted, so a larger error is accepted if the residual is noise.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
-    // The error that remains in a fit to the other log alone is not due to the parameters either.
+    // An error that remains in a fit to the other log alone does not come from the parameters either.
     let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
@@ -147,8 +149,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     }
 }
 
-/// The claim that the description predicts another log better than the identified parameters, whose relative error there is
-/// `error`. Then the parameters hold for their own log only. `None` if the difference is small or noise explains it.
+/// The claim that the description predicts another log better than the identified parameters do. `error`: relative error of
+/// the identified parameters. `None` if the difference is small or standard deviations explain it.
 fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     let described = prediction.others_nominal?;
     if error <= WORSE_ERROR_RATIO * described || error <= SMALL_HELD_OUT_ERROR {
@@ -210,13 +212,14 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // sqrt(0.03^2 - 0.02^2) = 0.0224
+        // Limit for standard deviations that explain the difference: sqrt(0.03^2 - 0.02^2) = 0.0224, which is twice 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // Far worse and beyond the tolerance of a use: a contradiction, unless standard deviations explain it.
+        // Far worse than the description, and beyond the tolerance of a use: a contradiction, unless standard deviations
+        // explain it.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
         assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
@@ -231,12 +234,12 @@ mod tests {
             let agrees = matches!(other_motion(&estimate, &prediction).outcome(), Outcome::Agrees { .. });
             (agrees, overfitted(&estimate, &prediction).is_some())
         };
-        // sqrt(0.12^2 - 0.115^2) = 0.034
+        // The error due to the parameters is sqrt(0.12^2 - 0.115^2) = 0.034.
         assert_eq!(of(0.12, Some(0.034)), (true, false));
         assert_eq!(of(0.12, Some(0.06)), (false, true));
         assert_eq!(of(0.12, None), (false, true));
-        // Above 20 % the other log is too noisy to confirm the parameters. They cause an error of only 3.4 %, so they are not
-        // overfitted.
+        // Above 20 % the other log is too noisy to confirm the parameters. But the parameters cause only 3.4 %, so they are
+        // not overfitted.
         assert_eq!(of(0.25, Some(0.034)), (false, false));
     }
 

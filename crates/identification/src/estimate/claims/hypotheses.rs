@@ -1,8 +1,8 @@
-//! Tests of hypotheses at a fit: faults of a log, and rotor inertias that a model lacks. Each is estimated as one additional
-//! unknown.
+//! Tests hypotheses at a fit: faults of a log, and rotor inertias that a model lacks. Each is estimated as one additional
+//! unknown u.
 //!
-//! The parameters X are re-fitted in each test, so wrong nominal bodies cause no fault. With the fitted parameters x, one
-//! unknown u, its column h with entries h_j for joint j, the regressor W with rows Y_j, and joint k,
+//! The parameters X are re-fitted in each test, so wrong nominal bodies do not look like a fault. W: regressor; Y_j: row of
+//! joint j; x: fitted parameters; h: column of the unknown, with the entry h_j for joint j (other entries are zero):
 //!
 //! ```text
 //! tau = W X + h u        zero of k     h_j = d(Y_j x)/dq_k
@@ -15,18 +15,17 @@
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
 //!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
-//! A QR factorisation (triangle) projects h and tau onto the complement of W. The projections give u, its standard
-//! deviation, and the smallest u that would be found. A fault is found if u exceeds `FOUND_FAULT_SIGMAS` standard
-//! deviations, if it reduces the error of cross-validation to less than `WORTHWHILE_ERROR_RATIO` times the error without it,
-//! and if it explains at least `least_share` of the torque. The standard deviation is a jackknife over tenths of the record,
-//! at least that of white noise.
+//! A QR factorisation (triangle) projects h and tau onto the complement of W. The projections give u and the smallest u that
+//! would be found. The standard deviation of u is a jackknife over tenths of the record, at least that of white noise. A
+//! fault is found if u exceeds `FOUND_FAULT_SIGMAS` standard deviations, if it multiplies the error of cross-validation by
+//! less than `WORTHWHILE_ERROR_RATIO`, and if it explains at least `least_share` of the torque.
 //!
-//! A significant fault that explains too little to be named still changes the parameters. That change inflates their
-//! standard deviations. A fault that the data do not exclude does the same (`sigma_inflation`). Late torques and friction
-//! that grows with the load are detected elsewhere (log check, `friction: auto`). Cross talk has many columns, and by chance
-//! one of them explains a small share of any residual. These three kinds therefore only inflate standard deviations.
+//! A significant fault that explains too little to be named still changes the parameters, so it inflates their standard
+//! deviations. A fault that the data do not exclude does the same (`sigma_inflation`). Delays, load friction and cross talk
+//! only inflate standard deviations: the first two are detected elsewhere (log check, `friction: auto`), and one of the many
+//! columns of cross talk explains a small part of any residual by chance.
 //!
-//! A rotor is not identifiable if its column is a combination of other columns: [`HypothesisTest::within`] lists their
+//! A rotor is not identifiable if its column is a combination of other columns; [`HypothesisTest::within`] lists their
 //! parameters. A common scale of all torques, and the zero of a joint with unknown bodies, are not identifiable either.
 
 use linear_model::linear_model::Model;
@@ -45,32 +44,33 @@ use crate::signals::thinned::MOST_THINNED_SAMPLES;
 pub struct HypothesisTest {
     /// The tested hypothesis.
     pub of: Hypothesis,
-    /// Estimated size u, in the unit of the hypothesis.
+    /// Estimated size u of the fault, in the unit of the hypothesis.
     pub value: f64,
-    /// Standard deviation of u.
+    /// Standard deviation of `value`; infinite if the hypothesis is not identifiable.
     pub deviation: f64,
-    /// Smallest |u| that would have been found; infinite if no size would.
+    /// Smallest |u| that would have been found (u: size of the fault); infinite if no size would have been found.
     pub power: f64,
-    /// Relative errors of cross-validation (without, with) the hypothesis; `None` if not computed.
+    /// Relative errors of cross-validation: (without, with) the fault as an unknown. `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of the hypothesis's coordinate, divided by the norm of all weighted torques; 1 if it has no
-    /// coordinate.
+    /// Norm of the weighted torque of the coordinate of the hypothesis, divided by the norm of the weighted torques of all
+    /// coordinates. 1 if the hypothesis has no coordinate.
     pub torque_share: f64,
-    /// Change of the parameters when the hypothesis is fitted too; empty if it is not identifiable.
+    /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of the parameters whose columns combine to its column, if it is not identifiable; otherwise empty.
+    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if the hypothesis is
+    /// identifiable.
     pub within: Vec<usize>,
 }
 
 impl HypothesisTest {
-    /// The test result of a hypothesis that is not identifiable.
+    /// Makes the result for a hypothesis that is not identifiable.
     fn not_identifiable(of: &Hypothesis) -> HypothesisTest {
         let (none, of, torque_share) = (f64::INFINITY, *of, 1.0);
         let (effect, within) = (Vec::new(), Vec::new());
         HypothesisTest { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
     }
 
-    /// Whether the fault is found: significant, large enough, and confirmed by cross-validation.
+    /// Whether the fault is found: it is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.of.kind().least;
         let is_worth_naming = |(without, with): (f64, f64)| {
@@ -82,28 +82,28 @@ impl HypothesisTest {
             && self.held_out.is_some_and(is_worth_naming)
     }
 
-    /// Error of cross-validation with the fault, divided by the error without it; `None` if the fault is not found.
+    /// Ratio of the errors of cross-validation (with the fault / without it); `None` if the fault is not found.
     pub fn gain(&self) -> Option<f64> {
         self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
     }
 
-    /// The share of the torque that the hypothesis explains in cross-validation; 0 if not computed.
+    /// Share of the torque that the fault explains in cross-validation, from 0 to 1; 0 if not computed.
     pub(crate) fn explained(&self) -> f64 {
         self.held_out.map_or(0.0, |(without, with)| (without * without - with * with).max(0.0).sqrt())
     }
 
-    /// The explained torque relative to the torque of its own coordinate, as if it explained nothing at other coordinates.
+    /// Explained share of the torque of the joint of the fault, if the fault explains nothing at other joints.
     pub(crate) fn explained_at_joint(&self) -> f64 {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
-    /// Whether u is significantly different from zero.
+    /// Whether the size of the fault is significantly different from zero.
     pub(crate) fn is_significant(&self) -> bool {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
-    /// The coordinate of this rotor, if its inertia is significant and reduces the error of cross-validation; otherwise, and
-    /// for other hypotheses, `None`.
+    /// Number of the coordinate, if the hypothesis is a rotor whose inertia is positive, significant, and reduces the error
+    /// of cross-validation. Otherwise `None`.
     pub fn significant_rotor(&self) -> Option<usize> {
         let Hypothesis::Rotor(k) = self.of else { return None };
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
@@ -111,23 +111,25 @@ impl HypothesisTest {
     }
 }
 
-/// A fault is significant beyond this many standard deviations.
+/// A fault is significant if its size exceeds this many standard deviations.
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
-/// A claim names a fault if the ratio of the errors of cross-validation (with / without the fault) is below this.
+/// A fault is found only if it multiplies the error of cross-validation by less than this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
-/// Number of blocks of the record that are left out in turn.
+/// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
-/// Weight of the row that regularises a parameter towards its fitted value, relative to the norm of its column.
+/// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the column of the
+/// parameter.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A hypothesis is not identifiable if the parameters explain all but this share of the norm of its column.
+/// A hypothesis is not identifiable if its column, projected onto the complement of the columns of the parameters, has a
+/// smaller share of its norm than this.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter is part of a non-identifiable column if its term is at least this share of the norm of the column.
+/// A parameter is listed in `within` if its term is at least this share of the norm of the column of the hypothesis.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Hypotheses are tested only up to this number of coordinates; for more the test takes too long.
+/// Largest number of coordinates for which hypotheses are tested; for more the test takes too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
-/// Tests every hypothesis at a fit, with the weights of the rows of the fit. Empty if the robot has more than 12 coordinates
-/// or no parameters.
+/// Tests every hypothesis at a fit. `fit`: the solution and the weights of its rows. Empty if the robot has more than 12
+/// coordinates or no parameters.
 ///
 /// Fails when a record cannot be read.
 pub fn hypotheses<R: Records + ?Sized>(
@@ -146,7 +148,7 @@ pub fn hypotheses<R: Records + ?Sized>(
     Ok(found.map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// Lists every hypothesis for a model; empty if the robot has more than 12 coordinates or no parameters.
+/// Lists every hypothesis on a model that is tested; empty if the robot has more than 12 coordinates or no parameters.
 pub fn hypotheses_of(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis> {
     match model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         true => Vec::new(),
@@ -154,8 +156,8 @@ pub fn hypotheses_of(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothes
     }
 }
 
-/// Computes one triangle (R of a QR factorisation) per block of the records, of the weighted rows [W | h] and tau; and by
-/// joint the sum of squares of the weighted tau.
+/// Computes the triangle (R of QR) of the weighted rows [W | h | tau] of each block of the records; and, for each joint, the
+/// sum of squares of the weighted torque. h: one column per hypothesis in `all`.
 ///
 /// Fails when a record cannot be read.
 pub fn triangles<R: Records + ?Sized>(
@@ -167,7 +169,7 @@ pub fn triangles<R: Records + ?Sized>(
     count_of_parts: usize,
 ) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
     let n = model.n();
-    // Samples are thinned, since each costs several calls of the regressor.
+    // The records are thinned, because each sample needs several evaluations of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
@@ -199,10 +201,11 @@ pub fn triangles<R: Records + ?Sized>(
     Ok((parts.map(|(part, taken_out)| part.with_taken_out(taken_out)).collect(), torques))
 }
 
-/// Tests hypotheses `all` on the triangles of blocks of the record. `x`: the fitted parameters. One result per hypothesis.
+/// Tests the hypotheses `all`; one result per hypothesis. `parts`: triangles (R of QR) of the blocks of the record; `x`: the
+/// fitted parameters.
 pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
     let p = x.len();
-    // Rows of weight `HELD_COLUMN_SHARE` regularise undetermined parameters towards x.
+    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that undetermined ones stay there.
     let whole = merged(parts, None);
     let held = held(&whole, x);
     let left = |out: Option<usize>| {
@@ -218,7 +221,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     let leaving: Vec<UnknownsResidual> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
     let noise = (all_in.square() / rows).sqrt();
-    // Each hypothesis is tested alone. If W explains its column, it is not identifiable.
+    // Each hypothesis is tested alone. It is not identifiable if the columns of W explain its column.
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
         let is_identifiable = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
@@ -228,13 +231,14 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
                 ..HypothesisTest::not_identifiable(hypothesis)
             };
         }
-        // The standard deviation is the jackknife over the blocks, at least that of white noise.
+        // The standard deviation is a jackknife over the blocks, at least that of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
         let deviation = jackknife(&others).max(noise / norm);
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // The smallest u that would be found must reduce the error enough and be significant.
+        // A fault is found only if it reduces the error enough and is significant. The larger of both sizes is the detection
+        // limit.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -247,14 +251,14 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     all.iter().enumerate().map(test).collect()
 }
 
-/// Indices of the columns among the first p whose combination is column c.
+/// Indices of the columns among the first p that, combined, give column c.
 fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
     let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
     let made_of = coefficients(triangle, p, c);
     (0..p).filter(|&i| (made_of[i] * triangle.column_norm(i)).abs() > least).collect()
 }
 
-/// The coefficients with which the first p columns approximate column c best, by back substitution in the triangle.
+/// Coefficients of the least-squares approximation of column c by the first p columns. `triangle`: R of QR.
 pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
     let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
     let mut found = vec![0.0; p];
@@ -265,14 +269,15 @@ pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> 
     found
 }
 
-/// The standard deviation of an estimate from its values when each block is left out in turn (jackknife).
+/// The standard deviation of an estimate, from its values when each block is left out in turn (jackknife).
 pub(super) fn jackknife(others: &[f64]) -> f64 {
     let m = others.len() as f64;
     let mean = others.iter().sum::<f64>() / m;
     (others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m).sqrt()
 }
 
-/// Relative errors of cross-validation, weighted by joint: with the first p of `columns`, and with all of them.
+/// Relative errors of cross-validation over the blocks: (with the first p of `columns`, with all `columns`). `parts`:
+/// triangle of each block; `held`: rows that regularise the parameters.
 fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) -> (f64, f64) {
     let (mut whole, mut without, mut with) = (0.0, 0.0, 0.0);
     for (k, part) in parts.iter().enumerate() {
@@ -293,7 +298,7 @@ pub(super) fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
     Triangle::sum(parts[0].columns(), kept.map(|(_, part)| part))
 }
 
-/// Rows that regularise each parameter towards its fitted value `x`, with a small share of the norm of its column as weight.
+/// Rows that regularise each parameter weakly towards its fitted value `x`, as a triangle (R of QR).
 pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let mut block = TriangleBuilder::new(rows.columns());
     for (c, x) in x.iter().enumerate() {
@@ -304,7 +309,7 @@ pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
-/// The columns of the unknowns and the torque, projected onto the complement of the columns of the parameters.
+/// The columns of the unknowns and of the torque, projected onto the complement of the columns of the parameters.
 struct UnknownsResidual {
     /// One projected column per unknown.
     columns: Vec<Vec<f64>>,
@@ -312,14 +317,14 @@ struct UnknownsResidual {
 }
 
 impl UnknownsResidual {
-    /// The projections in a triangle whose first p columns belong to the parameters.
+    /// Takes the projections from a triangle (R of QR) whose first p columns belong to the parameters.
     fn of(triangle: &Triangle, p: usize) -> UnknownsResidual {
         let width = triangle.columns();
         let column = |c: usize| (p..=width).map(|i| if i <= c { triangle.at(i, c) } else { 0.0 }).collect();
         UnknownsResidual { columns: (p..width).map(column).collect(), torque: column(width) }
     }
 
-    /// Value of unknown e if it is the only unknown besides the parameters, and the norm of its projected column.
+    /// Value of unknown e if no other unknown is fitted, and the norm of its projected column.
     fn unknown(&self, e: usize) -> (f64, f64) {
         let column = &self.columns[e];
         let square: f64 = column.iter().map(|x| x * x).sum();
@@ -339,8 +344,8 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::states::States;
 
-    /// The test result of a hypothesis on states that `change` modifies; and the relative errors of the parameters if the
-    /// hypothesis is not fitted, and if it is.
+    /// The test result of a hypothesis on states that are modified by `change`; and the relative errors of the parameters:
+    /// [hypothesis not fitted, hypothesis fitted].
     fn tested_with(of: &Hypothesis, change: impl Fn(&mut States)) -> (HypothesisTest, [f64; 2]) {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
@@ -375,11 +380,11 @@ mod tests {
         };
         for joint in [None, Some(0)] {
             let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
-            // Relative errors: (w h)^2/6 of the central difference (w: frequency, h: sample time) and the square of the
-            // delay, some per cent at 5.1 rad/s.
+            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and
+            // the fit has an error with the square of the delay. Together these are some per cent at 5.1 rad/s.
             assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
             assert!(found.is_significant() && !found.is_found(), "{found:?}");
-            // The remaining error is proportional to the square of the delay.
+            // The error that remains grows with the square of the delay.
             assert!(with < 0.2 * without, "{without} {with}");
         }
         let (none, _) = tested_with(&Hypothesis::Late(None), |_| {});
@@ -393,7 +398,7 @@ mod tests {
             states.tau.iter_mut().zip(load).zip(&states.direction).for_each(|((tau, load), s)| *tau += 0.1 * s * load);
         };
         let (found, [without, with]) = tested_with(&Hypothesis::LoadFriction(0), loaded);
-        // The load |Y_k x| comes from a fit without load friction, so it is not exact.
+        // The load |Y_k x| is not exact, because x comes from a fit without load friction.
         assert!((found.value - 0.1).abs() < 0.02 && found.is_significant() && !found.is_found(), "{found:?}");
         assert!(with < 0.2 * without, "{without} {with}");
     }

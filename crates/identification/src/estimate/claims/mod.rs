@@ -1,4 +1,4 @@
-//! Claims on an estimate with their evidence, and what they mean for each use of the estimate.
+//! Claims on an estimate with their evidence, and the claims that each use of the estimate needs.
 //!
 //! | file | content |
 //! |---|---|

@@ -1,28 +1,28 @@
-//! Whether the residual of a fit is noise, by its autocorrelation time.
+//! Decides whether the residual of a fit is noise, by its autocorrelation time.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::significant;
 use crate::estimate::residuals::JointResidual;
 
-/// A residual is not noise if its autocorrelation time exceeds that of filtered white noise by this factor.
+/// A residual is not noise if its autocorrelation time exceeds that of low-pass-filtered white noise by this factor.
 const LONG_MEMORY_RATIO: f64 = 2.0;
 
-/// Whether the residual of every joint is noise; false if no autocorrelation time is known.
+/// Whether the residual of every joint is noise, by its autocorrelation time; false if no autocorrelation time is known.
 pub(super) fn is_noise(estimate: &Estimate) -> bool {
     let memory = |j: &JointResidual| Some(times(estimate.cutoff?, j.memory?));
     let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
     !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
 }
 
-/// Ratio of the autocorrelation time `memory` of a residual, s, to that of white noise after a low-pass with this cut-off,
-/// Hz.
+/// Autocorrelation time of a residual (`memory`, s), divided by that of white noise after a low-pass with the cut-off
+/// `cutoff`, Hz.
 fn times(cutoff: f64, memory: f64) -> f64 {
     memory * cutoff / NOISE_MEMORY_PERIODS
 }
 
-/// A sentence on whether the residual is noise, for the joint with the longest autocorrelation time; `None` if none is
-/// known.
+/// A sentence on whether the residual of the joint with the longest autocorrelation time is noise; `None` if no
+/// autocorrelation time is known.
 pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
     let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -1,11 +1,12 @@
-//! The claims that each use of an estimate needs.
+//! Defines which claims each use of an estimate needs.
 //!
-//! Every use needs a good prediction of another motion, and no claim against log, residual and parameters. If the covariance
-//! is known, the relative error of the torque in this use must be below `SURE_TORQUE`, and the error of each joint below
-//! `SURE_JOINT_TORQUE_ERROR`. The use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined
-//! parameters. Signs, scales, zeros, mount and springs must not be contradicted. If they cannot be determined, they do not
-//! lower the trust, since they do not change the predicted torques of the log. Bodies must be physically consistent and must
-//! not contradict the description.
+//! Every use needs a good prediction of another motion, and no claim against the log, the residual or the parameters. Signs,
+//! scales, zeros, mount and springs must not be contradicted; if they cannot be determined, the trust is not lowered, because
+//! the predicted torques of the log do not change.
+//!
+//! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and that of each joint below
+//! `SURE_JOINT_TORQUE_ERROR`. A use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined
+//! parameters. Bodies must be physically consistent and must not contradict the description.
 
 use claims::{Claim, EvidenceLevel, Need, Purpose, Remedy, Subject, Topic};
 
@@ -16,13 +17,14 @@ use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::*;
 use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, Use};
 
-/// Relative error of a predicted torque, from the covariance, above which the torque is useless.
+/// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this.
 const USELESS_TORQUE_ERROR: f64 = 0.5;
-/// Largest error of one joint, relative to its torque for the use or in the logs; errors below the rms residual of the joint
-/// are accepted. The limit is wider than for the whole robot, since light joints have larger relative errors.
+/// Largest accepted torque error of one joint, relative to its torque in the use or in the logs, whichever is larger. Errors
+/// below the rms residual of the joint are always accepted. The limit is larger than that of the whole robot, since light
+/// joints have larger relative errors.
 const SURE_JOINT_TORQUE_ERROR: f64 = 0.1;
 
-/// Name of the use of the identified bodies.
+/// Name of the use of identified bodies, in reports.
 pub(crate) const SIMULATOR: &str = "bodies for a simulator";
 
 fn topic(of: Use) -> Topic {
@@ -33,7 +35,7 @@ fn topic(of: Use) -> Topic {
     }
 }
 
-/// The needs of a use of predicted torques: which claims must hold.
+/// The claims that a use of predicted torques needs.
 pub(crate) fn torque_purpose(of: Use) -> Purpose {
     let purpose = common(of.name()).and(Need::where_claimed(Subject::whole(topic(of))));
     match of {
@@ -45,7 +47,7 @@ pub(crate) fn torque_purpose(of: Use) -> Purpose {
     }
 }
 
-/// The needs of the use of bodies in a simulator: which claims must hold.
+/// The claims that the use of bodies in a simulator needs.
 pub(crate) fn bodies_purpose() -> Purpose {
     common(SIMULATOR).and(Need::where_claimed(Subject::whole(BODIES)))
 }
@@ -58,10 +60,10 @@ fn common(name: &'static str) -> Purpose {
     claimed.into_iter().chain(uncontradicted).fold(purpose, Purpose::and)
 }
 
-/// The claim on the error of the torque in one use. `joints`: residuals of the fit, one per coordinate.
+/// The claim on the torque error in one use. `joints`: residuals of the fit, one per coordinate.
 pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    // If a joint has little torque in this use, its error is compared with its torque in the logs.
+    // A joint may have little torque in this use. Then its error is compared with its torque in the logs.
     let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
         let logged = if left.relative > 0.0 { left.rms / left.relative } else { 0.0 };
         j.error > SURE_JOINT_TORQUE_ERROR * j.torque.max(logged) && j.error > left.rms
@@ -100,8 +102,8 @@ fn undetermined_sentence(of: Use, joints: &[&str]) -> String {
     )
 }
 
-/// The claims that no torque is determined, one per use, if a joint stood still in all logs and parameters are undetermined;
-/// otherwise empty.
+/// Claims that no torque is determined, one per use. They are made if a joint stood still in all logs and parameters are
+/// undetermined; otherwise the list is empty.
 pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     let still = standing(&estimate.joints);
     let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
@@ -112,8 +114,7 @@ pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
 
-/// Names of the joints without rows because they stand still. A joint that other joints move has a bandwidth `f95` and is
-/// not among them.
+/// Names of the joints that never moved: they have no rows and no bandwidth `f95`.
 pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
     joints
         .iter()
@@ -122,8 +123,8 @@ pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
         .collect()
 }
 
-/// Splits a claim of agreement. For joints that never moved it becomes "cannot tell", because only one position was
-/// measured; for the mount, if any joint never moved. `still`: the joints that never moved.
+/// Splits a claim of agreement: for joints that never moved it becomes "cannot tell", because only one position was measured.
+/// A claim on the mount becomes so if any joint never moved. `still`: names of the joints that never moved.
 pub(crate) fn where_it_stands(claim: Claim, still: &[&str]) -> Vec<Claim> {
     let subject = claim.subject();
     let [stands, moves]: [Vec<&String>; 2] = [true, false].map(|stands| {

@@ -1,24 +1,24 @@
-//! Inflation of the standard deviations sigma_i of the parameters x_i by two kinds of faults: significant ones that explain
-//! too little to be named, and faults and rotors that the data do not exclude.
+//! Inflates the standard deviations sigma_i of the parameters x_i by faults that are not corrected: significant ones that
+//! explain too little to be named, and faults and rotors that the data do not exclude.
 //!
-//! Each fault u is fitted as one additional unknown (`hypotheses`). Faults beyond `LIKELY_FAULT_SIGMAS` of their standard
+//! Each fault u was fitted as one additional unknown (`hypotheses`). Faults beyond `LIKELY_FAULT_SIGMAS` of their standard
 //! deviations inflate the variance of x_i to
 //!
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The maximum is used, not the sum, because the columns of faults of one log are correlated. A zero, a spring or a drift
-//! below that limit may still exist. It has the rms size s(u) = value sqrt(1 + (deviation/value)^2), and changes the
-//! parameters by d_i(u) = (x_i with u - x_i without) s(u)/value. Any rotor that the description does not mention is treated
-//! in this way too, though it is no fault. These inflate the variance further to
+//! The maximum is used and not the sum, because the columns of the faults of one log are correlated.
+//!
+//! A zero offset, a spring or a drift below that limit may still exist, and so may any rotor that the description does not
+//! contain. The rms of its possible size is s(u) = value sqrt(1 + (deviation/value)^2), and the change of x_i is d_i(u) =
+//! (x_i with u - x_i without) s(u)/value. They inflate the variance further to
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
 //! ```
-//! Example: a spring that is nearly not separable from the weight of a body in the range of the log makes this weight as
-//! uncertain as the spring. The scale of a joint torque is excluded, since parameters are in the torque units of the log.
-//! For motions similar to the logged ones, predicted torques hardly change with these unknowns, so errors of torques do not
-//! include them.
+//! Example: a spring may be nearly not separable from the weight of a body in the range of the log. Then the weight is as
+//! uncertain as the spring. The scale of a joint torque is excluded, since parameters are in the torque unit of the log.
+//! Errors of predicted torques do not include these unknowns, because motions similar to the log hardly depend on them.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::claims::claims_of_faults::statement;
@@ -26,8 +26,8 @@ use crate::estimate::claims::hypotheses::HypothesisTest;
 use crate::estimate::identified::Identified;
 use crate::estimate::topics::ROTOR;
 
-/// A fault beyond this many of its standard deviations inflates the standard deviations of the parameters. If there is no
-/// fault, the chance to exceed it is below 1 %, by Student's t with the nine degrees of freedom of the jackknife.
+/// A fault beyond this many of its standard deviations inflates the standard deviations of the parameters. Without a fault
+/// the chance to exceed it is below 1 % (Student's t, nine degrees of freedom of the jackknife).
 const LIKELY_FAULT_SIGMAS: f64 = 4.0;
 
 fn is_likely(tested: &HypothesisTest) -> bool {
@@ -38,19 +38,19 @@ fn is_rotor(tested: &HypothesisTest) -> bool {
     tested.of.kind().topic == ROTOR
 }
 
-/// The likely faults, without rotors, that were tested with the same parameters as the estimate.
+/// The likely faults (beyond `LIKELY_FAULT_SIGMAS`), without rotors, that were tested with the parameters of this estimate.
 fn likely<'a>(faults: &'a [HypothesisTest], estimate: &Estimate) -> Vec<&'a HypothesisTest> {
     let of_these = |f: &&HypothesisTest| f.effect.len() == estimate.parameters.len() && !is_rotor(f);
     faults.iter().filter(of_these).filter(|f| is_likely(f)).collect()
 }
 
-/// The changes of the parameters, one vector per fault that [`inflate_by_faults`] counts.
+/// Change of all parameters by each likely fault; one vector per fault. The faults are those of [`inflate_by_faults`].
 pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<Vec<f64>> {
     likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
 }
 
-/// Inflates standard deviations and covariance by likely faults, and adds a remark on the unnamed fault with the largest
-/// effect. The estimate is unchanged if its parameters differ from the tested ones.
+/// Inflates standard deviations and covariance by likely faults, and adds a remark on the strongest of the significant faults
+/// that no claim names. Faults that were tested with other parameters than those of the estimate are ignored.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {
@@ -67,8 +67,8 @@ pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     estimate.remarks.extend(remark);
 }
 
-/// Inflates standard deviations and covariance by rotors, and by zeros, springs and drifts that the data do not exclude. A
-/// fault that [`inflate_by_faults`] has counted is not counted again.
+/// Inflates standard deviations and covariance by rotors that the model lacks, and by zero offsets, springs and drifts that
+/// the data do not exclude. Faults that [`inflate_by_faults`] uses are not used again.
 pub fn inflate_by_undetected_faults(estimate: &mut Estimate, tested: &[HypothesisTest]) {
     let is_held = |f: &&&HypothesisTest| !is_likely(f) && f.of.kind().may_be_there;
     let counts = |f: &&HypothesisTest| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
@@ -115,8 +115,8 @@ mod tests {
         }
     }
 
-    /// A fault of twenty sigma inflates the standard deviations of the parameters that it changes, and their covariance. The
-    /// correlation does not change.
+    /// A fault of twenty sigma inflates the standard deviations of the parameters that it changes, and their covariance;
+    /// correlations do not change.
     #[test]
     fn what_a_fault_would_change_is_part_of_the_deviation() {
         let mut wide = estimate();
@@ -140,7 +140,7 @@ mod tests {
         inflate_by_faults(&mut wide, std::slice::from_ref(&rotor));
         assert_eq!(wide, estimate());
         inflate_by_undetected_faults(&mut wide, std::slice::from_ref(&rotor));
-        // Expected: sqrt(0.03^2 + 0.04^2 (1 + 2^2)).
+        // Expected: sqrt(0.03^2 + 0.04^2 (1 + 2^2)). 0.03: sigma; 0.04: effect; the deviation is twice the value.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0089f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
         assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
         let spring = HypothesisTest { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
@@ -149,8 +149,8 @@ mod tests {
         let told = HypothesisTest { of: Hypothesis::Spring(0), ..scale(0.02, 0.2) };
         let scale = HypothesisTest { deviation: 0.03, ..scale(0.01, 0.02) };
         inflate_by_undetected_faults(&mut wide, &[rotor, spring, lesser, told, scale]);
-        // Expected: the former variance plus 0.01^2 (1 + 3^2). The smaller spring, the significant one and the scale do not
-        // count.
+        // Expected: the former variance plus 0.01^2 (1 + 3^2). The smaller spring, the significant spring and the scale have
+        // no influence.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 

@@ -1,17 +1,16 @@
 //! Estimates parameters together with several unknowns that the user requests: mount, zeros, scales or springs.
 //!
-//! It makes one Gauss-Newton step from the guess of the unknowns with which the records were made. H: columns of
-//! [`hypotheses`] of the requested kinds; X: parameters; u: error of the guess:
+//! It makes one Gauss-Newton step from the guess of the unknowns with which the records were made. X: parameters; H: columns
+//! of [`hypotheses`], one per unknown; u: difference of the unknowns from the guess:
 //!
 //! ```text
-//! min |W X + H u - tau|      u: error of the guess
+//! min |W X + H u - tau|
 //! ```
-//! An unknown is not identifiable if W and the columns before its own explain its column. It then keeps the guess. The
-//! standard deviation of u is a jackknife over tenths of the record, at least that of white noise.
+//! An unknown is not identifiable if W and the columns of the unknowns before it explain its column. It then keeps the guess.
+//! The standard deviation of u is a jackknife over tenths of the record, at least that of white noise.
 //!
-//! Zeros have a prior: the row guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Reason: if a robot stands
-//! almost upright, the zero of its first joint is hardly identifiable (only through the small tilt), and would diverge
-//! without a prior.
+//! Zeros have a prior: guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Without it, the zero of the first joint
+//! of a nearly upright robot would diverge, because only the small tilt determines it.
 //!
 //! [`hypotheses`]: crate::estimate::claims::hypotheses
 
@@ -28,8 +27,8 @@ use crate::estimate::claims::hypotheses::{
 use crate::estimate::hypothesis::all;
 use crate::signals::records::Records;
 
-/// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior hardly changes an identifiable
-/// zero: a zero with a standard deviation of 1 degree changes by 1 %.
+/// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior changes an identifiable zero
+/// little: by 1 % of its offset if its standard deviation is 1 degree.
 pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
 /// The result of one Gauss-Newton step for one unknown.
@@ -37,16 +36,18 @@ pub const ZERO_PRIOR_RAD: f64 = 0.2;
 pub struct UnknownStep {
     /// The unknown.
     pub of: Hypothesis,
-    /// Its difference from the guess, and the standard deviation of the difference; `None` if it is not identifiable.
+    /// Difference of the unknown from its guess, and the standard deviation of this difference; `None` if it is not
+    /// identifiable.
     pub identified: Option<(f64, f64)>,
-    /// Whether the prior, not the data, decides it: without the prior its standard deviation exceeds half of the prior's.
+    /// Whether the prior, not the data, determines the unknown: without the prior, its standard deviation exceeds half of the
+    /// standard deviation of the prior.
     pub is_prior: bool,
-    /// Change of each parameter per unit of the unknown; empty if it is not identifiable.
+    /// Change of each parameter per unit of the unknown; empty if the unknown is not identifiable.
     pub effect: Vec<(ParameterId, f64)>,
 }
 
-/// Makes one Gauss-Newton step for the hypotheses that `is_wanted` selects, at a fit with the weights of its rows. `zeros`:
-/// guess of the zero of each coordinate relative to the description, rad. One result per selected hypothesis.
+/// Makes one Gauss-Newton step for the unknowns that `is_wanted` selects; one result per unknown. `fit`: parameters and
+/// weights of a fit; `zeros`: guess of the zero of each coordinate relative to the description, rad.
 ///
 /// Fails if the robot has more than 12 coordinates, or if a record cannot be read.
 pub fn step<R: Records + ?Sized>(
@@ -93,7 +94,7 @@ fn solved(
     let width = all_rows.columns();
     let noise = all_rows.at(width, width).abs() / free.sqrt();
     let unknowns = |triangle: &Triangle| substituted(triangle, p, &is_identifiable);
-    // Values and standard deviations of all unknowns, with or without the prior.
+    // Values, standard deviations, and standard deviations for white noise of all unknowns; with or without the prior.
     let found = |prior: Option<&Triangle>| {
         let all_rows = rows(None, prior);
         let leaving: Vec<Vec<f64>> = (0..parts.len()).map(|part| unknowns(&rows(Some(part), prior))).collect();
@@ -106,7 +107,8 @@ fn solved(
     let mut prior = TriangleBuilder::new(width);
     for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_identifiable[*e]) {
         let Hypothesis::Zero(k) = *of else { continue };
-        // Noise level for which the white-noise standard deviation would equal that of the jackknife.
+        // The noise for which the standard deviation for white noise equals that of the jackknife. It scales the row of the
+        // prior.
         let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
         let mut row = vec![0.0; width];
         row[p + e] = noise / ZERO_PRIOR_RAD;
@@ -119,19 +121,20 @@ fn solved(
         if !is_identifiable[e] {
             return UnknownStep { of: *of, identified: None, is_prior: false, effect: Vec::new() };
         }
-        // From W X + h u = tau: X changes by -R^-1 h per unit of u.
+        // W X + h u = tau, so X changes by -R^-1 h per unit of u.
         let made_of = coefficients(&all_rows, p, p + e);
         let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
         let is_zero = matches!(of, Hypothesis::Zero(_));
         let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
-        // The jackknife does not include the prior's variance. So the result is at least the posterior standard deviation.
+        // The jackknife does not contain the variance of the prior. So the result is at least the posterior standard
+        // deviation.
         let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
         UnknownStep { of: *of, identified: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };
     wanted.iter().enumerate().map(one).collect()
 }
 
-/// The unknowns u, whose columns follow the first p columns, by back substitution. Unknowns that are not identifiable are
+/// The unknowns u by back substitution; their columns follow the first p columns. Unknowns that are not identifiable are
 /// zero.
 fn substituted(triangle: &Triangle, p: usize, is_identifiable: &[bool]) -> Vec<f64> {
     let width = triangle.columns();
@@ -144,8 +147,9 @@ fn substituted(triangle: &Triangle, p: usize, is_identifiable: &[bool]) -> Vec<f
     u
 }
 
-/// Inflates standard deviations and covariance by the uncertainty of the unknowns: sigma^2 + sum (effect * deviation)^2. A
-/// parameter that was not in the step, such as friction chosen later, is unchanged.
+/// Inflates standard deviations and covariance of the parameters by the uncertainty of the unknowns. Each variance becomes
+/// sigma^2 + sum of (effect * deviation)^2. Parameters that were not in the step, such as friction chosen later, do not
+/// change.
 pub fn inflate_by_unknowns(estimate: &mut Estimate, steps: &[UnknownStep]) {
     let ids: Vec<ParameterId> = estimate.parameters.iter().map(|p| p.id.clone()).collect();
     let square = |step: &UnknownStep, id: &ParameterId| {
@@ -176,7 +180,7 @@ mod tests {
         };
         inflate_by_unknowns(&mut wide, &[step(Some((0.5, 0.01)), -4.0), step(None, 9.0)]);
         let sigmas: Vec<f64> = wide.parameters.iter().filter_map(|p| p.sigma).collect();
-        // sqrt(0.03^2 + (0.01 * 4)^2)
+        // Expected: sqrt(0.03^2 + (0.01 * 4)^2).
         assert!(sigmas[0] == 0.03 && (sigmas[1] - 0.05).abs() < 1e-15, "{sigmas:?}");
     }
 }

@@ -1,10 +1,12 @@
-//! Changes that undo faults of a log, and the misfit: how badly a description predicts the torques of the changed log.
+//! Changes of a log that undo faults, and the misfit: the error with which a robot description predicts the torques of the
+//! changed log.
 //!
-//! T = Y(q', dq', ddq') X are the nominal torques for the changed motion. The torque of joint j is regressed on T_j and on
-//! the columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description
-//! contains. The slope of T_j may be between half and twice the scale of all joints. The misfit of a joint is the squared
-//! residual relative to that of a fit by F_j alone: 0 if the description predicts the torque exactly, 1 if it explains
-//! nothing.
+//! T = Y(q', dq', ddq') X are the nominal torques of the changed motion. The torque of joint j is regressed on T_j and on the
+//! columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description contains.
+//! The slope of T_j is limited to half to twice the common scale of all joints.
+//!
+//! The misfit of a joint is the squared residual of this fit, divided by that of a fit by F_j alone: 0 if the description
+//! predicts the torque exactly, 1 if it explains nothing.
 
 use generated::Eight;
 use linear_model::regressor::Regressor;
@@ -16,31 +18,32 @@ use crate::estimate::log_check::regression::Partial;
 /// A change of a log that undoes one fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// The fault.
+    /// The fault that is undone.
     pub of: Hypothesis,
-    /// Size of the fault. For a zero: increase of the position, rad. For a scale: logged torque / true torque - 1. Else 0.
+    /// Size of the fault. For a zero: true minus logged position, rad; for a scale: logged torque / true torque - 1.
+    /// Otherwise 0.
     pub size: f64,
 }
 
 impl Change {
-    /// The change that undoes a fault without a size.
+    /// Makes the change that undoes a fault without a size.
     pub(crate) fn of(of: Hypothesis) -> Change {
         Change { of, size: 0.0 }
     }
 
-    /// The change that increases the position of coordinate k by this angle, rad.
+    /// Makes the change that adds this angle, rad, to the position of coordinate k.
     pub(super) fn turned(k: usize, angle: f64) -> Change {
         Change { of: Hypothesis::Zero(k), size: angle }
     }
 
-    /// Applies these changes to the positions of all coordinates, rad (m).
+    /// Applies the changes to one position of the robot. `q`: one entry per coordinate, rad (m).
     pub(super) fn move_positions(changes: &[Change], q: &mut [f64], regressor: &dyn Regressor) {
         let is_angle: Vec<bool> = (0..q.len()).map(|k| !regressor.is_prismatic(k)).collect();
         let (mut dq, mut ddq) = (vec![0.0; q.len()], vec![0.0; q.len()]);
         changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, &mut dq, &mut ddq));
     }
 
-    /// A copy of the samples `rows` of a log with these changes applied.
+    /// Applies the changes to the samples `rows` of a log and returns these samples.
     pub(super) fn all_done(changes: &[Change], log: &States, rows: &[usize], regressor: &dyn Regressor) -> States {
         let n = log.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !regressor.is_prismatic(k)).collect();
@@ -51,7 +54,7 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
-            // Directions of motion change like velocities, but are not converted from degrees, because they have no unit.
+            // Directions of motion change like velocities. But they have no unit, so they are not converted from degrees.
             let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
             let [q, ddq] = &mut still;
             changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));
@@ -66,7 +69,7 @@ impl Change {
     }
 }
 
-/// A description of a robot: it predicts torques for any motion.
+/// A robot description with inertials: it predicts torques for any motion.
 pub(super) struct Description<'a> {
     pub regressor: &'a dyn Regressor,
     /// The nominal base parameters.
@@ -74,8 +77,8 @@ pub(super) struct Description<'a> {
 }
 
 impl Description<'_> {
-    /// Nominal torques for the changed motion at the samples `rows`, N m (N), sample by sample, n per sample. Gravity is
-    /// subtracted if a change says that the log is compensated for gravity.
+    /// Nominal torques of the changed motion at the samples `rows`, N m (N): sample by sample, n per sample. They are without
+    /// gravity if one of the changes is `GravityCompensated`.
     pub(super) fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
         if changes.iter().any(|change| change.of == Hypothesis::GravityCompensated) {
@@ -85,8 +88,8 @@ impl Description<'_> {
         torques
     }
 
-    /// Nominal torques for the changed motion at the samples `rows`, always with gravity. `moves`: factor on velocities and
-    /// accelerations, 1, or 0 for torques at rest.
+    /// Nominal torques of the changed motion at the samples `rows`, with gravity. `moves`: factor on velocities and
+    /// accelerations (1: moving, 0: at rest).
     fn moving(&self, states: &States, rows: &[usize], changes: &[Change], moves: f64) -> Vec<f64> {
         let n = states.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
@@ -106,7 +109,7 @@ impl Description<'_> {
                 changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
-            // SIMD lanes past the end contain earlier samples; their results are not read.
+            // The SIMD lanes after the last sample contain earlier samples. Their results are not read.
             let groups = some.len().div_ceil(8);
             let entries = &mut entries[..groups * stride];
             self.regressor.fill_blocks(&inputs[..groups * 8 * 3 * n], stride, entries);
@@ -127,27 +130,27 @@ impl Description<'_> {
     }
 }
 
-/// Number of samples whose regressors are computed together: eight blocks of eight SIMD lanes.
+/// Number of samples whose regressors are computed in one call: eight blocks of eight SIMD lanes.
 const SAMPLES_PER_PASS: usize = 64;
 
-/// Bounds of the slope of the nominal torque of a joint, relative to the scale of all joints.
+/// Bounds of the regression slope (measured / nominal torque) of a joint, divided by the common scale of all joints.
 const SLOPE_RANGE: [f64; 2] = [0.5, 2.0];
 
-/// A joint with fewer used samples than this is not examined.
+/// Least number of used samples for which a joint is examined.
 pub(super) const MIN_SAMPLES_PER_JOINT: usize = 60;
 
-/// Column k of an array with n columns (stored row by row), at the samples `rows`.
+/// Column k of an array with n columns, stored row by row, at the samples `rows`.
 pub(super) fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
     rows.iter().map(|&r| x[r * n + k]).collect()
 }
 
-/// The indices into `rows` of the samples at which joint j is used.
+/// Indices into `rows` of the samples at which joint j is used.
 pub(super) fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
     (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
 }
 
-/// The misfit of each joint: its squared residual by the description in the changed log, over that by F_j alone in the
-/// unchanged log (`as_it_is`). `scale`: scale of the torques of all joints.
+/// The misfit of each joint, 0 to 1: squared residual of the description in the changed log (`found`), divided by the squared
+/// residual without the description in the unchanged log (`as_it_is`). `scale`: common scale of the torques of all joints.
 pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
     let misfit = |(j, p): (usize, &Partial)| {
         let slope = scale * (p.slope() / scale).clamp(SLOPE_RANGE[0], SLOPE_RANGE[1]);
@@ -155,15 +158,15 @@ pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change
         match as_it_is[of].yy {
             whole if whole > 0.0 => (p.residual(slope) * p.yy / whole).min(MAX_MISFIT),
             _ if of == j => 0.0,
-            // A joint whose logged torque is constant (standstill) cannot have the torque of another joint.
+            // If the logged torque of a joint is constant, this column cannot be the torque of another joint.
             _ => MAX_MISFIT,
         }
     };
     found.iter().enumerate().map(misfit).collect()
 }
 
-/// Number of the joint whose columns in the log contain the velocity of joint j. The changes are undone from the last to the
-/// first.
+/// Number of the joint whose columns in the log contain the velocity of joint j. The changes are followed from the last to
+/// the first.
 pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| change.of.motion_of(j))
 }
@@ -181,5 +184,5 @@ pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     })
 }
 
-/// Upper bound of a misfit: the description explains nothing.
+/// Upper bound of a misfit: at 1 the description explains nothing.
 const MAX_MISFIT: f64 = 1.0;

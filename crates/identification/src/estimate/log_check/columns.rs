@@ -1,8 +1,7 @@
-//! Checks of the numbers in a log that need no mechanics: integers that were read without their sign, and rows from two
-//! sources.
+//! Checks the numbers of a log without mechanics: integers that were read without their sign, and rows from two sources.
 //!
-//! If there is such a finding, all other checks are skipped, because they would fail: without its sign, a torque looks like
-//! friction that drives.
+//! After such a finding all other checks are skipped, because they would report wrong faults: without its sign, a torque
+//! looks like negative friction.
 
 use logs::{RawWord, Suspect};
 
@@ -10,7 +9,7 @@ use crate::estimate::log_check::diagnosis::DiagnosisInput;
 use crate::estimate::log_check::finding::{Fault, Finding};
 
 impl DiagnosisInput<'_> {
-    /// Findings that show that the numbers are not measurements of the robot; empty if there are none.
+    /// Findings that the numbers are no measurements of the robot (sign lost, rows of two sources); empty if there are none.
     pub(super) fn unreadable(&self) -> Vec<Finding> {
         let of = |word: fn(&Suspect) -> Option<RawWord>, what: &str| {
             let raw: Vec<(&Suspect, RawWord)> = self.suspects.iter().filter_map(|s| Some((s, word(s)?))).collect();
@@ -30,7 +29,7 @@ impl DiagnosisInput<'_> {
 
     fn two_sources(&self) -> Option<Finding> {
         let mixed: Vec<&Suspect> = self.suspects.iter().filter(|s| s.foreign_rows > 0).collect();
-        // All joints of a log have the same rows.
+        // All joints have the same rows, so the largest count is the number of foreign rows.
         let rows = mixed.iter().map(|s| s.foreign_rows).max()?;
         let are_zero = mixed.iter().all(|s| s.foreign_are_zero);
         let [which, those] = match are_zero {
@@ -48,7 +47,7 @@ impl DiagnosisInput<'_> {
     }
 }
 
-/// The names of the coordinates of suspects, without repetition: several logs have the same coordinates.
+/// The names of the coordinates of the suspects, each name once. Several logs have the same coordinates.
 fn names<'a>(suspects: impl Iterator<Item = &'a Suspect>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for suspect in suspects {

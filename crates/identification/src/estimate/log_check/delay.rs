@@ -1,14 +1,16 @@
-//! Finds the common delay d of all torques relative to the motion, s, without using the description's parameters.
+//! Finds the common delay d of all torques relative to the motion, s, without the nominal parameters of the description.
 //!
 //! ```text
 //! tau_j(t) = Y_j(t - d) X + a_j ddq_j(t - d) + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
 //! ```
-//! T_j is the torque that the columns without e_j explain. d and X are common to all joints. a_j is a rotor inertia, which
-//! many descriptions do not mention: without it, a missing rotor would look like a delay. Because Y_j(t - d) is about Y_j -
-//! d dY_j/dt, d is found by Gauss-Newton. The torques are regressed on the shifted columns and on the rate of the torque
-//! that these explain. The joints are weighted by 1 / residual. Friction that grows with the load (e_j) is a column, because
-//! it changes sign with the velocity, as the effect of a delay does. Rows within about 1 / f_c (f_c: cut-off) of a reversal
-//! (|dq| < |ddq| / f_c) are left out, because the filtered velocity does not show when a joint sticks.
+//! The unknowns are d, the base parameters X, and for each joint a rotor inertia a_j, viscous friction b_j, Coulomb friction
+//! c_j, load friction e_j and an offset o_j. T_j is the torque explained without e_j. Without a_j, a rotor that the
+//! description lacks would look like a delay. e_j is fitted because load friction changes sign with the velocity, as the
+//! effect of a delay does.
+//!
+//! Y_j(t - d) is about Y_j - d dY_j/dt, so d is found by Gauss-Newton: the torques are regressed on the shifted columns and
+//! on the rate of the torque that these explain. Joints are weighted by 1 / residual. Rows within about 1 / f_c of a reversal
+//! (|dq| < |ddq| / f_c; f_c: cut-off) are left out, because the filtered velocity does not show when a joint sticks.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -19,55 +21,55 @@ use numerics::vector::dot;
 use crate::estimate::log_check::change::{MIN_SAMPLES_PER_JOINT, used};
 use crate::estimate::log_check::samples::Samples;
 
-/// The common delay of all torques, with its evidence.
+/// The common delay of all torques, with its significance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lag {
     /// The delay, s; positive: the torques are late.
     pub seconds: f64,
-    /// Share of the squared residual that the delay explains, 0 to 1, mean over the joints.
+    /// Share of the squared residual that the delay explains, 0 to 1; mean over the joints.
     pub share: f64,
 }
 
-/// A delay is reported only if it explains more than this share of the squared residual. Measured robots reach 0.05 by
-/// chance.
+/// A delay is reported only if it explains more than this share of the squared residual. In logs of real robots, up to 0.05
+/// occur by chance.
 const SMALLEST_DELAY_SHARE: f64 = 0.15;
-/// The shortest delay that is reported, s.
+/// Shorter delays are not reported, s.
 const SHORTEST_DELAY_S: f64 = 0.003;
-/// The longest delay of the search, s.
+/// The search ends without a result beyond this delay, s.
 const LONGEST_DELAY_S: f64 = 0.12;
 
-/// Largest number of Gauss-Newton steps.
 const MAX_GAUSS_NEWTON_STEPS: usize = 14;
-/// Longest Gauss-Newton step, s: the linearisation is valid for short delays only.
+/// Longest Gauss-Newton step, s. The linearisation is valid for short steps only.
 const LONGEST_GAUSS_NEWTON_STEP_S: f64 = 0.01;
 /// The search has converged if a step is shorter than this, s.
 const SETTLED_STEP_S: f64 = 1e-4;
 
-/// Least number of moving joints for a common delay (for a robot with one joint: 1).
+/// Least number of moving joints for which a common delay is searched; 1 if the robot has one joint only.
 const LEAST_MOVING_JOINTS: usize = 2;
 
-/// Largest number of joints of a robot. For more joints there are too many columns for a fast check.
+/// Largest number of joints for which a delay is searched. With more joints there are too many columns for a fast check.
 const MAX_JOINTS_FOR_DELAY: usize = 8;
 
-/// Number of columns of each joint in addition to Y_j: b, a, c, e, o.
+/// Number of columns of each joint in addition to the base parameters: velocity, acceleration, direction, load friction,
+/// offset.
 const OWN_COLUMNS: usize = 5;
 
 /// Largest number of rows of a joint in the fit.
 const MAX_ROWS_PER_JOINT: usize = 200;
 
-/// Finds the common delay of the torques. `None` if it is too short or too long, explains too little, or if the robot has
-/// too many joints or too few that move.
+/// Finds the common delay of the torques of all joints. `None` if the delay is too short or too long, if it explains too
+/// little, or if the robot has too many joints or too few moving ones.
 pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
     if n > MAX_JOINTS_FOR_DELAY {
         return None;
     }
     let mut joints: Vec<DelayRows> = (0..n).filter_map(|j| DelayRows::of(regressor, samples, rows, j)).collect();
-    // The friction of a single moving joint is correlated with a delay, and no other joint can confirm the delay.
+    // With a single moving joint, friction and delay are correlated, and no other joint confirms the delay.
     if joints.len() < n.min(LEAST_MOVING_JOINTS) {
         return None;
     }
-    // Joints are first weighted by 1 / |torque|, then by 1 / |residual|.
+    // First fit: joints weighted by 1 / |torque|. Later fits: by 1 / |residual|.
     let mut seconds = 0.0;
     let at_first = fit(&joints, n, seconds)?;
     joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
@@ -88,7 +90,7 @@ pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[u
     (share > SMALLEST_DELAY_SHARE && seconds.abs() > SHORTEST_DELAY_S).then_some(Lag { seconds, share })
 }
 
-/// The rows of one joint that are not near its reversals.
+/// The rows of one joint, without those near its reversals.
 struct DelayRows {
     joint: usize,
     weight: f64,
@@ -96,14 +98,14 @@ struct DelayRows {
 }
 
 struct DelayRow {
-    /// The entries of Y_j, then dq_j and ddq_j. `rates`: their time derivatives.
+    /// Entries of the regressor row Y_j, then dq_j and ddq_j. `rates`: their time derivatives.
     columns: Vec<f64>,
     rates: Vec<f64>,
     direction: f64,
     tau: f64,
 }
 
-/// The result of a fit with a given delay.
+/// The result of a fit with a fixed delay.
 #[derive(Clone)]
 struct DelayResidual {
     /// Sum of squared residuals of each joint that has rows, (N m)^2 or N^2.
@@ -113,7 +115,7 @@ struct DelayResidual {
 }
 
 impl DelayRows {
-    /// Collects the rows of joint j; `None` if the joint moves in too few samples, or has no torque.
+    /// Collects the rows of joint j. `None` if the joint moves in too few samples or has no torque.
     fn of(regressor: &dyn Regressor, samples: &Samples, rows: &[usize], j: usize) -> Option<DelayRows> {
         let (kept, n, p) = (&samples.kept, samples.kept.n, regressor.parameters().len());
         let near = |r: usize| if kept.cutoff > 0.0 { kept.ddq[r * n + j].abs() / kept.cutoff } else { 0.0 };
@@ -145,11 +147,10 @@ impl DelayRows {
     }
 }
 
-/// Fits all joints with the columns delayed by `seconds`. `None` if there are no rows, or if the residual of a joint is
-/// zero.
+/// Fits all joints with columns delayed by `seconds`. `None` if there are no rows, or if the residual of a joint is zero.
 fn fit(joints: &[DelayRows], n: usize, seconds: f64) -> Option<DelayResidual> {
     let base = joints.first()?.rows.first()?.columns.len() - 2;
-    // The unknowns are X, then b, a, c, e, o of each joint, then the step of the delay.
+    // The unknowns are the base parameters, then the five own columns of each joint, then the step of the delay.
     let (width, own) = (base + OWN_COLUMNS * n + 1, |joint: usize| base + OWN_COLUMNS * joint);
     let shifted = |row: &DelayRow| -> Vec<f64> {
         row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect()
@@ -172,8 +173,8 @@ fn fit(joints: &[DelayRows], n: usize, seconds: f64) -> Option<DelayResidual> {
         }
         solve(&accumulator.finish()).x
     };
-    // Three fits: the first without load friction gives the load T_j; the second gives X; the third gives the step, from the
-    // rate of the explained torque.
+    // Three fits: the first, without load friction, gives the load; the second gives the parameters x; the third gives the
+    // step of the delay.
     let unloaded = solved(&|joint, row| entries(joint, row, 0.0, 0.0));
     let load = |joint: usize, row: &DelayRow| dot(&entries(joint, row, 0.0, 0.0), &unloaded).abs();
     let x = solved(&|joint, row| entries(joint, row, load(joint, row), 0.0));
@@ -193,7 +194,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// Samples of a pendulum with friction and noise, whose torques are delayed by `by` samples of 10 ms.
+    /// Samples of a pendulum with friction and noise. The torques are delayed by `by` samples of 10 ms.
     fn late(by: usize) -> Samples {
         let (mut states, mut random) = (Pendulum::new().states(900), Random::new(3));
         let torque = |states: &States, r: usize| states.tau[r] + 0.4 * states.dq[r] + 0.2 * states.direction[r];
@@ -213,7 +214,8 @@ mod tests {
         for by in [1, 2] {
             let seconds = 0.01 * by as f64;
             let found = look(by).unwrap_or_else(|| panic!("no delay of {seconds} s"));
-            // Tolerance of a third: the rates are differences over 20 ms, and friction changes sign with the velocity.
+            // Tolerance of a third: the time derivatives are differences over 20 ms, and friction changes sign with the
+            // velocity.
             assert!((found.seconds / seconds - 1.0).abs() < 0.33 && found.share > 0.5, "{found:?}");
         }
     }

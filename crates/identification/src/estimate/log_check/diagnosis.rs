@@ -1,9 +1,9 @@
-//! Diagnosis: derives the findings from the numbers of a log check. The checks have a fixed order, each with its thresholds.
+//! Derives the findings of a log check from its numbers. The checks have a fixed order, and each has its thresholds.
 //!
-//! Checks that need no inertials come first: dead and saturated torques, a log that is too short, velocities that are not
-//! the derivatives of the positions, and negative friction. If the description has inertials, the slopes (regression of
-//! measured on nominal torque) then reveal faults of all torques (unit, currents, signs), of one or two joints, of gravity
-//! (`search`), and of the clock. If the torques disagree and no fault explains it, the log is attributed to another robot.
+//! The first checks need no inertials: dead or saturated torques, a log that is too short, velocities that are not the
+//! derivatives of the positions, negative friction. If the description has inertials, the slopes (regression of measured on
+//! nominal torque) then reveal faults of all torques (unit, currents, signs), of one or two joints, of gravity (`search`),
+//! and delays. If the torques disagree and no fault explains it, the log is attributed to another robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;
@@ -21,35 +21,34 @@ use crate::estimate::log_check::search::{ChangeSearch, Explanation, LIKELY_MISFI
 use crate::estimate::log_check::trial::{FOREIGN_ROBOT_MISFIT, OTHER_ROBOT};
 use crate::estimate::log_check::trials::Trials;
 
-/// The input of a diagnosis.
 pub(super) struct DiagnosisInput<'a> {
     pub samples: &'a Samples,
-    /// The indices of the kept samples that are examined.
+    /// Indices of the kept samples that are examined.
     pub rows: &'a [usize],
     pub suspects: &'a [Suspect],
     pub regressor: &'a dyn Regressor,
     pub description: Option<&'a Description<'a>>,
 }
 
-/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this with the nominal torques T without
-/// friction: every real machine has friction.
+/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this. T: nominal torques without friction;
+/// every real machine has friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
-/// Remedy for torques without gravity.
+/// Remedy if gravity was subtracted from the logged torques.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
-/// In a short motion a fault is reported only if undoing it reduces the squared misfit below this share.
+/// In a short motion, a fault is reported only if undoing it multiplies the misfit by less than this.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
-/// Slopes count as equal if they are within this relative distance of their median.
+/// Slopes of joints count as equal if their relative distance from the median is below this.
 const EQUAL_SLOPES_TOLERANCE: f64 = 0.15;
 
-/// A scale counts as a power of ten if its logarithm is within this distance of a whole number.
+/// A scale of the torques counts as a power of ten if its decimal logarithm is within this distance of an integer.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 
 impl DiagnosisInput<'_> {
-    /// Writes the findings, and the checks that were not possible, into `log_check`. `slopes`: regression on the nominal
-    /// torques, one per joint; `None` without inertials.
+    /// Writes the findings, and the checks that were not possible, into `log_check`. `slopes`: for each joint, the regression
+    /// of measured on nominal torque; `None` if the description has no inertials.
     pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, log_check: &mut LogCheck) {
         log_check.findings = self.unreadable();
         if !log_check.findings.is_empty() {
@@ -57,7 +56,7 @@ impl DiagnosisInput<'_> {
         }
         let mut findings = self.dead_and_saturated();
         let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
-        // In a motion that is too short, columns and units cannot be determined.
+        // If the motion is too short, columns and units cannot be checked.
         let short = self.short();
         let is_dead = is_dead || short.is_some();
         findings.extend(short);
@@ -76,7 +75,7 @@ impl DiagnosisInput<'_> {
         let mut findings = if all.is_empty() { findings } else { all.remove(0) };
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
-            // Very late torques can have a misfit as large as that of another robot.
+            // A long delay can cause a misfit as large as that of another robot.
             let lag = self.delay().filter(|lag| !is_foreign || lag.share > SMALLEST_DELAY_SHARE_IF_FOREIGN);
             if let Some(lag) = lag {
                 findings = vec![late(&lag)];
@@ -87,7 +86,7 @@ impl DiagnosisInput<'_> {
         log_check.others = all;
     }
 
-    /// Combines the findings from the signals with the findings `found` of one explanation of the torques.
+    /// Combines the findings from the signals with `found`, the findings of one explanation of the torques.
     fn together(
         &self,
         signals: &[Finding],
@@ -96,7 +95,7 @@ impl DiagnosisInput<'_> {
         log_check: &LogCheck,
     ) -> Vec<Finding> {
         let mut findings = signals.to_vec();
-        // After an exchange, velocities are not the derivatives of positions either: only the exchange is reported.
+        // An exchange of columns also separates velocities from their positions. Then only the exchange is reported.
         let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
         if !found.iter().any(is_exchange) {
             findings.extend(velocities.iter().map(|v| v.2.clone()));
@@ -114,7 +113,6 @@ impl DiagnosisInput<'_> {
         self.regressor.coordinates()[k].clone()
     }
 
-    /// Number of coordinates.
     pub(super) fn n(&self) -> usize {
         self.samples.kept.n
     }
@@ -124,7 +122,8 @@ impl DiagnosisInput<'_> {
         self.samples.range[k].1 - self.samples.range[k].0
     }
 
-    /// Alternative explanations of the torques by the slopes of the nominal torques, each a list of findings.
+    /// Finds explanations of the torques from the slopes (regression of measured on nominal torque). They are alternatives;
+    /// each is a list of findings.
     fn explanations_of_slopes(
         &self,
         slopes: &[Partial],
@@ -135,7 +134,7 @@ impl DiagnosisInput<'_> {
         if let Some(finding) = self.computed(description) {
             return vec![vec![finding]];
         }
-        // Only a joint whose torque the description explains has a meaningful slope.
+        // A slope is meaningful only if the description explains the torque of the joint.
         let meaningful: Vec<f64> =
             slopes.iter().filter(|p| p.share() > COUNTED_SLOPE_SHARE).map(Partial::slope).collect();
         let mut common = Vec::new();
@@ -147,8 +146,8 @@ impl DiagnosisInput<'_> {
             "measured over nominal torque, by joint: {}",
             slopes.iter().map(text).collect::<Vec<_>>().join(" ")
         );
-        // A median far from 1 means another unit. If three quarters of the slopes are negative, the signs of all torques are
-        // wrong, or the zero of a joint closer to the base is.
+        // A median slope far from 1 means another unit. If three quarters of the slopes are negative, either all torques have
+        // the wrong sign, or the zero of a joint near the base is wrong.
         let is_nominal = NOMINAL_INERTIAL_SLOPES.contains(&scale);
         if !is_nominal {
             common.push(self.unit(scale, slopes, list.clone()));
@@ -164,7 +163,7 @@ impl DiagnosisInput<'_> {
             if *sign < 0.0 {
                 common.push(self.all_signs(list.clone()));
             }
-            // The search for faults of single joints starts after the faults of all joints have been undone.
+            // Faults of all joints are undone before faults of single joints are searched.
             let (samples, rows, trials) = (self.samples, self.rows, &trials);
             let search = ChangeSearch { samples, rows, trials, description, scale, velocities };
             let explanations = search.best(slopes);
@@ -172,8 +171,8 @@ impl DiagnosisInput<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
             );
         }
-        // Explanations that are not needed, because other bodies explain the log, are dropped. The one with the fewest
-        // faults comes first.
+        // If one explanation needs faults, explanations without findings are dropped. The one with the fewest faults comes
+        // first.
         let is_needed = |found: &Vec<Finding>| !found.is_empty();
         if all.iter().any(is_needed) {
             all.retain(is_needed);
@@ -190,7 +189,7 @@ impl DiagnosisInput<'_> {
         all
     }
 
-    /// The findings `common` to all joints, followed by the findings of one explanation.
+    /// The findings of one explanation, after the findings `common` to all joints.
     fn explained(
         &self,
         search: &ChangeSearch,
@@ -202,7 +201,7 @@ impl DiagnosisInput<'_> {
     ) -> Vec<Finding> {
         let mut found = common.to_vec();
         let is_plain = changes.is_empty();
-        // In a short motion an incomplete explanation may be chance.
+        // In a short motion, an explanation that removes only a part of the misfit may be chance.
         if log_check.is_short {
             let runs_back = |change: &Change| {
                 let of_sign = matches!(change.of, TorqueSign(_) | MotionSign(_));
@@ -212,7 +211,7 @@ impl DiagnosisInput<'_> {
                 |one: &Suspicion| one.after < SHORT_MISFIT_SHARE * one.before || one.changes.iter().all(runs_back);
             changes.retain(is_sure);
         }
-        // Scales of single joints are not tested if efforts are currents, since the gains of motors differ.
+        // Drive gains differ between joints, so scales of single joints are not tested if the efforts are currents.
         if !common.iter().any(|f| f.fault == Fault::NoTorque) {
             changes.extend(search.scaled(&changes, slopes));
         }
@@ -220,14 +219,14 @@ impl DiagnosisInput<'_> {
         if is_plain {
             let exchanged: Vec<Suspicion> = search.exchanged(slopes, &log_check.hidden_exchanges).into_iter().collect();
             found.extend(self.findings_of_suspicions(&exchanged, list, log_check));
-            // If there is no explanation, test for exchanged columns and for another robot.
+            // If no fault was found, exchanged columns and another robot are tested.
             found.extend(self.other_robot(&misfits, slopes, search.scale, log_check, list.into()));
         }
         found
     }
 
-    /// Findings of the suspected faults without which no bodies explain the log. The other suspicions are written to
-    /// `log_check.explained`.
+    /// Findings of the suspected faults that are needed, because no other bodies explain the log. The other suspicions are
+    /// added to `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
         let needed = free.needed(changes);
@@ -247,10 +246,11 @@ impl DiagnosisInput<'_> {
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
-    /// The finding that all slopes have a common factor; `None` if they have none.
+    /// The finding that the slopes of all joints have a common factor; `None` if they do not. `meaningful`: slopes of
+    /// measured on nominal torque.
     fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(meaningful);
-        // A load or other bodies would change the slopes of some joints only, or in different directions.
+        // A load or other bodies would change only some slopes, or change them in different directions.
         let is_off =
             meaningful.iter().all(|s| *s > COMMON_FACTORS.end) || meaningful.iter().all(|s| *s < COMMON_FACTORS.start);
         let is_alike = |s: &&f64| (*s / middle - 1.0).abs() < EQUAL_SLOPES_TOLERANCE;
@@ -264,8 +264,8 @@ impl DiagnosisInput<'_> {
             .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }
 
-    /// The median magnitude of the meaningful slopes. It is 1 if there are too few slopes (a single joint of several may be
-    /// wrong), or if less than two thirds of them are near the median.
+    /// The common scale of the torques: the median magnitude of the meaningful slopes. It is 1 if there are too few slopes,
+    /// because then a single joint may be wrong, or if less than two thirds of them are near the median.
     fn common_scale(&self, meaningful: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -275,8 +275,8 @@ impl DiagnosisInput<'_> {
         if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
-    /// The finding that the torques equal the nominal torques without friction, so that they were computed; `None` if they
-    /// do not.
+    /// The finding that the torques were computed, because they equal the nominal torques without friction; `None` if they do
+    /// not.
     fn computed(&self, description: &Description) -> Option<Finding> {
         let torques = description.torques(&self.samples.kept, self.rows, &[]);
         let n = self.n();
@@ -313,7 +313,7 @@ impl DiagnosisInput<'_> {
         Finding::of_all(Fault::NoTorque, evidence, remedy).undone_by(undo)
     }
 
-    /// Adds to the finding the changes that divide all torques by this factor.
+    /// Adds changes to the finding that divide the torques of all joints by `factor`.
     fn all_scaled(&self, finding: Finding, factor: f64) -> Finding {
         let change = |k: usize| Change { of: Scale(k), size: factor - 1.0 };
         finding.undone_by((0..self.n()).map(change).collect())
@@ -338,7 +338,7 @@ impl DiagnosisInput<'_> {
             joints.push("all joints".into());
         }
         let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
-        // A compensation of gravity cannot be undone in the columns of a log.
+        // A change of the log cannot restore the gravity that was subtracted.
         let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
         if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
     }
@@ -354,7 +354,7 @@ impl DiagnosisInput<'_> {
         let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
-        // If even a fit of this joint alone does not explain its torque, the torque is noise.
+        // The torque of a joint is noise if even a fit of this joint alone does not explain it.
         let noisy = |k: usize| log_check.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
         let evidence = format!(
@@ -384,9 +384,9 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
     velocities.iter().filter_map(|v| Some((v.0, v.1?))).collect()
 }
 
-/// The finding "another robot" uses only joints whose squared nominal torque exceeds this share of the squared measured
-/// torque.
+/// The finding "another robot" uses only joints for which the ratio squared nominal torque / squared measured torque exceeds
+/// this.
 const HEAVY_JOINT_SHARE: f64 = 0.2;
 
-/// The torque of a joint counts as noise if a fit of this joint alone has a larger |residual| / |torque|.
+/// The torque of a joint counts as noise if |residual| / |torque| of a fit of this joint alone exceeds this.
 const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

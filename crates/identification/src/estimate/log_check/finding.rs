@@ -10,21 +10,21 @@ use crate::estimate::log_check::change::Change;
 /// A fault of a log, or a contradiction between a log and a description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A fault that a change of the log can undo, and its size: an angle (rad), a delay (s) or a scale error; else 0.
+    /// A fault that a change of the log can undo. The number is its size: angle, rad, delay, s, or scale error; otherwise 0.
     Of(Hypothesis, f64),
-    /// Torques are in another unit; the numbers are too large by this power of ten.
+    /// Torques are in another unit. The number is the power of ten by which they are too large.
     TorqueUnit(i32),
-    /// Efforts are not torques of the joints, but currents, or torques of motors.
+    /// Efforts are no joint torques, but currents or motor torques.
     NoTorque,
-    /// The given drive gains are wrong by this factor: given gain over the gain that the description implies.
+    /// The given drive gains are wrong by this factor: given gain / gain implied by the description.
     Gains(f64),
-    /// All torques are wrong by this common factor: measured over nominal torque.
+    /// All torques are wrong by this common factor: measured / nominal torque.
     Factor(f64),
     /// All torques have the wrong sign.
     TorqueSigns,
-    /// Friction is negative, so the sign of the torque or of the motion is wrong; which of both cannot be determined.
+    /// Friction is negative. Either the torque or the motion has the wrong sign; the log does not determine which.
     FrictionSign,
-    /// The orientation of the base differs from the description by this angle, rad.
+    /// The base is rotated relative to its described orientation by this angle, rad.
     Mount(f64),
     /// The columns of this kind are not in the order of the joints.
     Permuted(ColumnKind),
@@ -32,11 +32,11 @@ pub enum Fault {
     Velocity,
     /// The log is of another robot: no tested fault makes the description predict the torques.
     OtherRobot,
-    /// Positions are normalised: shares of the range of each joint, -100 to 100.
+    /// Positions are normalised to the range of each joint: -100 to 100.
     Normalised,
     /// Something is wrong, and no tested remedy corrects it.
     Unidentified,
-    /// During an interval of the log a link carries another load.
+    /// The load of a link changes: during an interval of the log it differs from the rest of the log.
     ChangedLoad {
         /// Number of the log, from 1; `None` if there is one log only.
         log: Option<usize>,
@@ -44,31 +44,33 @@ pub enum Fault {
         from: Option<f64>,
         /// End, s, by the clock of the log; `None`: its last sample.
         to: Option<f64>,
-        /// Additional mass, kg (negative: less mass); `None` if not significant.
+        /// Additional mass of the load, kg (negative: less mass); `None` if not significant.
         mass: Option<f64>,
     },
-    /// A link carries another load than described; its additional mass, kg, or `None` if not significant.
+    /// A link carries a load that the description does not contain. The number is its mass, kg; `None` if not significant.
     OtherLoad(Option<f64>),
     /// Torques were computed from the description, not measured.
     Computed,
-    /// The torque never changes, so it is not measured.
+    /// The torque of a joint never changes, so it is not measured.
     DeadTorque,
-    /// All torques are too small for any machine (uninitialised memory); the largest one, N m (N).
+    /// The torques are too small for any machine, e.g. uninitialised memory. The number is the largest torque, N m (N).
     Nothing(f64),
     /// Signed integers were read as unsigned numbers.
     RawWords,
-    /// Some rows are from another source than their neighbours; the number of these rows.
+    /// Some rows come from another source than their neighbours. The number counts these rows.
     TwoSources(usize),
-    /// The torque is saturated; share of the samples in which it is at its limit.
+    /// The torque of a joint is saturated. The number is the share of the samples at the limit.
     Saturated(f64),
-    /// The log is too short; the largest number of periods that a joint moves.
+    /// The log is too short. The number is the largest number of periods (there and back) of a joint.
     Short(f64),
 }
 
-/// A common slope (measured over nominal torque) in this range is an error of nominal inertials, not another unit.
+/// If the slope (measured / nominal torque) of all joints is in this range, wrong nominal inertials explain it; outside, the
+/// torques are in another unit.
 pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
-/// Slopes of all joints in this range may be errors of nominal inertials, even if all are equal.
+/// Wrong nominal inertials explain slopes (measured / nominal torque) in this range, even if the slopes of all joints are
+/// equal.
 pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 
 /// Remedy if the torques of all joints have the wrong sign.
@@ -90,25 +92,25 @@ pub struct Finding {
     pub joints: Vec<String>,
     /// The evidence in words, with its numbers.
     pub evidence: String,
-    /// What corrects the fault: an option, a column header or a file, in words.
+    /// The correction of the fault in words: an option, a column header or a file.
     pub remedy: String,
     /// The changes of the log that undo the fault; empty if no change of the log corrects it.
     pub undo: Vec<Change>,
-    /// Squared relative residual of the description, mean over joints: [without, with] the remedy. `None` if the remedy was
-    /// not applied, or if a contradiction remained.
+    /// Squared relative residual of the description, mean over the joints: [without, with] the remedy. `None` if the remedy
+    /// was not tried or did not remove all contradictions.
     pub tried: Option<[f64; 2]>,
-    /// 0 for the first explanation. Otherwise the number of an alternative explanation, whose findings replace those with 0:
-    /// the log does not determine which is right.
+    /// 0 for the first explanation, 1, 2, .. for alternative explanations. The findings of an alternative replace those of
+    /// the first one; the log does not determine which is right.
     pub instead: usize,
 }
 
 impl Finding {
-    /// A finding that concerns all joints.
+    /// Makes a finding on all joints.
     pub(crate) fn of_all(fault: Fault, evidence: String, remedy: impl Into<String>) -> Finding {
         Finding::of(fault, Vec::new(), evidence, remedy)
     }
 
-    /// A finding that concerns these joints (empty: all), without changes that undo it.
+    /// Makes a finding on these joints (empty: on all), without changes that undo it.
     pub fn of(fault: Fault, joints: Vec<String>, evidence: String, remedy: impl Into<String>) -> Finding {
         Finding { fault, joints, evidence, remedy: remedy.into(), undo: Vec::new(), tried: None, instead: 0 }
     }
@@ -118,12 +120,12 @@ impl Finding {
         Finding { undo, ..self }
     }
 
-    /// Whether the fault concerns the scale of all efforts.
+    /// Whether the fault is a wrong scale of the torques of all joints (unit, currents, common factor).
     pub(super) fn is_of_scale(&self) -> bool {
         matches!(self.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_))
     }
 
-    /// A sentence that names the fault and its joints.
+    /// A sentence with the fault and its joints.
     pub fn statement(&self) -> String {
         let of = self.joints.join(", ");
         match self.fault {
@@ -194,14 +196,13 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The additional mass of a load in words, after a comma; empty if unknown.
+/// The additional mass of a load in words, with a leading comma; empty if unknown.
 fn of_mass(mass: Option<f64>) -> String {
     let more = |mass: f64| if mass > 0.0 { "more" } else { "less" };
     mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)))
 }
 
-/// The unit in which numbers are too large by this power of ten, in parentheses after a space; empty if there is no common
-/// unit.
+/// The torque unit in which numbers are larger than in N m by this power of ten, as ` (N mm)`; empty if it has no name.
 fn torque_unit(power: i32) -> &'static str {
     match power {
         3 => " (N mm)",

@@ -1,19 +1,19 @@
-//! Tests whether a suspected fault is needed to explain a log, or whether other bodies explain the unchanged log.
+//! Tests whether a suspected fault is needed to explain a log, or whether other bodies than the nominal ones explain the
+//! unchanged log.
 //!
-//! The search for faults uses the nominal bodies (`search`). Other bodies may explain the log without the fault: a wrong
-//! zero of the last joint is equivalent to a rotation of its body. So these equations of each joint j, with free parameters
-//! X of the bodies and terms of rotor, friction and offset, are fitted
+//! The search for faults (`search`) uses the nominal bodies. Other bodies may explain the log without a fault: for example, a
+//! wrong zero of the last joint is equivalent to a rotation of its body. So the following equations are fitted to the
+//! unchanged log, and to the log with the fault undone. X: free parameters of the bodies; a_j, b_j, c_j, d_j: rotor,
+//! friction, offset.
 //! ```text
 //! tau_j = Y_j(q, dq, ddq) X + a_j ddq_j + b_j dq_j + c_j direction_j + d_j
 //! ```
-//! to the unchanged log and to the log with the fault undone. The fault is needed if undoing it reduces the error of
-//! cross-validation: of at least one joint to less than `NEEDED_ERROR_RATIO` times the error in the unchanged log, and of
-//! all joints in the geometric mean.
+//! The fault is needed if undoing it multiplies the error of cross-validation of at least one joint by less than
+//! `NEEDED_ERROR_RATIO`, and reduces the geometric mean over all joints.
 //!
-//! If the sign of a torque or of a motion is wrong, friction and inertia seem negative. No physically consistent bodies
-//! explain that, unless friction dissipates. A fault that is visible in the signals without any bodies is always needed. An
-//! exchange or a wrong sign is also needed if, once undone, the description has nearly no residual without any fitted
-//! number.
+//! Some faults are needed without this test: a wrong sign, if friction does not dissipate in the unchanged log; faults that
+//! the signals show without bodies; and an exchange or a wrong sign, if the description predicts the corrected log nearly
+//! exactly without fitted numbers.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -30,33 +30,33 @@ use crate::estimate::log_check::search::Suspicion;
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::Observation;
 
-/// Bodies are fitted to this number of samples, or up to twice as many; to all if the log has fewer. That gives at least
-/// about ten times as many rows as an arm has parameters.
+/// Number of samples to which bodies are fitted (up to twice as many; all samples of a shorter log). This gives about ten
+/// times as many rows as an arm has parameters.
 const FITTED_SAMPLES: usize = 1000;
-/// Number of blocks of the record. Cross-validation leaves out two at a time.
+/// Number of blocks of the record. Cross-validation leaves out two blocks at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
-/// A fault is needed if undoing it reduces the error of a joint below this share.
+/// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
-/// A wrong scale is needed if undoing it reduces the error of a joint below this share. The limit is stricter, since some
-/// scale reduces the error of any other fault.
+/// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this. The limit is
+/// stricter, because some scale reduces the error of any other fault too.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
-/// Half width of the search interval of ln(scale): a scale found with nominal bodies is right within a factor of 1.5.
+/// Half width of the search interval of ln(scale). A scale found with nominal bodies is right within a factor of 1.5.
 const LOG_SCALE_RANGE: f64 = 0.4;
-/// The search ends at this width of the interval of ln(scale).
+/// The search for a scale ends when its interval of ln(scale) is shorter than this.
 const LOG_SCALE_TOLERANCE: f64 = 0.01;
 /// Golden section, (sqrt(5) - 1) / 2.
 const GOLDEN_STEP: f64 = 0.618_033_988_749_894_9;
 
-/// A fault is sure if undoing it reduces the squared misfit below this share: only by an unlikely coincidence would other
-/// bodies explain the log as well. Zeros are excluded, because some angle may fit by chance.
+/// A fault is sure if undoing it multiplies the misfit by less than this, because other bodies rarely explain a log that
+/// well. Zeros are excluded, because some angle may fit by chance.
 const SURE_MISFIT_SHARE: f64 = 0.04;
 
-/// Friction and rotor terms that are fitted for each joint, because no description contains them.
+/// Friction and rotor terms that are fitted for each joint, because the description does not contain them.
 const FITTED_TERMS: [FrictionTerm; 4] =
     [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset, FrictionTerm::Rotor];
 
-/// The log to which bodies are fitted.
+/// A log to which bodies are fitted.
 pub(super) struct FreeBodies<'a> {
     pub regressor: &'a dyn Regressor,
     pub samples: &'a Samples,
@@ -64,8 +64,8 @@ pub(super) struct FreeBodies<'a> {
 }
 
 impl FreeBodies<'_> {
-    /// Whether the log needs each suspected fault, one result per suspicion. Suspicions that are not needed are dropped one
-    /// by one.
+    /// For each suspicion, whether its fault is needed to explain the log. The suspicions are tested one after the other;
+    /// those that are not needed are dropped.
     pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
         let mut needed = vec![true; suspicions.len()];
         let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
@@ -87,8 +87,8 @@ impl FreeBodies<'_> {
                 with = without;
             }
         }
-        // If one zero of a description is wrong by quarter turns, others often are too. So if one of these is needed, all
-        // are.
+        // If one zero of a description is wrong by quarter turns, others often are too. So if one of them is needed, all of
+        // them are kept.
         let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
         let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
         if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
@@ -97,8 +97,8 @@ impl FreeBodies<'_> {
         needed
     }
 
-    /// Re-estimates the scales of suspicions with free bodies, by the smallest error of cross-validation (golden section in
-    /// the logarithm). Scales found with nominal bodies contain the errors of these bodies.
+    /// Re-estimates the scales of suspicions with free bodies, because scales found with nominal bodies contain the errors of
+    /// these bodies. The criterion is the error of cross-validation (golden-section search in ln(scale)).
     pub(super) fn with_scales(&self, mut suspicions: Vec<Suspicion>) -> Vec<Suspicion> {
         let places: Vec<(usize, usize)> = (0..suspicions.len())
             .flat_map(|i| (0..suspicions[i].changes.len()).map(move |c| (i, c)))
@@ -131,14 +131,15 @@ impl FreeBodies<'_> {
         suspicions
     }
 
-    /// Whether physically consistent bodies may explain the log without the fault.
+    /// Whether physically consistent bodies may explain the unchanged log. If not, the fault is needed without a test.
     fn may_be_bodies(&self, suspicion: &Suspicion) -> bool {
         let brakes = |k: usize| self.joints[k].friction.is_some_and(|f| f.brakes > f.deviation);
         let is_sure = suspicion.after < SURE_MISFIT_SHARE * suspicion.before;
         suspicion.changes.iter().all(|change| change.of.may_be_bodies(brakes, is_sure))
     }
 
-    /// Relative errors of cross-validation with these changes applied, in the order of the torque columns of the log.
+    /// Relative errors of cross-validation of the joints in the changed log. Their order is the order of the torque columns
+    /// of the unchanged log.
     fn errors(&self, changes: &[Change]) -> Vec<f64> {
         let step = self.samples.kept.len() / FITTED_SAMPLES;
         let states = Change::all_done(changes, &self.samples.kept, &self.samples.every(step), self.regressor);
@@ -152,7 +153,8 @@ impl FreeBodies<'_> {
     }
 }
 
-/// Whether the errors `with` are lower than `without` in the geometric mean, and at least one below the ratio `needed`.
+/// Whether the errors `with` are lower than the errors `without` in the geometric mean, and at least one of them by the
+/// factor `needed`.
 fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
     let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
     let ratios: Vec<f64> = ratios.collect();

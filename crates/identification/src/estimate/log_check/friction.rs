@@ -1,11 +1,11 @@
-//! Checks the sign of friction in each joint, without using the description's parameters.
+//! Checks the sign of friction in each joint, without the nominal parameters of the description.
 //!
-//! The torque of joint j is projected onto the complement of the columns of Y_j (row j of the regressor). The result is
-//! regressed on dq_j and on its direction.
+//! For each joint alone, tau_j = Y_j X_j + b dq_j + c direction_j + d is fitted (Y_j: regressor row; b, c: viscous and
+//! Coulomb friction; d: offset). The parameters X_j are free, so a wrong sign, unit or zero of another joint has no
+//! influence. Y_j and the offset are projected out of the torque, and the result is regressed on dq_j and direction_j.
 //!
-//! tau_j = Y_j X_j + b dq_j + c direction_j + d, with free parameters X_j for each joint. So a wrong sign, unit or zero of
-//! another joint has no influence. Real friction dissipates: its power b dq^2 + c |dq| is positive. If the power is
-//! negative, the torque or the motion of this joint has the wrong sign.
+//! Real friction dissipates: its power b dq^2 + c |dq| is positive. If the power is negative, the torque or the motion of
+//! this joint has the wrong sign.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -13,22 +13,23 @@ use linear_model::states::States;
 use crate::estimate::log_check::change::{MIN_SAMPLES_PER_JOINT, column, used};
 use crate::estimate::log_check::regression::{Basis, product, square};
 
-/// Friction of one joint, estimated from the equation of this joint alone.
+/// Friction of one joint, fitted to the torques of this joint alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointFriction {
-    /// Normalised power f . dq / (|tau| |dq|), with the friction torque f, and tau without its mean; positive if friction
-    /// dissipates.
+    /// Normalised power of friction f . dq / (|tau| |dq|), positive if friction dissipates. f: friction torque; tau: torque
+    /// without its mean.
     pub brakes: f64,
-    /// Standard deviation of `brakes`, which allows for residuals with a long autocorrelation time.
+    /// Standard deviation of `brakes`, for residuals with a long autocorrelation time.
     pub deviation: f64,
-    /// Relative residual |residual| / |tau|, with tau without its mean.
+    /// Relative residual |residual| / |tau| of the fit. tau: torque without its mean.
     pub residual: f64,
-    /// Whether the power of friction is significantly negative, and neither term is significantly positive.
+    /// Whether the power of friction is significantly negative, and neither viscous nor Coulomb friction is significantly
+    /// positive.
     pub drives: bool,
 }
 
-/// Estimates the friction of joint j. `None` if the joint hardly moves, is used in too few samples, or if the standard
-/// deviation is too large.
+/// Estimates the friction of joint j from its torques alone. `None` if the joint hardly moves, has too few samples, or if the
+/// standard deviation is too large.
 pub(crate) fn own_friction(
     regressor: &dyn Regressor,
     states: &States,
@@ -65,11 +66,12 @@ pub(crate) fn own_friction(
     let friction: Vec<f64> = dq.iter().zip(&direction).map(|(v, d)| viscous * v + dry * d).collect();
     let speed = square(&dq).sqrt();
     let unexplained = (square(&left) - viscous * vt - dry * dt).max(0.0).sqrt();
-    // The power is w . (b, c), w = (dq.dq, dq.direction); its variance is w' M^-1 w times the variance of the residual.
+    // The power is w . (b, c) with w = (dq.dq, dq.direction). Its variance is w' M^-1 w times the variance of the residual
+    // (M: normal matrix of b and c).
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
     let deviation = unexplained * (spread / MAX_INDEPENDENT_SAMPLES).sqrt();
-    // Whether a friction term x is positive by more than its standard deviation.
+    // Whether a friction coefficient x is positive by more than its standard deviation.
     let above = |x: f64, other: f64| x > unexplained * (other / (MAX_INDEPENDENT_SAMPLES * determinant)).sqrt();
     let found = JointFriction {
         brakes: product(&friction, &dq) / (size * speed),
@@ -82,17 +84,18 @@ pub(crate) fn own_friction(
     (found.deviation < LARGEST_FRICTION_DEVIATION).then_some(JointFriction { drives, ..found })
 }
 
-/// Assumed number of independent samples of a residual, since it is mainly a model error with a long autocorrelation time.
+/// Assumed number of independent samples of a residual. It is small, because a residual is mainly a model error with a long
+/// autocorrelation time.
 const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
-/// Friction counts as driving only if its normalised power is below minus this.
+/// Friction counts as negative only if its normalised power (`brakes`) is below minus this.
 const SMALLEST_DRIVING_SHARE: f64 = 0.02;
-/// Friction counts as driving only if it is negative by more than this many standard deviations.
+/// Friction counts as negative only if its power is below zero by more than this many standard deviations.
 const DRIVING_FRICTION_SIGMAS: f64 = 4.0;
 
-/// Friction is unknown if its normalised standard deviation exceeds this. A slow log in which gravity and friction are
-/// correlated (KR300) has 0.5 to 2.
+/// Friction is not determined if the standard deviation of its normalised power exceeds this. A slow log (KR300), in which
+/// gravity and friction are correlated, has 0.5 to 2.
 const LARGEST_FRICTION_DEVIATION: f64 = 0.25;
 
-/// The columns dq and direction are separable if the squared sine of the angle between them is above this.
+/// Velocity and direction of a joint are separable if the squared sine of the angle between their columns exceeds this.
 const SMALLEST_SQUARED_SINE: f64 = 1e-6;

@@ -1,14 +1,15 @@
-//! Finds a load that the robot picks up or puts down during a log, or that the description does not contain.
+//! Finds a load that the robot picks up or puts down during a log, or that the robot description does not contain.
 //!
-//! W: rows of the model; X: its parameters; s(t): 1 while the robot carries the load, otherwise 0; B_L: the ten columns of
-//! the map B for the link that carries it; phi_L: the ten parameters of the load ([`crate::estimators::payload`]). For each
-//! time of a grid at which s may change, the equation
 //! ```text
 //! tau = W X + s(t) W B_L phi_L
 //! ```
-//! is solved for X and phi_L by normal equations. The load is reported if it reduces the relative error below
-//! `NAMED_ERROR_RATIO` times the error of X alone: for no other fault do ten columns during an interval reduce the error so
-//! far. A load during the whole log is estimated with the nominal X and fitted friction.
+//! W: rows of the model; X: its parameters; s(t): 1 while the robot carries the load, otherwise 0; phi_L: the ten parameters
+//! of the load on link L; B_L: the ten columns of the map from standard to base parameters of this link
+//! ([`crate::estimators::payload`]). The equation is solved for X and phi_L by normal equations, for many intervals with s =
+//! 1.
+//!
+//! The load is reported if it multiplies the relative error by less than `NAMED_ERROR_RATIO`; no other fault is explained so
+//! well by ten columns during an interval. For a load during the whole log, X is nominal and only friction is fitted.
 
 use linear_model::linear_model::Model;
 use linear_model::standard_map::StandardMap;
@@ -22,40 +23,42 @@ use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// If the relative error without a load is below this, no load is searched.
+/// No load is searched if the relative error without a load is below this.
 const SMALL_ERROR: f64 = 0.02;
-/// A load is reported if the ratio (error with it / error without it) is at most this. For a torque that grows steadily, a
-/// step of the load reduces the error only to a half.
+/// A load is reported if it multiplies the relative error by at most this. A drift of the torque is no load: a step of the
+/// load reduces its error only to a half.
 const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
-/// If the relative error of the description is below this, errors of nominal bodies explain it without a load.
+/// No constant load is searched if the relative error of the description (with fitted friction) is below this, because wrong
+/// nominal bodies explain such an error.
 const NOMINAL_ERROR: f64 = 0.3;
-/// Largest accepted relative error of the description with a load added at a link. Nominal bodies have errors of tens of per
-/// cent; a description of another robot has a larger error.
+/// A load explains the error of the description only if the relative error with it is below this. Otherwise nominal bodies
+/// are wrong, or the robot is another one.
 const DESCRIBED_ERROR: f64 = 0.1;
 /// Largest accepted distance of the centre of mass of a load from the frame of its link, m. A load must also exceed the
-/// nominal mass of the link; otherwise it is taken as an error of the bodies.
+/// nominal mass of the link. Otherwise the error is attributed to the nominal bodies.
 const LARGEST_CENTRE_M: f64 = 0.5;
-/// Number of blocks into which all logs are divided. A load changes only between blocks.
+/// Number of blocks into which all logs together are divided. A load can change only between two blocks.
 const LOAD_BLOCKS: usize = 100;
-/// Largest number of matrix entries of all blocks. With about 800 parameters there would be too few blocks for the search.
+/// Largest number of entries of the normal matrices of all blocks. It limits the number of blocks; with about 800 parameters
+/// there are too few for the search.
 const MOST_MATRIX_ENTRIES: usize = 4_000_000;
-/// Least number of blocks during which a load is carried.
+/// Least number of blocks of an interval with a load.
 const LEAST_LOAD_BLOCKS: usize = 3;
-/// Step of the coarse search for the blocks at which a load changes.
+/// Step, in blocks, of the coarse search for the start and the end of a load.
 const COARSE_BLOCK_STEP: usize = 5;
-/// Ridge added to the unit diagonal of the normal matrix. It keeps undetermined directions at zero.
+/// Ridge on the unit diagonal of the scaled normal matrix. It keeps undetermined parameters at zero.
 const RELATIVE_RIDGE: f64 = 1e-10;
-/// A mass is significant beyond this many standard deviations.
+/// The mass of a load is significant beyond this many standard deviations.
 const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;
-/// Number of parameters of a body.
+/// Number of parameters of a body: six inertias, three first moments, mass.
 const BODY_PARAMETERS: usize = 10;
-/// Index of the mass among the parameters of a body; the first moments are directly before it.
+/// Index of the mass among the ten parameters of a body; the three first moments are directly before it.
 const MASS_INDEX: usize = 9;
 
 impl LogCheck {
-    /// Finds a load that changes during the log. If there is none, and no other cause was found, it finds a load that the
-    /// description does not contain (`described`: nominal base parameters). A load replaces findings without an identified
-    /// cause. `bodies`: indices of bodies of the map that may carry a load, with their nominal masses, kg.
+    /// Finds a load that changes during the log. If there is none, and no other fault was identified, finds a constant load
+    /// that the description does not contain. A load replaces findings without an identified cause. `described`: nominal base
+    /// parameters; `bodies`: for each body of the map that may carry a load, its index and nominal mass, kg.
     ///
     /// Fails if a record cannot be read.
     pub fn look_for_load<R: Records + ?Sized>(
@@ -77,13 +80,13 @@ impl LogCheck {
         Ok(())
     }
 
-    /// Whether a load was found that changes during the log.
+    /// Whether the log check found a load that changes during the log.
     pub fn has_changed_load(&self) -> bool {
         self.findings.iter().any(|finding| matches!(finding.fault, Fault::ChangedLoad { .. }))
     }
 }
 
-/// Makes the finding of a load, with the relative errors [without, with] it.
+/// Makes the finding of a load on a link. `errors`: relative errors [without, with] the load.
 fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
     let [before, after] = errors.map(percent);
     let evidence = format!("the residual of {what} is {before}, with a body of its own for it {after}");
@@ -91,7 +94,7 @@ fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str)
     Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
 }
 
-/// The products [W tau]' [W tau] of all rows, and of blocks of each record.
+/// Products [W tau]' [W tau] of the weighted rows W and torques tau: of all rows, and of the blocks of each record.
 struct Sums {
     base: usize,
     rows: usize,
@@ -99,32 +102,32 @@ struct Sums {
     records: Vec<Record>,
 }
 
-/// The sums of products of one record.
+/// Products [W tau]' [W tau] of one record, summed over its blocks.
 struct Record {
     /// Number of the log of the record, from 0.
     log: usize,
-    /// Start time of each block, then the end of the last block, s.
+    /// Start time of each block and, last, the end time of the last block, s.
     times: Vec<f64>,
-    /// For each block, the sum of the products of all blocks before it; the last entry is the sum of all blocks.
+    /// Entry b: sum of the products of all blocks before block b. The last entry is the sum of all blocks.
     before: Vec<DMatrix<f64>>,
 }
 
-/// A load that was estimated together with the other unknowns.
+/// A load that was fitted to a log.
 struct SolvedLoad {
-    /// Relative error |tau - W X - s W B_L phi_L| / |tau|.
+    /// Relative residual |residual| / |tau| with the load.
     error: f64,
     /// Mass of the load, kg; `None` if not significant.
     mass: Option<f64>,
-    /// Distance of its centre of mass from the frame of the link, m.
+    /// Distance of the centre of mass of the load from the frame of its link, m.
     centre: f64,
 }
 
 impl Sums {
-    /// Sums the products over all records; `None` if there are too many parameters.
+    /// Sums the products [W tau]' [W tau] over all records; `None` if there are too many parameters.
     fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Option<Sums>, Error> {
         let (n, p) = (model.n(), model.p());
         let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
-        // Joints are weighted by 1 / |torque|.
+        // The rows of each joint are weighted by 1 / |torque|.
         let mut squares = vec![0.0; n];
         for tau in thinned.records.iter().flat_map(|(_, states)| states.tau.chunks_exact(n)) {
             squares.iter_mut().zip(tau).for_each(|(square, tau)| *square += tau * tau);
@@ -194,7 +197,7 @@ impl Sums {
         }
         let (fault, link, (from, to)) = best?;
         let remedy = match self.records.as_slice() {
-            // This window is a remedy only if a fit to its rows alone has a small error too.
+            // The remedy is this time window, if a fit to its rows alone has a small error too.
             [record] if self.within(record, from, to).is_some_and(|error| error < NAMED_ERROR_RATIO * without) => {
                 let [from, to] = [from, to].map(|part| record.times[part]);
                 format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}")
@@ -231,18 +234,19 @@ impl Sums {
         Some(finding(fault, link, "the description", [without, found.error], remedy))
     }
 
-    /// The products [W tau]' W B_L, from the products [W tau]' [W tau] of the same rows.
+    /// Products [W tau]' W B_L with the columns W B_L of a load. `rows`: products [W tau]' [W tau] of the same rows; `load`:
+    /// B_L, ten columns of the map from standard to base parameters.
     fn products_with_load(rows: &DMatrix<f64>, load: &DMatrix<f64>) -> DMatrix<f64> {
         rows.columns(0, load.nrows()) * load
     }
 
-    /// Relative error of a fit to the blocks `from` to `to` of a record alone.
+    /// Relative residual of a fit, without a load, to the blocks `from` to `to` of a record.
     fn within(&self, record: &Record, from: usize, to: usize) -> Option<f64> {
         let all = &record.before[to] - &record.before[from];
         Sums { all, records: Vec::new(), ..*self }.parameters().map(|found| found.error())
     }
 
-    /// Fits the parameters X without a load.
+    /// Fits all parameters of the model, without a load.
     fn parameters(&self) -> Option<Without> {
         let p = self.all.ncols() - 1;
         let tau = self.all[(p, p)];
@@ -254,7 +258,7 @@ impl Sums {
         )
     }
 
-    /// Fits friction alone to tau - W X, with the given base parameters X.
+    /// Fits friction to tau - Y X. Y X: torques of the bodies with the base parameters `described`.
     fn friction(&self, described: &DVector<f64>) -> Option<Without> {
         let (p, base) = (self.all.ncols() - 1, self.base);
         let friction = p - base;
@@ -265,29 +269,30 @@ impl Sums {
         Without::of(normal, of_rest.rows(base, friction).into(), [square, tau], self.rows)
     }
 
-    /// The vector [W tau]' (tau - W X) with the given base parameters X.
+    /// The vector [W tau]' (tau - Y X). Y X: torques of the bodies with the base parameters `described`.
     fn of_rest(&self, described: &DVector<f64>) -> DVector<f64> {
         let p = self.all.ncols() - 1;
         self.all.column(p) - self.all.columns(0, self.base) * described
     }
 }
 
-/// A fit without a load. Its normal equations are factored once, and columns of a load are added later.
+/// A fit without a load. Its normal equations are factorised once; the columns of many loads are then added.
 struct Without {
-    /// Cholesky factor for columns scaled to unit norm; a column of zeros is left out. `scale`: the factors of the columns.
+    /// Cholesky factor of the normal matrix, with columns scaled to unit norm. `scale`: factor of each column; 0 for a column
+    /// of zeros.
     factor: Cholesky<f64, Dyn>,
     scale: DVector<f64>,
-    /// The solution for columns of unit norm.
+    /// Solution for the scaled columns.
     x: DVector<f64>,
     rows: usize,
-    /// The squared residual; `tau`: the squared torque.
+    /// Squared norm of the residual. `tau`: squared norm of the torque.
     residual_square: f64,
     tau: f64,
 }
 
 impl Without {
-    /// Solves the normal equations; `None` if there is no torque. `square`: squared norm of the right-hand side; `tau`: of
-    /// the torque.
+    /// Solves the normal equations; `None` if there is no torque. `square`, `tau`: squared norms of the right-hand side and
+    /// of the torque.
     fn of(normal: DMatrix<f64>, right: DVector<f64>, [square, tau]: [f64; 2], rows: usize) -> Option<Without> {
         let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
         let of_unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
@@ -305,11 +310,11 @@ impl Without {
         (self.residual_square / self.tau).sqrt()
     }
 
-    /// Adds the ten columns of a load to the fit. `beside`: their products with the other columns; `own`: with each other;
-    /// `right`: with the right-hand side.
+    /// Adds the ten columns of a load to the fit. `beside`: products of these columns with the other columns; `own`: with one
+    /// another; `right`: with the right-hand side.
     fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<SolvedLoad> {
         let beside = DMatrix::from_fn(self.scale.len(), BODY_PARAMETERS, |i, j| self.scale[i] * beside[(i, j)]);
-        // Schur complement: the columns of the load after projection onto the complement of the other columns.
+        // Schur complement: products of the load's columns after projection onto the complement of the other columns.
         let left = own - beside.tr_mul(&self.factor.solve(&beside));
         let right = right - beside.tr_mul(&self.x);
         let scale = own.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
@@ -338,8 +343,8 @@ impl Record {
         self.before.len() - 1
     }
 
-    /// The longest interval of blocks with a constant load, if the load changes at blocks `from` and `to`. One block next to
-    /// each change is left out, since the time of a change is known only to one block.
+    /// The longest interval of blocks with a constant load, if the load changes at the blocks `from` and `to`. The times of
+    /// the changes are known only to one block, so one block next to each change is left out.
     fn longest_constant_interval(&self, from: usize, to: usize) -> (usize, usize) {
         let parts = self.parts();
         let pieces = [
@@ -351,8 +356,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks (start, end) during which a load reduces the error most, and that load. Start and end are
-    /// searched alternately, twice each.
+    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. Start and end are
+    /// searched in turn, twice each.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);
@@ -362,7 +367,7 @@ impl Record {
             let of = |part: usize| if begins { (part, to) } else { (from, part) };
             let error = |part: usize| {
                 let (from, to) = of(part);
-                // A load during nearly all blocks does not count as a change.
+                // A load during nearly all blocks is no change of the load.
                 let is_change = to - from >= LEAST_LOAD_BLOCKS && to - from + LEAST_LOAD_BLOCKS <= parts;
                 is_change.then(|| solve(from, to)).flatten().map_or(f64::INFINITY, |found| found.error)
             };

@@ -1,14 +1,14 @@
-//! The log check: tests before any fit whether a log belongs to the robot of the description.
+//! The log check: tests whether a log belongs to the robot of the description, before any fit.
 //!
-//! The torque of each joint j is regressed on the nominal torque of its motion, and on columns that no description contains
-//! (rotor, viscous and Coulomb friction, offset):
+//! The torque of each joint j is regressed on its nominal torque, and on columns that no description contains (rotor, viscous
+//! and Coulomb friction, offset):
 //! ```text
 //! tau_j = s_j (Y(q, dq, ddq) X)_j + a ddq_j + b dq_j + c direction_j + d
 //! ```
-//! X: nominal base parameters. The slope s_j of the description is near 1 if log and description belong to one robot and use
-//! the same units. b and c are positive, since friction dissipates. If a slope is not near 1, common faults are undone one
-//! by one. If the description then predicts the torques, this fault is the finding (`search`). Without inertials in the
-//! description there are no slopes, and the log check lists what it cannot determine.
+//! Y: regressor; X: nominal base parameters. The slope s_j is near 1 if log and description belong to one robot and have the
+//! same units. b and c are positive, because friction dissipates. If a slope is not near 1, common faults are undone in the
+//! log one by one. The fault with which the description predicts the torques is the finding (`search`). Without inertials in
+//! the description there are no slopes, and the log check lists what it cannot determine.
 //!
 //! The log check does not estimate parameters. Nominal inertials are wrong by tens of per cent, so a slope of 0.6 in a wrist
 //! is no fault of a log.
@@ -54,16 +54,16 @@ use crate::estimate::log_check::trial::tried;
 use crate::estimate::log_check::trials::Trials;
 use crate::signals::records::Records;
 
-/// A velocity column is in time if it lags the derivative of its position by less than this, s.
+/// A velocity column is in time if its lag behind the derivative of the position is below this, s.
 pub const TIMELY_S: f64 = 1e-3;
 
-/// Least number of samples for slopes, if the log has so many.
+/// Number of samples, at least, from which slopes are computed; all samples of a shorter log.
 const MIN_TRIED_SAMPLES: usize = 400;
-/// Least number of samples when many changes are tried.
+/// Number of samples, at least, on which many changes are tried; all samples of a shorter log.
 const FEW_TRIED_SAMPLES: usize = 150;
 
-/// Checks a log. `suspects`: suspect columns; `described`: nominal base parameters, or `None` if the description has no
-/// inertials.
+/// Checks a log before any fit. `suspects`: suspect columns of the log; `described`: nominal base parameters, `None` if the
+/// description has no inertials.
 ///
 /// If the log has gross faults, they are undone and the log is checked again.
 ///
@@ -79,14 +79,14 @@ pub fn log_check<R: Records + ?Sized>(
     Ok(tried(look(&samples), |changes| look(&samples.changed(changes, regressor))))
 }
 
-/// Checks samples, without trying the remedies of the findings.
+/// Checks samples once, without trying the remedies of the findings.
 fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], described: Option<&[f64]>) -> LogCheck {
     let n = regressor.coordinates().len();
-    // The slopes s_j from many samples.
+    // Slopes (measured / nominal torque) are computed from many samples.
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
-    // Detection limits of zeros need ten angles per joint, so fewer samples are used for them.
+    // Detection limits of zeros need ten angles per joint, so they are computed from fewer samples.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));
@@ -117,15 +117,15 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
             zero_power: power(j),
         });
     }
-    // The findings, from the numbers of all joints.
+    // The findings follow from the numbers of all joints.
     let look =
         diagnosis::DiagnosisInput { samples, rows: &rows, suspects, regressor, description: description.as_ref() };
     look.diagnose(slopes.as_deref(), &mut log_check);
     log_check
 }
 
-/// The share of the variance of a joint's torque that the description explains together with the joint's own columns (rotor,
-/// friction, offset). `None` if the torque is constant or there are too few samples.
+/// The share of the variance of the torque of joint j that the description and the joint's own columns (rotor, friction,
+/// offset) explain together. `None` if the torque is constant or there are too few samples.
 fn explained(samples: &Samples, rows: &[usize], j: usize, partial: &Partial) -> Option<f64> {
     let places = used(&samples.kept, rows, j);
     let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();

@@ -1,10 +1,9 @@
-//! Searches for a permutation of the columns with which the description predicts the log. It is tried for all signals, for
-//! the motions, and for the torques.
+//! Searches for an order (permutation) of the columns of a log with which the description predicts the torques. It is
+//! searched for all signals together, for the motions alone, and for the torques alone.
 //!
 //! For few joints all permutations are tried. For more joints only common mistakes are tried: joints in alphabetical order,
-//! from the tip to the base, rotated by some places, two to four limbs in any order, and any cycle of three joints. A
-//! permutation is a product of exchanges: (a b c ..) = (a b)(b c)... The permutations are ranked on a subset of the samples;
-//! the misfit of the best one is computed on all.
+//! from the tip to the base, or rotated by some places; two to four limbs in any order; any cycle of three joints. The
+//! permutations are ranked on a subset of the samples, then the misfit of the best one is computed on all samples.
 
 use std::convert::Infallible;
 
@@ -17,31 +16,32 @@ use crate::estimate::log_check::regression::Partial;
 use crate::estimate::log_check::search::{ChangeSearch, LIKELY_MISFIT_SHARE, MisfitSum, Suspicion, last_of_pairs};
 use crate::estimate::log_check::trials::Trials;
 
-/// Largest number of joints for which all permutations are tried. Seven joints have 5 040.
+/// Largest number of joints for which all permutations are tried (5040 for seven joints).
 const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 
-/// Number of samples on which the permutations are ranked.
+/// Number of samples on which permutations are ranked.
 const RANKING_SAMPLES: usize = 100;
 
-/// A permutation counts as equally good if its squared misfit is at most this many times that of the best one.
+/// A permutation counts as equally good if its sum of misfits is at most this times the smallest sum.
 const AS_GOOD_ORDER_RATIO: f64 = 1.2;
 
-/// No exchange is searched if the mean squared misfit of the unchanged log is below this (10 % of the torque).
+/// A hidden exchange is not reported if the mean misfit of the unchanged log is below this (a relative error of 10 % of the
+/// torque).
 const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 
-/// Largest number of limbs of equal length whose permutations are all tried.
+/// Largest number of limbs of equal length for which all orders of the limbs are tried.
 const MAX_LIMBS: usize = 4;
 
-/// A function that makes the hypothesis that columns of two joints are exchanged.
+/// A function from the numbers of two joints to the hypothesis that their columns are exchanged.
 type Exchange = fn(usize, usize) -> Hypothesis;
 
-/// The three kinds of exchanges: all signals, motions, torques. The first two exchange the motions in the same manner.
+/// The kinds of exchanges: all signals, motions only, torques only. `order` relies on this sequence.
 const EXCHANGE_KINDS: [Exchange; 3] =
     [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl ChangeSearch<'_> {
-    /// The permutation with the smallest misfit, as a list of exchanges, and the misfits of the joints with it; `None` for a
-    /// single joint. `as_it_is`: regression of the unchanged log.
+    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit of each joint with it; `None`
+    /// for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the misfits of the joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -61,7 +61,7 @@ impl ChangeSearch<'_> {
                 .extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
             Ok::<(), Infallible>(())
         });
-        // If limbs are equal, several permutations have nearly equal misfit: the one with the fewest exchanges is the most
+        // With equal limbs, several permutations have nearly equal misfits. The one with the fewest exchanges is the most
         // likely.
         let least = ranked.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
         ranked.retain(|(left, _)| *left <= AS_GOOD_ORDER_RATIO * least);
@@ -72,8 +72,8 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, which the search cannot detect because they change the torque little; `None`
-    /// if none reduces the misfit by far.
+    /// The best of the exchanges in `hidden`, as a suspicion; `None` if none reduces the misfit by far. The search does not
+    /// detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
@@ -88,8 +88,8 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Pairs of joints, and of limbs of equal length, whose exchange the description would not detect in this log. Each pair
-/// lists the joints of its two members.
+/// Pairs of joints, or of limbs of equal length, whose exchange would not be detected in this log. Each member of a pair is a
+/// list of joints.
 pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<usize>; 2]> {
     let n = slopes.len();
     let lengths = (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs) && n > *limbs).map(|limbs| n / limbs);
@@ -110,7 +110,8 @@ pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<
     hidden
 }
 
-/// The permutations to try, without the identity. `order[k]`: number of the joint whose columns belong to joint k.
+/// The permutations that are tried, without the identity. `order[k]`: number of the joint in the log whose columns belong to
+/// joint k.
 fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     let n = coordinates.len();
     let mut found = match n <= MAX_JOINTS_FOR_ALL_ORDERS {
@@ -121,7 +122,6 @@ fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// All permutations of n joints.
 fn all(n: usize) -> Vec<Vec<usize>> {
     (0..n).fold(vec![Vec::new()], |shorter, last| {
         let longer = |order: &Vec<usize>| {
@@ -144,7 +144,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     sorted.iter().enumerate().for_each(|(place, &k)| inverse[k] = place);
     let mut found = vec![sorted, inverse, (0..n).rev().collect()];
     found.extend((1..n).map(|by| (0..n).map(|k| (k + by) % n).collect()));
-    // Limbs of equal length in all orders: messages of legged robots often use another order of legs.
+    // Limbs of equal length in all orders, because messages of legged robots often have another order of legs.
     for limbs in (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs)) {
         let length = n / limbs;
         let joints = |order: &Vec<usize>| order.iter().flat_map(|limb| limb * length..(limb + 1) * length).collect();
@@ -161,12 +161,12 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// The exchanges that, when applied one after the other, assign the columns of joint `order[k]` to joint k.
+/// The exchanges that assign the columns of joint `order[k]` to each joint k, if they are applied one after the other.
 fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // A permutation contains every joint once, so a joint that is not in its place comes later.
+        // A permutation contains every joint once. So if a joint is not at its place, it is at a later place.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);
@@ -200,8 +200,8 @@ mod tests {
         let names: Vec<String> =
             ["left", "arm", "wrist", "elbow", "hip", "knee", "ankle", "neck"].map(Into::into).into();
         let found = orders(&names);
-        // Number of orders: 8 * 7 * 6 / 3 cycles of three joints, 7 rotations, alphabetical order and its inverse, reversed
-        // order, two and four limbs.
+        // Number of permutations: 8 * 7 * 6 / 3 cycles of three joints, 7 rotations, alphabetical order and its inverse,
+        // reversed order, orders of two and of four limbs.
         assert_eq!(found.len(), 112 + 7 + 3 + 1 + 23);
         for order in &found {
             let mut sorted = order.clone();

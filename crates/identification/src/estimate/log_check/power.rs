@@ -1,9 +1,9 @@
-//! Computes the smallest zero offset of a joint that the search would have detected in this log, and the offset with the
-//! least error.
+//! Computes, for a joint, the smallest zero offset that the search for faults would have detected, and the zero offset with
+//! which the description fits best.
 //!
-//! If an offset raises the misfit of the description by enough, the search would have found and undone it. The search does
-//! not report a smaller offset, although the description may fit better with it. So this offset u_k of joint k is computed,
-//! with the relative error e(u) of the description after joint k is turned by u, rad; friction and rotors are fitted:
+//! An offset is detectable if it raises the misfit of the description by enough; the search would then have found and undone
+//! it. A smaller offset u_k of joint k may still make the description fit better. It is the minimum of e(u), the relative
+//! error of the description after joint k is turned by u, rad (friction and rotors are fitted):
 //! ```text
 //! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
 //! ```
@@ -19,10 +19,10 @@ use crate::estimate::log_check::trials::Trials;
 
 use super::change::misfits;
 
-/// Offsets that are tested for detection, degrees.
+/// Zero offsets for which detection is tested, degrees.
 const TRIED_OFFSETS_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
 
-/// Whether the search would have detected these faults: they raise the misfit by enough.
+/// Whether the search would have detected these faults, because they raise the sum of misfits by enough.
 pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> bool {
     let sum = |changes: &[Change], partials: &[Partial]| {
         let left = misfits(partials, slopes, changes, 1.0);
@@ -32,8 +32,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Another zero of k is then equivalent to a rotation of its body. If k carries
-/// joint j, the torque of k depends on all base parameters that the torque of j depends on; this is the test.
+/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of its body. The test: if k
+/// carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =
@@ -45,40 +45,41 @@ pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     })
 }
 
-/// The smallest detectable zero offset of joint k, rad; `None` if no tested offset would be detected.
+/// The smallest zero offset of joint k that would be detected, rad; `None` if no tested offset would be.
 pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
     let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
     let tried = TRIED_OFFSETS_DEG.map(f64::to_radians);
-    // Tests from the largest offset down, as long as both signs are detected.
+    // From the largest offset down, as long as offsets of both signs are detected.
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
 }
 
-/// An offset is reported if it reduces the error of the description below this share.
+/// A zero offset is reported if it multiplies the relative error of the description by less than this.
 const TURNED_ERROR_RATIO: f64 = 0.4;
-/// Smallest offset that is reported, rad: encoders are referenced to a few tenths of a degree.
+/// Smallest zero offset that is reported, rad. Encoders are referenced to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
-/// Largest offset that is reported, rad; larger ones are found by the search for faults.
+/// Largest zero offset that is reported, rad. The search for faults finds larger ones.
 const LARGEST_TURN_RAD: f64 = PI / 6.0;
-/// Distance between the three points of the parabola, rad.
+/// Distance between the three points through which the parabola is fitted, rad.
 const TURN_STEP_RAD: f64 = PI / 180.0;
-/// Number of parabola steps. The error is nearly a parabola at its minimum, so four steps are accurate to a thousandth of a
-/// degree.
+/// Number of steps to the minimum of a fitted parabola. The error is nearly a parabola, so four steps are accurate to 0.001
+/// degrees.
 const PARABOLA_STEPS: usize = 4;
 
-/// A joint for which a zero offset makes the description fit better.
+/// A joint with a zero offset that makes the description fit better.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MisplacedJoint {
-    /// Number of its coordinate.
+    /// Number of the coordinate.
     pub joint: usize,
-    /// Zero offset with the least error, rad.
+    /// Zero offset with the smallest error of the description, rad.
     pub angle: f64,
-    /// Relative errors of the description: (unchanged, with the joint turned).
+    /// Relative errors of the description: (unchanged log, with the offset).
     pub errors: (f64, f64),
 }
 
-/// The joint among `joints` whose offset reduces the error of the description most; `None` if no offset reduces it by far.
+/// The joint among `joints` whose zero offset reduces the error of the description most; `None` if no offset reduces it
+/// enough.
 pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Option<MisplacedJoint> {
-    // Squared residual of all torques, and squared torques.
+    // Squared residual and squared torque, summed over all joints.
     let sums = |changes: &[Change]| {
         let left = |p: &Partial| p.yy * p.residual(1.0);
         let partials = trials.partials(changes);

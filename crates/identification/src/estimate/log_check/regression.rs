@@ -1,16 +1,17 @@
-//! Partial regression of a signal on one column, with a few other columns projected out.
+//! Partial regression of a signal y on one column x, with a few other columns F (friction, rotor, offset) projected out.
 //!
-//! The signal y and the column x are projected onto the complement of the columns F (friction, rotor, offset): y' = y - P_F
-//! y, x' = x - P_F x, with the projector P_F onto the span of F. Then the slope is x'.y' / x'.x'. Of the squared residual of
-//! a fit by F alone, x explains the share (x'.y')^2 / (x'.x' y'.y').
+//! y' = y - P_F y and x' = x - P_F x, with the projector P_F onto the span of F. The slope is x'.y' / x'.x'. y'.y' is the
+//! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of it.
 
-/// The slope of a joint is used if the description explains more than this share. Otherwise it is printed in brackets.
+/// The slope (measured / nominal torque) of a joint is meaningful if the description explains more than this share of the
+/// torque. Otherwise it is printed in brackets.
 pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 
-/// A column is linearly dependent if its norm after projection is below this share of its norm.
+/// A column is linearly dependent on others if its projection onto their complement has a smaller share of its norm than
+/// this.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
-/// An orthonormal basis: columns of equal length.
+/// An orthonormal basis; the columns have equal length.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Basis(Vec<Vec<f64>>);
 
@@ -20,7 +21,7 @@ impl Basis {
         let mut basis = Basis::default();
         for column in columns {
             let norm = square(&column).sqrt();
-            // Projecting twice makes the columns orthogonal to rounding accuracy.
+            // A second projection makes the columns orthogonal up to rounding.
             let mut column = basis.without(basis.without(column));
             let left = square(&column).sqrt();
             if left > DEPENDENT_COLUMN_SHARE * norm {
@@ -31,12 +32,11 @@ impl Basis {
         basis
     }
 
-    /// Number of independent columns.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// The projection of a signal onto the complement of the basis.
+    /// Projects a signal onto the complement of the basis.
     pub(crate) fn without(&self, mut signal: Vec<f64>) -> Vec<f64> {
         for column in &self.0 {
             let share = product(column, &signal);
@@ -49,35 +49,35 @@ impl Basis {
 /// The products of a signal y and a column x, both projected onto the complement of a basis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Partial {
-    /// The products y'.y', x'.x' and x'.y' of signal y' and column x'.
+    /// The scalar products y'.y', x'.x' and x'.y'.
     pub yy: f64,
     pub xx: f64,
     pub xy: f64,
 }
 
 impl Partial {
-    /// Computes the products of a projected signal y and a projected column x.
+    /// Makes the products from the projected signal y and the projected column x.
     pub(super) fn of(y: &[f64], x: &[f64]) -> Partial {
         Partial { yy: square(y), xx: square(x), xy: product(x, y) }
     }
 
-    /// The regression slope of y by x; 0 for a column of zeros.
+    /// The regression slope of y on x; 0 for a column of zeros.
     pub(super) fn slope(&self) -> f64 {
         if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
     }
 
-    /// Share of y'.y' that the column explains, 0 to 1.
+    /// Share of y'.y' that the column x explains, 0 to 1.
     pub(super) fn share(&self) -> f64 {
         let both = self.xx * self.yy;
         if both > 0.0 { (self.xy * self.xy / both).min(1.0) } else { 0.0 }
     }
 
-    /// Squared residual for a given slope, over y'.y'; above 1 if the column increases the residual.
+    /// Squared residual with a given slope, divided by y'.y'. It is above 1 if the column increases the residual.
     pub(super) fn residual(&self, slope: f64) -> f64 {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }
 
-    /// The ratio x'.x' / y'.y': squared nominal torque over squared measured torque, if x is the nominal torque.
+    /// The ratio x'.x' / y'.y'. If x is the nominal and y the measured torque: squared nominal / squared measured torque.
     pub(super) fn weight(&self) -> f64 {
         if self.yy > 0.0 { self.xx / self.yy } else { 0.0 }
     }
@@ -108,7 +108,7 @@ mod tests {
         let basis = Basis::of(vec![f.clone(), g, f]);
         assert_eq!(basis.0.len(), 2, "a column twice spans nothing more");
         let partial = Partial::of(&basis.without(y), &basis.without(mixed));
-        // The noise is 0.1 over 400 rows: five standard errors of the slope are 0.025. The share of noise in the variance is
+        // Noise of 0.1 in 400 rows: five standard errors of the slope are 0.025. The share of the noise in the variance is
         // 0.02.
         assert!((partial.slope() - 0.7).abs() < 0.025, "{partial:?}");
         assert!((partial.share() - 0.98).abs() < 0.01 && (partial.residual(0.7) - 0.02).abs() < 0.01);

@@ -1,5 +1,5 @@
-//! The result of a log check: agreement of each joint with the description, findings, and properties that are not
-//! determined.
+//! Holds the result of a log check: agreement of each joint with the robot description, findings, and what could not be
+//! checked.
 
 use std::fmt;
 
@@ -15,48 +15,48 @@ use crate::estimate::log_check::visited::VisitedStates;
 pub struct JointCheck {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Regression slope of measured by nominal torque, with rotor, friction and offset projected out. `None` without
-    /// inertials, or if the joint has too few samples.
+    /// Regression slope of the measured on the nominal torque, with rotor, friction and offset projected out; near 1 in
+    /// agreement. `None` without inertials, or if the joint has too few samples.
     pub slope: Option<f64>,
-    /// Share of the squared residual of a fit by rotor, friction and offset that the description explains. It weighs the
-    /// evidence for the slope. `None` like `slope`.
+    /// Share of the squared residual of a fit by rotor, friction and offset that the nominal torque explains, 0 to 1. The
+    /// slope is meaningful only if it is large. `None` like `slope`.
     pub share: Option<f64>,
-    /// Share of the variance of the torque that description, rotor, friction and offset explain together; `None` if unknown.
+    /// Share of the variance of the torque that nominal torque, rotor, friction and offset explain together, 0 to 1; `None`
+    /// if unknown.
     pub explained: Option<f64>,
-    /// Friction, estimated from the equation of this joint alone; `None` if it cannot be determined.
+    /// Friction, fitted to the torques of this joint alone; `None` if it cannot be determined.
     pub friction: Option<JointFriction>,
-    /// Range of the joint's motion, rad (m).
+    /// Range of the positions of the joint, rad (m).
     pub range: f64,
-    /// Lag of the velocity behind the derivative of the position, s; `None` if the joint hardly moves, or if both are
-    /// different signals.
+    /// Lag of the velocity behind the derivative of the position, s. `None` if the joint hardly moves, or if the velocity is
+    /// another signal.
     pub velocity_lag: Option<f64>,
     /// Standard deviation of `velocity_lag`, s.
     pub velocity_lag_deviation: f64,
     /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if one
-    /// of them is zero.
+    /// of the two is zero.
     pub acceleration: Option<(f64, f64)>,
-    /// Whether the acceleration is another signal than the derivative of the velocity.
+    /// Whether the acceleration is not the derivative of the velocity but another signal.
     pub wrong_acceleration: bool,
-    /// The smallest detectable offset of the joint's zero, rad; `None` if no offset would be detected.
+    /// The smallest zero offset of the joint that would have been detected, rad; `None` if no offset would have been.
     pub zero_power: Option<f64>,
 }
 
-/// Whether velocities and accelerations are read from columns of the log, or computed by differentiation.
+/// Whether velocities and accelerations come from columns of the log (true), or are derivatives (false).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Measured {
-    /// Whether velocities are read from columns of the log.
+    /// Whether velocities come from columns of the log.
     pub velocity: bool,
-    /// Whether accelerations are read from columns of the log.
+    /// Whether accelerations come from columns of the log.
     pub acceleration: bool,
 }
 
-/// A suspected fault that is not needed to explain the log, since other bodies than the nominal ones explain it equally
-/// well.
+/// A suspected fault that is not needed, because other bodies than the nominal ones explain the log equally well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExplainedMistake {
     /// The suspected fault, as a finding.
     pub finding: Finding,
-    /// Whether the description predicts the log far better after the fault is undone.
+    /// Whether undoing the fault makes the description predict the log far better.
     pub is_likely: bool,
 }
 
@@ -65,46 +65,45 @@ pub struct ExplainedMistake {
 pub struct LogCheck {
     /// Agreement of each joint with the description, one per coordinate.
     pub joints: Vec<JointCheck>,
-    /// The findings: gross ones (unusable estimates) first.
+    /// The findings; gross ones, which make estimates unusable, come first.
     pub findings: Vec<Finding>,
-    /// Alternative explanations of the log, each a list of findings; empty after they have been tried.
+    /// Alternatives to `findings`: other explanations of the log, each a list of findings. Empty after they were tried.
     pub others: Vec<Vec<Finding>>,
-    /// Suspected faults (by nominal bodies) for which other bodies explain the log equally well.
+    /// Suspected faults that are not needed, because other bodies than the nominal ones explain the log equally well.
     pub explained: Vec<ExplainedMistake>,
-    /// A load that the description does not contain; `None` if none was found. It is no fault of a log, but part of the
-    /// parameters.
+    /// A constant load that the description does not contain; `None` if none was found. It is no fault of the log, but
+    /// becomes part of the parameters.
     pub load: Option<Finding>,
-    /// Sentences on properties that could not be determined.
+    /// Sentences on properties that could not be checked.
     pub not_checked: Vec<String>,
-    /// Whether the motion is short. Then only faults that explain nearly all of the misfit are reported.
+    /// Whether the motion is short. If it is, a fault is reported only if it explains nearly all of the misfit.
     pub is_short: bool,
     /// The states (positions and velocities) that the robot visited.
     pub visited: VisitedStates,
-    /// Whether the columns of velocity and acceleration were used or not.
+    /// Whether velocity and acceleration columns of the log were used.
     pub measured: Measured,
-    /// The joint for which a zero offset makes the description fit far better; `None` if there is none.
+    /// The joint whose zero offset makes the description fit far better; `None` if there is none.
     pub turned: Option<MisplacedJoint>,
-    /// Pairs of joints, or of limbs, whose exchange the description would not detect. Each pair lists the joints of its two
-    /// members.
+    /// Pairs of joints, or of limbs, whose exchange would not be detected. Each member of a pair is a list of joints.
     pub hidden_exchanges: Vec<[Vec<usize>; 2]>,
     /// Whether columns are assigned to joints by their place, not by their names.
     pub is_by_place: bool,
 }
 
-/// A slope is not printed if the description explains less than this share.
+/// A slope is not printed if the description explains less than this share of the torque.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointCheck {
-    /// Whether the sign of the joint's torque or motion is clearly wrong: friction is negative, and so is a meaningful
-    /// slope.
+    /// Whether torque or motion of the joint clearly has the wrong sign: friction is negative, and a meaningful slope is
+    /// negative too.
     pub(super) fn runs_back(&self) -> bool {
         let is_negative = self.slope.is_some_and(|slope| slope < 0.0);
         let is_meaningful = self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
         is_negative && is_meaningful && self.friction.is_some_and(|f| f.drives)
     }
 
-    /// The magnitude of a meaningful slope, and the gain that the description implies instead of `gain`, as text: `q1=11.5`.
-    /// `None` if the slope is not meaningful.
+    /// Magnitude of the slope of the joint, and, as text, the drive gain that the description implies: `q1=11.5`. `gain`: the
+    /// gain that was used, N m/A. `None` if the slope is not meaningful.
     fn implied_gain(&self, gain: f64) -> Option<(f64, String)> {
         let slope = self.slope.filter(|_| self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
         Some((slope, format!("{}={}", self.coordinate, significant(gain / slope))))
@@ -116,10 +115,11 @@ fn by_description(gains: &[String]) -> String {
 }
 
 impl LogCheck {
-    /// Takes over the results on velocity and acceleration columns from `other`, another check of the same log.
+    /// Replaces the results on velocity and acceleration columns by those of `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // If a velocity has no lag, it is not a late derivative: it belongs to another joint, or is another signal.
+        // A velocity without a lag is not a late derivative of the position. It belongs to another joint, or is another
+        // signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
         let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();
@@ -133,15 +133,15 @@ impl LogCheck {
         self
     }
 
-    /// Lag of the velocities behind the derivatives of the positions, s: the median over joints, because one filter acts on
-    /// all. `None` if no joint has a lag.
+    /// Lag of the velocities behind the derivatives of the positions, s: the median over the joints, because one filter acts
+    /// on all. `None` if no joint has a lag.
     pub fn velocity_lag(&self) -> Option<f64> {
         let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
         lags.sort_by(f64::total_cmp);
         lags.get(lags.len() / 2).copied()
     }
 
-    /// Whether the log was compared with a description.
+    /// Whether the log was compared with inertials of the description.
     pub(crate) fn has_description(&self) -> bool {
         self.joints.iter().any(|j| j.slope.is_some())
     }
@@ -151,10 +151,10 @@ impl LogCheck {
         self.findings.iter().any(|f| f.fault.is_gross())
     }
 
-    /// Compares the drive gains of the log's currents, one per coordinate, N m/A, with the gains that the description
-    /// implies.
+    /// Compares the given drive gains with the gains that the description implies, and adds a finding if they differ.
+    /// `gains`: one per coordinate, N m/A.
     ///
-    /// If a torque is s times the nominal torque, its gain is s times too large.
+    /// If the torque of a joint is s times its nominal torque, its gain is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
         let all = self.joints.iter().zip(gains);
         let mut found: Vec<(f64, String)> = all.filter_map(|(joint, gain)| joint.implied_gain(*gain)).collect();
@@ -164,7 +164,7 @@ impl LogCheck {
             return;
         };
         self.findings.retain(|f| !f.is_of_scale());
-        // A load or other bodies would change the slopes of some joints only.
+        // A load or other bodies would change only some of the slopes.
         let all = |is_off: &dyn Fn(f64) -> bool| found.iter().all(|(slope, _)| is_off(*slope));
         let is_off = all(&|s| s > COMMON_FACTORS.end) || all(&|s| s < COMMON_FACTORS.start);
         let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
@@ -175,15 +175,15 @@ impl LogCheck {
         }
     }
 
-    /// For efforts that are known to be currents: moves findings on the unit to `not_checked`, with the gains that the
-    /// description implies, since they are no faults.
+    /// For efforts that are known to be currents: moves findings on the torque unit to `not_checked`, because they are no
+    /// faults. The text contains the gains that the description implies.
     pub fn efforts_are_currents(&mut self) {
         let unit: Vec<Finding> = self.findings.extract_if(.., |f| f.is_of_scale()).collect();
         self.not_checked.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));
     }
 
-    /// For position errors that were used as torques with gains of 1: removes findings on the unit, and notes the gains that
-    /// the description implies. `scale`: a sentence on the meaning of the torques.
+    /// For position errors that were used as torques with gains of 1: removes findings on the torque unit, and adds the gains
+    /// that the description implies to `not_checked`. `scale`: a sentence on the meaning of the torques.
     pub fn efforts_are_position_errors(&mut self, scale: &str) {
         self.findings.retain(|f| !f.is_of_scale() && !matches!(f.fault, Fault::Gains(_)));
         let implied: Vec<String> = self.joints.iter().filter_map(|j| Some(j.implied_gain(1.0)?.1)).collect();
@@ -202,7 +202,7 @@ impl fmt::Display for LogCheck {
         writeln!(f, "{:<width$}  {:>8}  {:>6}  {:>9}  {:<9}", "joint", head[0], head[1], head[2], head[3])?;
         let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:.0} %", 100.0 * x));
         for j in &self.joints {
-            // A slope with weak evidence is printed in brackets, or not at all.
+            // If the description explains little of the torque, the slope is printed in brackets or not at all.
             let slope = match (j.slope, j.share) {
                 (Some(slope), Some(share)) if share > COUNTED_SLOPE_SHARE => significant(slope),
                 (Some(slope), Some(share)) if share > SHOWN_SLOPE_SHARE => format!("({})", significant(slope)),

@@ -1,8 +1,8 @@
-//! Samples of all records, evenly thinned to the number that a log check needs.
+//! Collects samples of all records, evenly thinned to the number that a log check needs.
 //!
-//! One pass over the records keeps every m-th sample with its neighbours in time. If there are too many, m doubles. Two
-//! quantities are summed over all samples before thinning: the path length of each joint, and the agreement of each measured
-//! velocity with the derivative of each position.
+//! One pass over the records keeps every m-th sample with its neighbours in time; m doubles whenever there are too many. Two
+//! quantities are summed over all samples, before thinning: the path length of each joint, and the products that compare each
+//! measured velocity with the derivative of each position.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -11,70 +11,72 @@ use logs::Error;
 use crate::estimate::log_check::change::{Change, position_of};
 use crate::signals::records::Records;
 
-/// Least number of kept torque values of all joints together: a few thousand samples of an arm.
+/// Least number of kept torques, summed over all joints (if the log has so many): a few thousand samples of an arm.
 const MIN_TORQUE_ENTRIES: usize = 16_384;
 
-/// Least number of kept samples if a robot has many joints.
+/// Least number of kept samples for a robot with many joints (if the log has so many).
 const MIN_KEPT_SAMPLES: usize = 512;
 
-/// The lag of a velocity is not estimated if the joint's rms velocity is below this share of the fastest joint's.
+/// The lag of a velocity is not estimated if the rms velocity of the joint is below this share of the largest rms velocity of
+/// all joints.
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
-/// A velocity column is the derivative of the position if their squared correlation exceeds this.
+/// A velocity column counts as the derivative of the position if their squared correlation exceeds this.
 const SAME_VELOCITY_CORRELATION: f64 = 0.9;
-/// An acceleration column is the derivative of the velocity if their squared correlation exceeds this.
+/// An acceleration column counts as the derivative of the velocity if their squared correlation exceeds this.
 const SAME_ACCELERATION_CORRELATION: f64 = 0.25;
-/// Plausible ratios of the rms of an acceleration column to the rms of the derivative of the velocity.
+/// Plausible range of the ratio (rms of an acceleration column / rms of the derivative of the velocity).
 pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 
-/// Number of rows of filtered noise that count as one independent row, at ten rows per period of the cut-off: twice the
-/// autocorrelation time of 0.32 periods.
+/// Number of correlated rows that count as one independent row: twice the autocorrelation time of filtered noise (0.32
+/// periods of the cut-off), with ten rows per period.
 const CORRELATED_NOISE_ROWS: f64 = 6.4;
 
-/// A motion is short if it has fewer periods than this.
+/// A motion is short if the number of periods (there and back) is below this.
 const FEW_PERIODS: f64 = 1.5;
 
-/// The data of a log check, from one pass over the records.
+/// The data of a log check, collected in one pass over the records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
     /// The kept samples of all records, one after the other.
     pub kept: States,
-    /// The samples directly before and after each kept one; `span`: the time between these two, s.
+    /// The samples directly before and after each kept sample. `span`: time from the one to the other, s.
     pub before: States,
     pub after: States,
     pub span: Vec<f64>,
-    /// For each kept sample, the number of its log.
+    /// For each kept sample, the number of its log, from 0.
     pub log: Vec<usize>,
     /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
     /// Path length of each coordinate, sum |delta q|, rad (m).
     pub path: Vec<f64>,
-    /// Sums over all samples, with slope = dq/dt by differences of q: `velocity[k]` = dq_k . dq_k, `slope[l]` = slope_l .
-    /// slope_l, `together[k n + l]` = dq_k . slope_l.
+    /// Sums over all samples; slope_l: difference quotient of the position of joint l. `velocity[k]`: dq_k . dq_k;
+    /// `slope[l]`: slope_l . slope_l; `together[k n + l]`: dq_k . slope_l.
     pub velocity: Vec<f64>,
     pub slope: Vec<f64>,
     pub together: Vec<f64>,
-    /// For each coordinate, sums that compare velocity and acceleration with differences of position and velocity.
+    /// For each coordinate, sums that compare velocity and acceleration with difference quotients of position and velocity.
     pub rates: Vec<RateSums>,
-    /// Number of samples in the sums.
+    /// Number of samples over which the sums are taken.
     pub count: usize,
 }
 
-/// Sums over all samples of one coordinate, to compare velocity dq and acceleration ddq with differences. slope: first
-/// difference quotient of the position; bend: its second difference quotient.
+/// Sums over all samples of one coordinate that compare velocity dq and acceleration ddq with difference quotients. slope,
+/// bend: first and second difference quotient of the position.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RateSums {
-    /// Sums of (slope - dq) bend, bend^2 and (slope - dq)^2.
+    /// Sums of (slope - dq) bend, bend^2 and (slope - dq)^2. slope, bend: first and second difference quotient of the
+    /// position.
     lag: f64,
     bend: f64,
     off: f64,
-    /// Sums of ddq dq', ddq^2 and dq'^2, with the difference quotient dq' of dq.
+    /// Sums of ddq dq', ddq^2 and dq'^2. dq': difference quotient of the velocity.
     both: f64,
     acceleration: f64,
     slope: f64,
 }
 
 impl Samples {
-    /// Collects the samples of the records, in one pass; n: number of coordinates.
+    /// Collects the samples of the records in one pass. n: number of coordinates.
     ///
     /// Fails when a record cannot be read.
     pub(crate) fn of<R: Records + ?Sized>(records: &R, n: usize) -> Result<Samples, Error> {
@@ -92,7 +94,8 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
-        // A sample is used if it has both neighbours in time. The sums also include samples that are not kept.
+        // A sample is used if it has a neighbour before and after it. The sums include all used samples, the kept ones only
+        // every m-th.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);
@@ -100,7 +103,7 @@ impl Samples {
                     all.keep(states, r);
                 }
                 count += 1;
-                // If there are too many samples, every second one is dropped, and the step doubles.
+                // If too many samples are kept, every second one is dropped and the step doubles.
                 if all.kept.len() == 2 * most {
                     all.halve();
                     every *= 2;
@@ -111,7 +114,7 @@ impl Samples {
         Ok(all)
     }
 
-    /// A copy of these samples with changes applied that undo faults.
+    /// A copy of these samples with faults undone by `changes`.
     pub(crate) fn changed(&self, changes: &[Change], regressor: &dyn Regressor) -> Samples {
         let (n, rows) = (self.kept.n, self.every(1));
         let done = |part: &States| Change::all_done(changes, part, &rows, regressor);
@@ -142,7 +145,8 @@ impl Samples {
             all.sum(&States::joined(&three), 1);
         }
         all.range = low.into_iter().zip(high).map(|(a, b)| (a.min(b), a.max(b))).collect();
-        // Thinned samples would give too short paths. So path lengths are computed from the unchanged numbers of periods.
+        // The path length of thinned samples is too short. So it is computed from the number of periods of the unchanged
+        // samples.
         let periods = (0..n).map(|k| 2.0 * self.periods(position_of(changes, k)));
         all.path = periods.zip(&all.range).map(|(periods, (a, b))| periods * (b - a)).collect();
         all
@@ -191,7 +195,7 @@ impl Samples {
         self.log.push(states.log);
     }
 
-    /// Keeps every second sample.
+    /// Drops every second kept sample.
     fn halve(&mut self) {
         for part in [&mut self.before, &mut self.kept, &mut self.after] {
             let n = part.n;
@@ -210,14 +214,14 @@ impl Samples {
         (0..self.kept.len()).step_by(step.max(1)).collect()
     }
 
-    /// Number of periods of a joint: its path length over twice its range.
+    /// Number of periods (there and back) of joint k: its path length divided by twice its range.
     pub(crate) fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
     }
 
-    /// Whether the motion is short: the median number of periods of the moving joints is so small that other bodies, zeros
-    /// or signs may explain the torques by chance.
+    /// Whether the motion is short: the median number of periods of the moving joints is below `FEW_PERIODS`. Then other
+    /// bodies, zeros or signs may explain the torques by chance.
     pub(crate) fn are_few(&self) -> bool {
         let mut periods: Vec<f64> =
             (0..self.kept.n).map(|k| self.periods(k)).filter(|periods| *periods > 0.0).collect();
@@ -225,8 +229,8 @@ impl Samples {
         periods.get(periods.len() / 2).is_some_and(|middle| *middle < FEW_PERIODS)
     }
 
-    /// Lag of the velocity of joint k behind the derivative of its position, s, for example by a low-pass or another clock.
-    /// `None` if k hardly moves, or if both are different signals.
+    /// Lag of the velocity of joint k behind the derivative of its position, s, for example because of a low-pass or another
+    /// clock. `None` if k hardly moves, or if the velocity is another signal.
     pub(crate) fn velocity_lag(&self, k: usize) -> Option<f64> {
         let fastest = self.velocity.iter().copied().fold(0.0, f64::max);
         let sums = &self.rates[k];
@@ -234,8 +238,8 @@ impl Samples {
         (moves && self.alike(k, k) > SAME_VELOCITY_CORRELATION).then(|| sums.lag / sums.bend)
     }
 
-    /// Standard deviation of the velocity lag of joint k, s. The residual of (slope - dq) is taken as filtered noise with
-    /// correlated rows.
+    /// Standard deviation of the velocity lag of joint k, s. The difference of velocity and derivative, without the lag, is
+    /// taken as filtered noise with correlated rows.
     pub(crate) fn velocity_lag_deviation(&self, k: usize) -> f64 {
         let sums = &self.rates[k];
         let left = (sums.off - sums.lag * sums.lag / sums.bend).max(0.0);
@@ -243,15 +247,15 @@ impl Samples {
         if variance.is_finite() { variance.sqrt() } else { 0.0 }
     }
 
-    /// The correlation of the acceleration of joint k with the derivative of its velocity, and the ratio of their rms
-    /// values. `None` if one of them is zero.
+    /// Correlation of the acceleration of joint k with the derivative of its velocity, and the ratio of their rms values.
+    /// `None` if one of the two is zero.
     pub(crate) fn acceleration(&self, k: usize) -> Option<(f64, f64)> {
         let sums = &self.rates[k];
         let both = sums.acceleration * sums.slope;
         (both > 0.0).then(|| (sums.both / both.sqrt(), (sums.acceleration / sums.slope).sqrt()))
     }
 
-    /// Whether the acceleration column of joint k is another signal than the derivative of its velocity.
+    /// Whether the acceleration column of joint k is not the derivative of its velocity but another signal.
     pub(crate) fn is_acceleration_wrong(&self, k: usize) -> bool {
         let sums = &self.rates[k];
         let both = sums.acceleration * sums.slope;
@@ -260,7 +264,8 @@ impl Samples {
             && (sums.both * sums.both.abs() < SAME_ACCELERATION_CORRELATION * both || !LIKELY_SIZES.contains(&size))
     }
 
-    /// The squared correlation, with its sign, of the velocity of joint k with the derivative of the position of joint l.
+    /// Squared correlation, with the sign of the correlation, of the velocity of joint k and the derivative of the position
+    /// of joint l.
     pub(crate) fn alike(&self, k: usize, l: usize) -> f64 {
         let together = self.together[k * self.kept.n + l];
         let both = self.velocity[k] * self.slope[l];
@@ -279,7 +284,7 @@ mod tests {
         let samples = Samples::of([states.clone()].as_slice(), 1).unwrap();
         assert!((MIN_TORQUE_ENTRIES..2 * MIN_TORQUE_ENTRIES).contains(&samples.kept.len()), "{}", samples.kept.len());
         let step = samples.kept.t[1] - samples.kept.t[0];
-        // Of 100 000 samples of 0.01 s, at most 32 768 are kept: every fourth.
+        // At most 32 768 of 100 000 samples are kept. So every fourth is kept, and the step is 0.04 s.
         assert!((step - 0.04).abs() < 1e-9, "{step}");
         assert!(samples.span.iter().all(|s| (s - 0.02).abs() < 1e-9));
         let path: f64 = states.q.windows(2).map(|w| (w[1] - w[0]).abs()).sum();

@@ -1,8 +1,11 @@
-//! Searches for faults of single joints or pairs: after they are undone, the description predicts the log.
+//! Searches for faults of single joints or pairs of joints: after they are undone, the description predicts the torques of
+//! the log.
 //!
-//! Each change (a fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted
-//! if it reduces the sum by enough, and the search continues with this change applied. A zero is searched every 15 degrees
-//! and then refined. If no such faults explain the log, a permutation of its columns is searched (`order`).
+//! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted
+//! if it reduces the sum by enough. The search then continues with this change applied. A zero is searched every 15 degrees
+//! and then refined. If such faults do not explain the log, a permutation of its columns is searched (`order`).
+//!
+//! Misfit of a joint: squared residual of the description, divided by the squared residual without the description; 0 to 1.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,95 +17,98 @@ use crate::estimate::log_check::regression::{COUNTED_SLOPE_SHARE, Partial};
 use crate::estimate::log_check::samples::Samples;
 use crate::estimate::log_check::trials::Trials;
 
-/// The input of a search for faults.
 pub(super) struct ChangeSearch<'a> {
     pub samples: &'a Samples,
     pub rows: &'a [usize],
-    /// The comparison of log and description at the samples `rows`.
+    /// Comparison of the log with the description at the samples `rows`.
     pub trials: &'a Trials<'a>,
     pub description: &'a Description<'a>,
-    /// Ratio of measured to nominal torque, common to all joints.
+    /// Common scale of the torques of all joints: measured / nominal torque.
     pub scale: f64,
-    /// Pairs (k, l): the velocity of joint k is the derivative of the position of another joint l.
+    /// Pairs (k, l) of different joints: the velocity of joint k is the derivative of the position of joint l.
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A suspected fault. `before`, `after`: mean misfit of the counted joints without and with the fault undone.
+/// A suspected fault. `before`, `after`: mean misfit (0 to 1) of the counted joints without and with the fault undone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspicion {
-    /// The change that undoes the fault, or several exchanges that undo a permutation.
+    /// The change that undoes the fault; several exchanges if the fault is a permutation of columns.
     pub changes: Vec<Change>,
     pub before: f64,
     pub after: f64,
 }
 
-/// Suspected faults, and the misfit of each joint after they are undone.
+/// A set of suspected faults, and the misfit of each joint after all of them are undone.
 pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
-/// Largest number of faults in a log; a log with more is attributed to another robot.
+/// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search also starts from up to this many other changes than the best one.
+/// The search starts from the best change, and also from up to this many other changes.
 const FIRST_STEPS: usize = 6;
-/// The search also starts from a change if its misfit is at most this many times the misfit of the best change.
+/// The search also starts from a change if its sum of misfits is at most this times that of the best change.
 const FIRST_STEP_RATIO: f64 = 2.0;
-/// Largest number of joints of a robot for which a search also starts from other changes than the best.
+/// Largest number of joints of a robot for which the search starts from other changes than the best one.
 const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
-/// An explanation must reduce the sum of misfits below this share.
+/// An explanation must reduce the sum of misfits to at most this share.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
-/// Each change of an explanation must reduce the sum of misfits by at least this.
+/// Each change of an explanation must reduce the sum of misfits by at least this (each misfit is between 0 and 1).
 pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
-/// A zero offset by a free angle is preferred only if its misfit is below this share of that of the best change without a
-/// free number.
+/// A zero offset with a free angle is preferred to the best change without a free number only if it multiplies its sum of
+/// misfits by less than this.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
-/// A fault is likely if undoing it reduces the misfit below this share: the square of `power::TURNED_ERROR_RATIO`.
+/// A fault is likely if undoing it multiplies the misfit by less than this: the square of `power::TURNED_ERROR_RATIO`,
+/// because misfits are squares.
 pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
-/// A permutation of the columns, one of thousands, explains the log if the mean misfit is below this.
+/// A permutation explains the log if the mean misfit with it is below this. The limit is strict, because thousands of
+/// permutations are tried.
 const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
-/// If velocities are known to belong to other positions, an exchange must remove at least this share of the misfits.
+/// If velocities belong to the positions of other joints, an exchange must reduce the sum of misfits by at least this share.
 const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
-/// A joint counts in the sum of misfits if its squared nominal torque exceeds this share of its squared measured torque. A
-/// wrist whose torque is nearly all friction does not count.
+/// A joint counts in the sum of misfits if the ratio squared nominal torque / squared measured torque exceeds this. So a
+/// wrist with little torque except friction does not count.
 pub(super) const COUNTED_JOINT_SHARE: f64 = 0.05;
 
-/// Whether the squared nominal torque, times scale^2, exceeds this share of the squared measured torque.
+/// Whether the ratio squared nominal torque / squared measured torque exceeds `share`. `scale`: factor on the nominal torque.
 pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
-/// Largest difference of joint numbers in a tried pair, if the robot has more joints than [`MAX_JOINTS_FOR_ALL_PAIRS`].
+/// Exchanges are tried for joints whose numbers differ by at most this, if the robot has more joints than
+/// [`MAX_JOINTS_FOR_ALL_PAIRS`].
 const NEAR_PAIR_DISTANCE: usize = 3;
 /// Largest number of joints for which exchanges of all pairs are tried.
 const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
 
-/// One past the number of the last joint that is tried in a pair with joint k of n joints.
+/// The joints k + 1 up to this number (exclusive) are tried in a pair with joint k. n: number of joints.
 pub(super) fn last_of_pairs(k: usize, n: usize) -> usize {
     if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n }
 }
 
-/// Step of the search for a zero, rad.
+/// Step of the coarse search for a zero offset, rad.
 const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
-/// A zero offset within this distance of a multiple of a quarter turn is rounded to it, rad.
+/// A zero offset is rounded to a multiple of a quarter turn if it is within this distance of it, rad.
 const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
-/// The coarse search for a zero uses every fourth sample.
+/// The coarse search for a zero offset uses every fourth sample only.
 const COARSE_SAMPLE_STEP: usize = 4;
 
-/// Function that sums the misfits of the counted joints, from the misfits of all joints.
+/// Function that sums the misfits of the joints that count, from the misfits of all joints.
 pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl ChangeSearch<'_> {
-    /// Finds sets of faults that explain the log, each with the misfits of the joints after the set is undone. They are
-    /// ordered by their first fault, the best first. One empty set if no faults explain the log.
+    /// Finds sets of faults that explain the log, each with the misfits of the joints after it is undone. The set with the
+    /// best first fault comes first. If no faults explain the log, the result is one empty set. `as_it_is`: regression of the
+    /// unchanged log.
     pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
         let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
         let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
         let n = counted.iter().filter(|c| **c).count().max(1) as f64;
-        // If velocities are known to belong to other positions, only the exchange of these columns is searched.
+        // If velocities belong to the positions of other joints, only an exchange of these columns is searched.
         let (firsts, gain) = match self.velocities.is_empty() {
             true => (self.firsts(as_it_is, &sum), SMALLEST_MISFIT_GAIN),
             false => {
@@ -114,7 +120,7 @@ impl ChangeSearch<'_> {
         let mut found: Vec<Explanation> = begun.map(|first| self.from(first, &unchanged, n, as_it_is, &sum)).collect();
         let whole = sum(&unchanged);
         let left = found.first().map_or(whole, |(_, misfits)| sum(misfits));
-        // If a single fault explains the log well, no permutation is searched, unless the fault is itself an exchange.
+        // No permutation is searched if a single fault explains the log well and is not an exchange itself.
         let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.of.exchanges().is_some());
         let is_single = found.first().is_some_and(|(set, _)| set.len() == 1 && !set.iter().any(is_part));
         if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
@@ -125,7 +131,7 @@ impl ChangeSearch<'_> {
                 return vec![(vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits)];
             }
         }
-        // The first of two faults may explain little by itself, but all together must explain most.
+        // The first fault alone may explain little, but all faults together must explain most of the misfit.
         found.retain(|(_, misfits)| sum(misfits) <= LARGEST_MISFIT_SHARE_LEFT * whole);
         match found.is_empty() {
             true => vec![(Vec::new(), unchanged)],
@@ -133,7 +139,7 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The changes to start from, with the misfits of the joints; the best first.
+    /// The changes from which the search starts, each with the misfits of the joints; the best change first.
     fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
         let n = as_it_is.len();
         if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
@@ -151,7 +157,8 @@ impl ChangeSearch<'_> {
         best.into_iter().chain(others).collect()
     }
 
-    /// Builds the explanation that starts with `first`. Further changes are added as long as each explains enough.
+    /// Builds the explanation that starts with the change `first`. Further changes are added as long as each of them reduces
+    /// the misfits by enough.
     fn from(
         &self,
         first: (Change, Vec<f64>),
@@ -176,7 +183,7 @@ impl ChangeSearch<'_> {
         (found, current)
     }
 
-    /// The change with the smallest misfit, if it is applied in addition to the changes `undone`.
+    /// The change with the smallest sum of misfits, if it is applied after the changes `undone`.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -199,14 +206,14 @@ impl ChangeSearch<'_> {
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
-    /// The possible exchanges of positions or of velocities, for pairs of joints whose velocities belong to each other's
+    /// Exchanges of positions or of velocities that are possible: for pairs of joints whose velocities belong to each other's
     /// position.
     fn pairs(&self) -> Vec<Change> {
         let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
     }
 
-    /// All changes without a free number that are tried for n joints.
+    /// All changes without a free number that are tried. n: number of joints.
     fn plain(&self, n: usize) -> Vec<Change> {
         let mut all = [Degrees, GravityCompensated].map(Change::of).to_vec();
         for k in 0..n {
@@ -221,14 +228,15 @@ impl ChangeSearch<'_> {
         all
     }
 
-    /// The misfits of the joints after these changes.
+    /// The misfit of each joint after these changes.
     pub(super) fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest misfit, as a change.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, as a change. It is applied after the changes
+    /// `undone`.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
-        // The coarse search uses few samples, the refinement all of them.
+        // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
         let rough = few.partials(&[]);
@@ -258,18 +266,19 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Errors of nominal inertials can explain a slope of one joint, relative to the other joints, in this range.
+/// Wrong nominal inertials explain a slope of one joint in this range, relative to the slopes of the other joints.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
-/// Least number of periods of a joint to test its scale. With fewer, some bodies fit any scale.
+/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion some bodies fit any
+/// scale.
 const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
 
-/// A slope is tested only if at least this many other joints have meaningful slopes.
+/// The scale of a joint is tested only if at least this many other joints have meaningful slopes.
 const LEAST_COMPARED_JOINTS: usize = 2;
 
 impl ChangeSearch<'_> {
-    /// Joints whose torque has another scale than that of the other joints, with the faults `found` undone: their slopes
-    /// differ by more than errors of nominal bodies explain.
+    /// Finds joints with a wrong scale of the torque, after the faults `found` are undone: their slopes (measured / nominal
+    /// torque) differ from the slopes of the other joints by more than wrong nominal bodies explain.
     pub(super) fn scaled(&self, found: &[Suspicion], as_it_is: &[Partial]) -> Vec<Suspicion> {
         let undone: Vec<Change> = found.iter().flat_map(|one| one.changes.iter().copied()).collect();
         let partials = self.trials.partials(&undone);
@@ -283,7 +292,7 @@ impl ChangeSearch<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            // The slope is compared with the median and with the description, since half of the joints may be wrong.
+            // The slope must differ from the median and from 1, because the median is wrong if half of the joints are.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
             let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;
@@ -300,7 +309,7 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Merges exchanges of one kind into one permutation.
+/// If all suspicions are exchanges of one kind, they are merged into one permutation.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
     let kind = all.first().and_then(|change| change.of.exchanges());
@@ -312,11 +321,11 @@ fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     }
 }
 
-/// Iterations of the ternary search between two coarse steps, to half a degree.
+/// Iterations of the ternary search for a zero offset between two coarse steps; accurate to half a degree.
 const ZERO_SEARCH_ROUNDS: usize = 10;
 
 impl Suspicion {
-    /// Numbers of the joints that the fault concerns, of n joints.
+    /// Numbers of the joints that the fault concerns. n: number of joints of the robot.
     pub(super) fn joints(&self, n: usize) -> Vec<usize> {
         match self.changes.as_slice() {
             [one] => one.of.joints(),
@@ -324,7 +333,7 @@ impl Suspicion {
         }
     }
 
-    /// Number of the joint whose columns in the log belong to joint k.
+    /// Number of the joint in the log whose columns belong to joint k.
     pub(super) fn source(&self, k: usize) -> usize {
         match motion_of(&self.changes, k) {
             same if same == k => torque_of(&self.changes, k).0,

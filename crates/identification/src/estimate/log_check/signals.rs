@@ -1,4 +1,4 @@
-//! Checks the signals of a log without inertials: dead and saturated torques, a log that is too short, angles in degrees,
+//! Checks the signals of a log without inertials: dead or saturated torques, a log that is too short, angles in degrees,
 //! velocities that are not the derivatives of the positions, and negative friction.
 
 use logs::Suspect;
@@ -11,30 +11,30 @@ use crate::estimate::log_check::friction::JointFriction;
 use crate::estimate::log_check::report::{JointCheck, LogCheck};
 use crate::estimate::remarks::LARGEST_ARM_ANGLE_RAD;
 
-/// A joint is not examined if its range of motion is smaller than this, rad (m).
+/// A joint with a smaller range of motion than this, rad (m), is not examined.
 const SMALLEST_EXAMINED_RANGE: f64 = 0.02;
 
-/// Least number of periods of a log. One period is the least that separates inertia from gravity and friction, but in a
-/// measured motion of one period (cobot6) the ends are missing.
+/// Least number of periods (there and back) of a log. One period separates inertia from gravity and friction; the limit is
+/// lower because the ends of a logged period may be missing (log of cobot6).
 const MIN_PERIODS: f64 = 0.75;
 
-/// A velocity is the derivative of a position if their squared correlation exceeds this. Measured velocities have at least
+/// A velocity is the derivative of a position if their squared correlation exceeds this. Measured velocities reach at least
 /// 0.97 with their own positions.
 const DERIVATIVE_CORRELATION: f64 = 0.8;
 /// A velocity is not the derivative of a position if their squared correlation is at most this.
 const NO_DERIVATIVE_CORRELATION: f64 = 0.5;
 
-/// Torques below this are not those of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6.
+/// Torques below this are no measurements of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6 N m.
 const SMALLEST_TORQUE: f64 = 1e-30;
 
-/// Remedy if torques are absent.
+/// Remedy for a log without measured torques.
 const NAME_TORQUES: &str = "log the measured torques or currents, or name their columns ([options.columns.torque])";
 
-/// A torque is saturated if more than this share of its rows is at a limit. Quantised currents reach 1 % by chance.
+/// A torque is saturated if it is at its limit in more than this share of the rows. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl DiagnosisInput<'_> {
-    /// Findings of torques that never change, that are numerically zero, or that are saturated.
+    /// Findings on torques that never change, that are too small for a machine, or that are saturated.
     pub(super) fn dead_and_saturated(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         let dead: Vec<&Suspect> = self.suspects.iter().filter(|s| s.constant.is_some()).collect();
@@ -76,7 +76,7 @@ impl DiagnosisInput<'_> {
         (periods < MIN_PERIODS).then(|| Finding::of_all(Fault::Short(periods), evidence, remedy))
     }
 
-    /// The finding that angles exceed the range of any arm, so that they are in degrees; `None` if no angle does.
+    /// The finding that angles are in degrees, because they exceed the range of any arm in rad; `None` if no angle does.
     pub(super) fn degrees(&self) -> Option<Finding> {
         let far = |k: &usize| {
             let (low, high) = self.samples.range[*k];
@@ -94,8 +94,8 @@ impl DiagnosisInput<'_> {
         })
     }
 
-    /// The joints whose velocity is not the derivative of their position: number of the joint, the other joint whose
-    /// position fits (if any), and the finding.
+    /// The joints whose velocity is not the derivative of their position. For each: its number, the number of the other joint
+    /// whose position fits (if any), and the finding.
     pub(super) fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
         let mut found = Vec::new();
         for k in (0..self.n()).filter(|&k| self.range(k) > SMALLEST_EXAMINED_RANGE && self.samples.velocity[k] > 0.0) {
@@ -124,7 +124,7 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// The finding that all torques have the wrong sign.
+    /// The finding that the torques of all joints have the wrong sign.
     pub(super) fn all_signs(&self, evidence: String) -> Finding {
         let undo = (0..self.n()).map(|k| Change::of(Hypothesis::TorqueSign(k))).collect();
         Finding::of_all(Fault::TorqueSigns, evidence, OTHER_TORQUE_SIGN).undone_by(undo)
@@ -137,7 +137,7 @@ impl DiagnosisInput<'_> {
         let drives: Vec<_> = judged
             .iter()
             .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > SMALLEST_EXAMINED_RANGE)
-            // In a short motion negative friction alone is weak evidence.
+            // In a short motion, negative friction alone is weak evidence.
             .filter(|(j, _)| !log_check.is_short || j.slope.is_none() || j.runs_back())
             .collect();
         let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);

@@ -1,7 +1,7 @@
 //! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
 //!
-//! Undoing one fault may reveal another one, which is then undone too. The faults are reported if no contradiction remains.
-//! Otherwise the cause is reported as not identified.
+//! If this reveals another fault, it is undone too. If no contradiction remains in the end, the faults are reported.
+//! Otherwise the report says that the cause is not identified.
 
 use crate::estimate::digits::percent;
 use crate::estimate::log_check::change::Change;
@@ -9,35 +9,37 @@ use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::estimate::log_check::report::{JointCheck, LogCheck};
 use crate::estimate::log_check::search::MAX_MISTAKES;
 
-/// Number of repeated checks: one after undoing the found faults, and two for faults that these reveal.
+/// Number of repeated checks: one with the found faults undone, and two for faults that these checks reveal.
 const REPEATED_CHECKS: usize = 3;
 
-/// A joint is wrong if its squared relative residual by the description, with a plausible slope, exceeds this.
+/// A joint is wrong if its squared relative residual with the description exceeds this. The slope (measured / nominal torque)
+/// is limited to `PLAUSIBLE_SLOPES`.
 const WRONG_JOINT_MISFIT: f64 = 0.5;
 
-/// A log belongs to another robot if the squared relative residual of the description exceeds this.
+/// A log belongs to another robot if the squared relative residual of the description, as a mean over the joints, exceeds
+/// this.
 pub(super) const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
 /// Remedy if the log belongs to another robot.
 pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of columns mends it: look for another model, another \
                                       tool or mounting (gravity), or several mistakes at once";
 
-/// Plausible slopes of joints: nominal bodies may be wrong by a factor of two.
+/// Plausible range of the slope (measured / nominal torque) of a joint: nominal bodies may be wrong by a factor of two.
 const PLAUSIBLE_SLOPES: (f64, f64) = (0.5, 2.0);
 
-/// Two explanations are equivalent if the ratio of their squared residuals is at most this.
+/// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this.
 pub const AS_WELL_RATIO: f64 = 1.5;
 
-/// Tries the findings of the log check `first` and returns it with the confirmed ones. `again`: function that checks the log
-/// with changes applied.
+/// Tries the findings of the log check `first` and returns it with the confirmed ones. `again`: checks the log with changes
+/// applied.
 ///
-/// Only explanations after which no contradiction remains are confirmed. Those with the fewest faults are kept, and among
-/// these the one with the smallest residual. Equivalent explanations are reported as alternatives.
+/// An explanation is confirmed if no contradiction remains after it is undone. Only explanations with the fewest faults are
+/// kept; the one with the smallest residual comes first, and equivalent ones are reported as alternatives.
 pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) -> LogCheck {
     if !first.is_gross() {
         return first;
     }
     let explanations = std::iter::once(first.findings.clone()).chain(std::mem::take(&mut first.others));
-    // Explanations without remaining contradictions, with the fewest faults.
+    // Confirmed explanations with the fewest faults.
     let mut mended: Vec<Vec<Finding>> = Vec::new();
     for findings in explanations {
         let fewest = mended.first().map_or(MAX_MISTAKES, |found| found.iter().map(mistakes).sum());
@@ -46,7 +48,7 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of these, the one with the smallest residual is kept, and equivalent ones.
+    // Of these, the explanation with the smallest residual is kept, and those that are equivalent to it.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);
@@ -69,13 +71,13 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
     first
 }
 
-/// Number of faults that a finding counts as. A free gain of each joint counts as the largest number of faults.
+/// Number of faults as which a finding counts. If each joint has a free gain, it counts as the largest allowed number.
 fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
 
-/// Tries an explanation: its gross findings, and those that are revealed when it is undone. `None` if contradictions remain,
-/// or if more than `most` faults are needed.
+/// Tries one explanation: its gross findings are undone, and then the findings that this reveals. `None` if a contradiction
+/// remains, or if more than `most` faults are needed. `again`: checks the log with changes applied.
 fn mends(
     first: &LogCheck,
     findings: Vec<Finding>,
@@ -85,7 +87,7 @@ fn mends(
     let (mut found, mut new) = (Vec::<Finding>::new(), findings);
     for _ in 0..REPEATED_CHECKS {
         new.retain(|f| f.fault.is_gross());
-        // If changes of the log cannot undo a finding, it is reported without a trial.
+        // A finding that no change of the log can undo is reported without a trial.
         let count = found.iter().chain(&new).map(mistakes).sum::<usize>();
         if new.iter().any(|f| f.undo.is_empty()) || count > most {
             return None;
@@ -104,20 +106,22 @@ fn mends(
 }
 
 impl LogCheck {
-    /// Squared relative residual of the description with plausible slopes, mean over the joints with slopes.
+    /// Squared relative residual of the description, mean over the joints with slopes. Slopes (measured / nominal torque) are
+    /// limited to a plausible range.
     pub fn unexplained(&self) -> f64 {
         let all: Vec<f64> = self.joints.iter().filter_map(JointCheck::misfit).collect();
         all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
-    /// Inserts an explanation as the first one. The previous findings become alternatives, without those that are not gross.
+    /// Inserts an explanation before the others. The previous gross findings become alternatives; the other findings are
+    /// dropped.
     pub fn put_before(&mut self, explanation: Vec<Finding>) {
         let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
         let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();
         self.findings = explanation.into_iter().chain(others).collect();
     }
 
-    /// Replaces the findings whose trial failed with one finding: cause not identified, or another robot.
+    /// Replaces all findings whose trial failed by one finding: cause not identified, or another robot.
     fn leave_unidentified(&mut self) {
         let (vain, others): (Vec<Finding>, Vec<Finding>) =
             self.findings.drain(..).partition(|f| f.fault.is_gross() && !f.undo.is_empty());
@@ -150,12 +154,13 @@ impl LogCheck {
 }
 
 impl JointCheck {
-    /// Squared relative residual of the joint's torque by the description with a plausible slope; `None` without a slope.
+    /// Squared relative residual of the torque of the joint, with the description and a plausible slope; `None` without a
+    /// slope.
     fn misfit(&self) -> Option<f64> {
         let (slope, share) = (self.slope?, self.share?);
         let allowed = slope.clamp(PLAUSIBLE_SLOPES.0, PLAUSIBLE_SLOPES.1);
-        // xx, yy: squared nominal and measured torque. The description explains slope^2 xx = share yy; another slope adds a
-        // residual of (slope - allowed)^2 xx.
+        // xx, yy: squared nominal and squared measured torque. With its own slope the description explains slope^2 xx = share
+        // yy. With the slope `allowed` the residual grows by (slope - allowed)^2 xx.
         let missed = if slope == 0.0 { 0.0 } else { share * ((slope - allowed) / slope).powi(2) };
         Some((1.0 - share + missed).min(1.0))
     }
@@ -166,7 +171,7 @@ mod tests {
     use super::*;
     use crate::estimate::hypothesis::Hypothesis;
 
-    /// The check of a log of two joints with these faults.
+    /// The check of a log of two joints in which these faults exist.
     fn log(faults: &[Hypothesis]) -> LogCheck {
         let slope = |k: usize| if faults.iter().any(|f| f.joint() == Some(k)) { -1.0 } else { 1.0 };
         let joint = |k: usize| JointCheck {
@@ -175,7 +180,7 @@ mod tests {
             share: Some(0.9),
             ..JointCheck::default()
         };
-        // The check detects only the first fault until it is undone.
+        // The check detects only the first fault; the second one appears after the first is undone.
         let seen = faults.first().map(|&of| {
             let joints = of.joints().iter().map(|k| format!("j{}", k + 1)).collect();
             Finding::of(Fault::Of(of, 0.0), joints, String::new(), "").undone_by(vec![Change::of(of)])

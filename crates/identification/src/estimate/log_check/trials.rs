@@ -1,8 +1,8 @@
-//! Comparison of nominal torques with the torques of a log, for many changes of the log.
+//! Compares nominal torques with the torques of a log, for many changes of the log.
 //!
 //! A change determines which motion and which torque of the log belong to a joint. The joint's own columns (rotor, friction,
-//! offset), and the torque projected onto their complement, depend on this pair only. So they are computed once per pair,
-//! which makes thousands of trials fast.
+//! offset), and the torque projected onto their complement, depend only on this pair of motion and torque. They are computed
+//! once per pair, so thousands of trials are fast.
 
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ use crate::estimate::log_check::change::{
 };
 use crate::estimate::log_check::regression::{Basis, Partial};
 
-/// A log and a description, prepared for many comparisons.
+/// A log and a description, prepared for comparison under many changes of the log.
 pub(super) struct Trials<'a> {
     description: &'a Description<'a>,
     states: &'a States,
@@ -21,20 +21,20 @@ pub(super) struct Trials<'a> {
     joints: Vec<InvariantPart>,
 }
 
-/// Data of one joint that do not depend on a change.
+/// Data of one joint that are computed once for all changes of the log.
 struct InvariantPart {
     /// `places`: indices into `rows` of the samples at which the joint is used; `chosen`: these samples.
     places: Vec<usize>,
     chosen: Vec<usize>,
-    /// Entry k: orthonormal basis of the joint's own columns (rotor, friction, offset), if motion k of the log belongs to
-    /// the joint.
+    /// Entry k: orthonormal basis of the joint's own columns (rotor, friction, offset), if the motion of coordinate k in the
+    /// log belongs to the joint.
     bases: Vec<OnceLock<Basis>>,
-    /// Entry k n + l: torque column l, projected onto the complement of the own columns for motion k.
+    /// Entry k n + l: torque column l of the log, projected onto the complement of basis k.
     torques: Vec<OnceLock<Vec<f64>>>,
 }
 
 impl<'a> Trials<'a> {
-    /// Prepares comparisons at the samples `rows`.
+    /// Prepares the comparison of log and description at the samples `rows` of the log.
     pub(super) fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
         let n = states.n;
         let own = |j: usize| {
@@ -46,18 +46,19 @@ impl<'a> Trials<'a> {
         Trials { description, states, rows, joints: (0..n).map(own).collect() }
     }
 
-    /// Nominal torques for the changed log, N m (N), sample by sample.
+    /// Nominal torques of the log after these changes, N m (N), sample by sample.
     pub(super) fn nominal_torques(&self, changes: &[Change]) -> Vec<f64> {
         self.description.torques(self.states, self.rows, changes)
     }
 
-    /// Partial regression of each joint's measured torque on its nominal torque after these changes. Offset, friction and rotor
-    /// of the joint are projected out of both.
+    /// Regression of each joint's measured torque on its nominal torque after these changes. Offset, friction and rotor of
+    /// the joint are projected out of both.
     pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.nominal_torques(changes), changes)
     }
 
-    /// The same as `partials`, with the nominal torques given: `described`, N m (N), sample by sample, after the changes.
+    /// Regression of each joint's measured torque on its nominal torque after these changes, as in `partials`. `described`:
+    /// the nominal torques after the changes, N m (N), sample by sample.
     pub(super) fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &InvariantPart)| {
@@ -75,7 +76,8 @@ impl<'a> Trials<'a> {
         self.joints.iter().enumerate().map(joint).collect()
     }
 
-    /// The own columns that no description contains, from motion k: 1, dq, its direction, ddq (offset, friction, rotor).
+    /// The columns of a joint that no description contains: 1, dq, direction, ddq (offset, friction, rotor). k: coordinate in
+    /// the log whose motion belongs to the joint.
     fn own_columns(&self, rows: &[usize], k: usize) -> Vec<Vec<f64>> {
         let (states, n) = (self.states, self.states.n);
         vec![

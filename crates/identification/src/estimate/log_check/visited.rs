@@ -1,7 +1,7 @@
-//! Tests whether a motion repeats another motion, by the distances between their states.
+//! Tests whether a motion repeats another motion, by the distances between their states (q, dq).
 //!
-//! A state is (q, dq), with each signal divided by its standard deviation in the visited motion. Periods of one motion
-//! return to the same states; a different motion does not.
+//! Each signal is divided by its standard deviation. Periods of one motion return to the same states; a different motion does
+//! not.
 
 use linear_model::states::States;
 use logs::Error;
@@ -9,25 +9,26 @@ use logs::Error;
 use crate::estimate::log_check::samples::Samples;
 use crate::signals::records::Records;
 
-/// The states that a robot visited in its logs, thinned.
+/// The states (q, dq) that a robot visited in its logs, thinned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VisitedStates {
     n: usize,
-    /// q and dq of each state, in the order of time.
+    /// n positions and n velocities of each state, in the order of time.
     states: Vec<f64>,
-    /// For each state, the number of its log.
+    /// For each state, the number of its log, from 0.
     logs: Vec<usize>,
 }
 
-/// Largest number of kept states.
+/// Largest number of visited states that are kept.
 const MOST_STATES: usize = 2000;
-/// Largest number of states that are compared with the visited states.
+/// Largest number of states of a motion that are compared with the visited states.
 const EXAMINED_STATES: usize = 300;
-/// Number of blocks (tenths) of a record that are compared with each other.
+/// Number of blocks (tenths) of a record. Each block is compared with all others.
 const RECORD_BLOCKS: usize = 10;
-/// A state is new if its rms distance per moving signal, in standard deviations, from every visited state exceeds this.
+/// A state is new if its distance from every visited state exceeds this. Distance: rms over the moving signals, in standard
+/// deviations of the signal.
 const NEW_STATE_DISTANCE: f64 = 0.15;
-/// A motion is a different one if more than this share of its states are new.
+/// A motion is new if more than this share of its states is new.
 const NEW_STATES_SHARE: f64 = 0.5;
 
 impl VisitedStates {
@@ -40,22 +41,22 @@ impl VisitedStates {
         VisitedStates { n: *n, states, logs: samples.log.iter().step_by(every).copied().collect() }
     }
 
-    /// Collects the visited states of records of a robot with n coordinates.
+    /// Collects the visited states of the records of a robot with n coordinates.
     ///
     /// Fails when a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(records: &R, n: usize) -> Result<VisitedStates, Error> {
         Ok(VisitedStates::of(&Samples::of(records, n)?))
     }
 
-    /// Whether most states are far from all states of the other tenths, so that predicting a left-out tenth tests a new
-    /// motion.
+    /// Whether most states are far from all states of the other tenths of the record. Then a prediction of a left-out tenth
+    /// tests a new motion.
     pub fn has_new_parts(&self) -> bool {
         let count = self.len();
         let part = |i: usize| i * RECORD_BLOCKS / count.max(1);
         self.is_new(self, |_| true, |i, j| part(i) != part(j))
     }
 
-    /// Whether the motion of log number `log` differs from all other logs; false if there are none.
+    /// Whether the motion of log number `log` differs from the motions of all other logs; false if there is only one log.
     pub fn is_new_log(&self, log: usize) -> bool {
         let has_others = self.logs.iter().any(|other| *other != log);
         has_others && self.is_new(self, |i| self.logs[i] == log, |_, j| self.logs[j] != log)
@@ -70,8 +71,8 @@ impl VisitedStates {
         self.states.len() / (2 * self.n).max(1)
     }
 
-    /// Whether most states i of `other` with `is_meant(i)` are far from all states j of `self` with `counts(i, j)`. False if
-    /// there are too few states.
+    /// Whether most states of `other` are far from the states of `self`. `is_meant(i)`: whether state i of `other` is tested;
+    /// `counts(i, j)`: whether it is compared with state j of `self`. False if there are too few states.
     fn is_new(
         &self,
         other: &VisitedStates,
@@ -101,7 +102,7 @@ impl VisitedStates {
         new as f64 > NEW_STATES_SHARE * all as f64
     }
 
-    /// The standard deviation of each signal, the n positions and the n velocities.
+    /// Standard deviation of each signal: n positions, then n velocities.
     fn deviations(&self) -> Vec<f64> {
         let (width, count) = (2 * self.n, self.len() as f64);
         let of = |c: usize| {
@@ -138,7 +139,7 @@ mod tests {
         let later = motion(400, |t| one(t + 0.7));
         assert!(!later.is_other_than(&periodic));
 
-        // Joins motions, each as one log of a fit.
+        // Joins several motions; each becomes one log of a fit.
         let together = |logs: &[&VisitedStates]| {
             let of = |(log, visited): (usize, &&VisitedStates)| vec![log; visited.len()];
             let states = logs.iter().flat_map(|visited| visited.states.clone()).collect();

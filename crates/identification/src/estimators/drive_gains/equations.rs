@@ -12,7 +12,7 @@ use numerics::vector::dot;
 pub struct JointEquations {
     /// The rows of D, each with p coefficients.
     pub rows: Vec<Vec<f64>>,
-    /// Torque of the known load, in the unit of `rows[r]` X.
+    /// Torque t of the known load in each row, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
     /// Currents I, A, one per row.
     pub current: Vec<f64>,
@@ -24,15 +24,17 @@ pub struct JointEquations {
 /// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Residual sum of squares of the currents that no parameters explain, A^2. It is not part of the rows.
+    /// Residual sum of squares of the currents, A^2, that remains for any parameters. The residuals of `rows` are not part of it.
     pub left: f64,
     /// Number of independent equations from which the rows and `left` were computed.
     pub equations: f64,
 }
 
-/// Least mean square residual relative to the mean square current, because the rounding is 1e-10 of the currents.
+/// Least mean square residual that is used for the noise, divided by the mean square current. The rounding is 1e-10 of the
+/// currents.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
-/// Least number of degrees of freedom for the noise, as a share of all equations, if the unknowns use up nearly all of them.
+/// Least number of degrees of freedom for the noise, divided by the number of equations. It applies if there are nearly as many
+/// unknowns as equations.
 const LEAST_EQUATIONS_SHARE: f64 = 0.1;
 
 impl JointEquations {
@@ -80,7 +82,7 @@ impl JointEquations {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The standard deviation of the noise of the currents at (X, g). `used`: number of equations that the unknowns use up.
+    /// The standard deviation of the noise of the currents at (X, g = 1/k). `used`: degrees of freedom that the unknowns use up.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
@@ -101,7 +103,7 @@ mod tests {
         let (mut rows, mut known, mut current) = (vec![], vec![], vec![]);
         for _ in 0..40 {
             let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
-            // The torque of the load is correlated with the friction column.
+            // The torque of the known load is correlated with the friction column.
             known.push(random.normal() + 2.0 * row[0]);
             current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4] + known[known.len() - 1]);
             rows.push(row);
@@ -110,10 +112,10 @@ mod tests {
         assert_eq!(e.rows.len(), 4);
         for (d, t, i) in e.each() {
             let torque = 0.5 * d[0] + 0.2 * d[1] - d[2] + t;
-            // The bound is the rounding of forty rows.
+            // The allowed error is the rounding of forty rows.
             assert!((torque - i).abs() < 1e-12);
         }
-        // The residual sum of squares is the square of this rounding.
+        // The residual sum of squares is at most the square of this rounding.
         assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 }

@@ -74,11 +74,12 @@ pub struct DriveGains {
 
 /// Largest number of Gauss-Newton steps.
 const MAX_GAUSS_NEWTON_STEPS: usize = 50;
-/// Largest relative change of a gain in one step, so that it keeps its sign.
+/// Largest relative change of 1/gain in one step. It is below one, so that a gain keeps its sign.
 const LARGEST_GAIN_CHANGE: f64 = 0.5;
 /// The iteration ends if no unknown changes by more than this many standard deviations.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-6;
-/// The iteration also ends if no gain changes by more than this, relative; for data without noise this is the rounding.
+/// The iteration also ends if no gain changes by more than this share. Without noise in the data this limit is at the level of
+/// rounding.
 const SETTLED_GAIN_CHANGE: f64 = 1e-10;
 
 /// Estimates gains and parameters by maximum likelihood. `joints`: equations of each joint; `known`: prior knowledge of each
@@ -96,7 +97,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
         (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
     };
-    // Gauss-Newton in (X, g), with the noise of each joint from its residual and degrees of freedom.
+    // Gauss-Newton in (X, g = 1/gain). The noise of each joint is computed from its residual and its degrees of freedom.
     let mut noise = noises(&x, &g, &|_| 0.0);
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
     for step in 0..MAX_GAUSS_NEWTON_STEPS {
@@ -140,8 +141,8 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// tr J_j C J_j' for each joint j, with its linearised rows J_j and the covariance C: the number of unknowns that the joint
-/// determines. The sum over the joints is the number of unknowns.
+/// Number of unknowns that each joint j determines: tr J_j C J_j'. J_j: its linearised rows, C: covariance of the unknowns. The
+/// sum over the joints is the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -157,7 +158,7 @@ fn used(
     (0..joints.len()).map(of_joint).collect()
 }
 
-/// The largest change of a determined unknown in standard deviations: max |step_c| / sqrt(C_cc).
+/// The largest change of a determined unknown in its standard deviations: max |step_c| / sqrt(C_cc), C: covariance.
 fn in_sigmas(step: &Solution) -> f64 {
     let determined = (0..step.x.len()).filter(|&c| step.determined[c] && step.inverse[(c, c)] > 0.0);
     determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
@@ -175,10 +176,11 @@ fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Least squares in torque, from which the iteration starts: (X, gains).
+/// Least squares in torque, from which Gauss-Newton starts. Returns (X, gains).
 ///
-/// Free gains are coefficients of the noisy currents, and expected gains are fixed. If no gain is known or expected, the gain of
-/// the joint with the largest current is set to 1, and the coefficient of the known torque gives the common factor.
+/// A free gain is the coefficient of the noisy currents of its joint, and an expected gain is fixed. If no gain is known or
+/// expected, the gain of the joint with the largest current is set to 1, and the coefficient of the known torque gives the common
+/// factor.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let mut held: Vec<Option<f64>> = known
@@ -207,7 +209,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // An undetermined gain, which is zero here, starts at 1.
+    // A gain that the data do not determine is zero here; it starts at 1.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -215,7 +217,8 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     (x[..p].to_vec(), gain)
 }
 
-/// One Gauss-Newton step of (X, g), with its covariance. `unknown`: joints with an unknown gain.
+/// One Gauss-Newton step of (X, g = 1/gain), with its covariance. `unknown`: joints with an unknown gain; `noise`: standard
+/// deviation of the currents of each joint.
 fn gauss_newton(
     joints: &[JointEquations],
     known: &[Gain],
@@ -242,7 +245,7 @@ fn gauss_newton(
     solve(&block.finish())
 }
 
-/// Rows of joint j, linearised in (X, g) and divided by its noise, each with its residual.
+/// Rows of joint j, linearised in (X, g = 1/gain) and divided by the noise of the joint, each with its residual.
 fn linearised(
     equations: &JointEquations,
     j: usize,
@@ -261,7 +264,7 @@ fn linearised(
     equations.each().map(row).collect()
 }
 
-/// The variance of the prediction of a row, row C row'.
+/// The variance of the prediction of a row, row C row', with the covariance C of the solution.
 fn variance(row: &[f64], solution: &Solution) -> f64 {
     let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
     row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
@@ -274,7 +277,7 @@ pub(crate) mod tests {
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// Parameters that the load adds in the experiments with the load.
+    /// Parameters of the load. They add to `TRUTH` in the experiments with the load.
     pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
@@ -306,7 +309,7 @@ pub(crate) mod tests {
             let ml = drive_gains(&joints, &known).unwrap();
             assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
             for j in 0..3 {
-                // The noise is 1e-6, and the torques are some hundred.
+                // Allowed error: the noise is 1e-6, and the torques are some hundred.
                 assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
             }
             for c in 0..5 {
@@ -330,7 +333,8 @@ pub(crate) mod tests {
                 sigma = ml.gain_deviation[0] / GAINS[0];
             }
             assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-            // Bounds of the mean and variance of 400 unit normals: five standard errors, and the bias of second order.
+            // Bounds of the mean and the variance of 400 unit normal numbers: five standard errors. The bias of second order
+            // (sigma) is added.
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }

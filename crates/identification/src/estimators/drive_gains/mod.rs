@@ -1,4 +1,4 @@
-//! Estimation of drive gains together with the parameters.
+//! Estimates drive gains together with the parameters.
 
 pub mod equations;
 pub mod likelihood;

@@ -1,9 +1,8 @@
 //! Cluster-robust standard deviations of drive gains and parameters, estimated together from logs of currents.
 //!
-//! The method is described in `replicate_deviation`.
-//!
-//! The equation of joint j in `likelihood` is linearised at the solution. With g_j = 1/k_j and the weight w_j = 1 / (k_j s_j) it
-//! is
+//! The method is described in `replicate_deviation`. The equation of joint j in `likelihood` is linearised at the solution. D_j:
+//! rows of the regressor, X: parameters, k_j: gain, I_j: currents, s_j: their noise. With g_j = 1/k_j and the weight w_j = 1 /
+//! (k_j s_j) it is
 //!
 //! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise.
 //!
@@ -27,11 +26,11 @@ struct ReplicateRows {
     joint: usize,
     /// The columns that have non-zero entries in these rows.
     columns: Vec<usize>,
-    /// Sums of products of these columns, with the current as the last column, (m + 1) x (m + 1).
+    /// Sums of products of these m columns with each other, with the current as the last column, (m + 1) x (m + 1).
     products: DMatrix<f64>,
 }
 
-/// The clusters of the rows of logs with currents.
+/// The clusters of rows of all logs of currents.
 pub struct Replicates {
     /// For each block of the record, the rows of each joint.
     parts: Vec<Vec<ReplicateRows>>,
@@ -40,8 +39,8 @@ pub struct Replicates {
 }
 
 impl Replicates {
-    /// Makes the clusters from rows with the current as the right-hand side. `bands`: their residuals are the currents, and
-    /// their weights are 1.
+    /// Makes the clusters. `observation`: triangles with the current as the right-hand side. `bands`: sums of products with the
+    /// current as the last column and weight 1.
     pub fn of(model: &Model, observation: &Observation, bands: StateBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
@@ -62,9 +61,10 @@ impl Replicates {
         Replicates { parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(), bands: of }
     }
 
-    /// Standard deviations at a solution: of the parameters, then of the logarithms of the unknown gains.
+    /// Standard deviations at the solution `found`: first of the parameters, then of the logarithms of the unknown gains.
     ///
-    /// `discounts`: for each joint, the number of correlated equations that count as one, in comparison with an expected gain.
+    /// `discounts`: for each joint, the number of correlated equations that count as one independent equation. The row of an
+    /// expected gain is multiplied by it, because this row is independent.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();
@@ -96,8 +96,8 @@ impl Replicates {
 }
 
 impl ReplicateRows {
-    /// The linearised cluster: A_g and W_g' e_g of its columns and of the gain, which follows all parameters. `gain`: number of
-    /// the gain among the unknown gains; `None` if it is known.
+    /// A_g and W_g' e_g of these rows, linearised at the solution. The columns are the columns of the rows, then the logarithm of
+    /// the gain. `gain`: number of the gain among the unknown gains; `None` if it is known.
     fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
         let (m, p) = (self.columns.len(), found.parameters.len());
         let k = found.gain[self.joint];

@@ -1,12 +1,12 @@
-//! The drive gains of `likelihood` by mixed least squares and total least squares.
+//! Computes the drive gains of `likelihood` by mixed least squares and total least squares.
 //!
-//! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains
-//! are known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the complement
-//! of the exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel,
-//! Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis
-//! of the exact columns. It is the variance of the noise in the projected column. Without scaling the solution is biased,
-//! because the parameters use up unequal shares of the rows of the joints. If a gain is known, t is part of y. If none is
-//! known, t is an exact column and its coefficient fixes the scale.
+//! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains are
+//! known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the complement of the
+//! exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel, Vandewalle 1991],
+//! after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis of the exact
+//! columns. It is the variance of the noise in the projected column. Without scaling the solution is biased, because the
+//! parameters use up unequal shares of the rows of the joints. If a gain is known, t is part of y. If none is known, t is an
+//! exact column and its coefficient fixes the scale.
 //!
 //! Maximum likelihood needs no scaling and gives standard deviations; this file is an independent check of it.
 
@@ -18,27 +18,28 @@ use crate::estimators::drive_gains::likelihood::{Gain, least_squares};
 /// The scaling of the columns of currents in total least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scaling {
-    /// Each column is scaled to the noise of its projection.
+    /// Each column is divided by the standard deviation of the noise in its projection.
     Noise,
     /// No scaling. The result is biased if the noise is large.
     None,
 }
 
-/// Singular values of the exact columns below this share of the largest count as rounding.
+/// Singular values of the exact columns are zero if they are below this share of the largest one.
 const RELATIVE_RANK_TOLERANCE: f64 = 1e-10;
-/// Least noise variance of a projected column, relative to the noise variance of the column.
+/// Least noise variance of a projected column, divided by the noise variance of the column before projection.
 const SMALLEST_NOISE_VARIANCE: f64 = 1e-12;
-/// If the coefficient of the scale in the direction is below this, the direction does not fix the scale.
+/// If the entry that fixes the common scale of the gains is below this, the gains are not determined.
 const SMALLEST_SCALE_COEFFICIENT: f64 = 1e-12;
 
-/// An orthonormal basis of the columns. Directions with singular values up to `tolerance` are left out.
+/// An orthonormal basis of the column space of the decomposed matrix. Singular values up to `tolerance` count as zero.
 fn range(svd: &SVD<f64, Dyn, Dyn>, tolerance: f64) -> Option<DMatrix<f64>> {
     let u = svd.u.as_ref()?;
     let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
     Some(DMatrix::from_fn(u.nrows(), kept.len(), |r, c| u[(r, kept[c])]))
 }
 
-/// The direction d with the smallest |rest d| under the condition |d / scale| = 1.
+/// The direction d with the smallest |rest d| under the condition |d / scale| = 1. `rest`: projected noisy columns; `scale`: one
+/// factor per column.
 fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     let scaled = DMatrix::from_fn(rest.nrows(), rest.ncols(), |r, c| rest[(r, c)] * scale[c]);
     let values = scaled.svd(false, true);
@@ -46,16 +47,17 @@ fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     Some(v.iter().zip(scale).map(|(v, s)| v * s).collect())
 }
 
-/// The scale G_c^-1/2 of each column c, G_c = sum over its rows of 1 - |Q_r|^2. `column`: the column of a row.
+/// The scale G_c^-1/2 of each noisy column c, with G_c = sum over the rows r of column c of 1 - |Q_r|^2. Q (`basis`): orthonormal
+/// basis of the exact columns. `column(r)`: the column of row r.
 fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: usize) -> Vec<f64> {
     let left = |r: usize| 1.0 - basis.row(r).norm_squared();
     let of_column = |c: usize| (0..basis.nrows()).filter(|&r| column(r) == c).map(left).sum::<f64>();
     (0..columns).map(|c| 1.0 / of_column(c).max(SMALLEST_NOISE_VARIANCE).sqrt()).collect()
 }
 
-/// Gains, N m/A, and parameters by total least squares. An expected gain counts as free.
+/// Gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
 ///
-/// `None` if there are too few equations, or if the direction does not fix the scale.
+/// `None` if there are too few equations, or if they do not determine the common scale of gains and parameters.
 pub fn gains_by_total_least_squares(
     joints: &[JointEquations],
     known: &[Gain],
@@ -73,7 +75,7 @@ pub fn gains_by_total_least_squares(
     if count <= p + currents {
         return None;
     }
-    // Rows are divided by the initial gain, so that the noise of every current is 1.
+    // Rows are divided by the initial gain of their joint, so that the noise of every current is 1.
     let weight = |j: usize| 1.0 / start[j].abs();
     let torque = |(j, r): (usize, usize)| joints[j].known[r] * weight(j);
     let exact = DMatrix::from_fn(count, p + usize::from(!has_known), |r, c| {
@@ -90,7 +92,7 @@ pub fn gains_by_total_least_squares(
             None => -torque(place[r]),
         }
     });
-    // Projection of the noisy columns onto the complement of the exact ones.
+    // The noisy columns are projected onto the complement of the exact columns.
     let svd = exact.svd(true, true);
     let tolerance = RELATIVE_RANK_TOLERANCE * svd.singular_values.max();
     let basis = range(&svd, tolerance)?;
@@ -101,7 +103,7 @@ pub fn gains_by_total_least_squares(
         Scaling::Noise => noise_scale(&basis, column, currents),
     };
     let direction = least_direction(&rest, &scale)?;
-    // X by least squares: the exact columns fit the noisy columns in this direction.
+    // X by least squares. `direction` gives the combination of the noisy columns; X makes the exact columns equal its negative.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };
@@ -109,8 +111,7 @@ pub fn gains_by_total_least_squares(
         return None;
     }
     let mut gains: Vec<f64> = known.iter().map(|k| if let Gain::Known(k) = k { *k } else { 1.0 }).collect();
-    // The rows are divided by start_j, but the currents are not. So the direction gives the ratio of the gain to its initial
-    // value.
+    // The rows are divided by start_j (initial gain), but the currents are not. So `direction` gives the gain divided by start_j.
     unknown.iter().enumerate().for_each(|(c, &j)| gains[j] = direction[c] / unit / weight(j));
     Some((gains, x.iter().take(p).map(|x| x / unit).collect()))
 }
@@ -127,7 +128,7 @@ mod tests {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
             let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
             let (gains, x) = gains_by_total_least_squares(&joints, &known, Scaling::Noise).unwrap();
-            // The noise is 1e-6, and the torques are some hundred.
+            // Allowed error: the noise is 1e-6, and the torques are some hundred.
             assert!(gains.iter().zip(GAINS).all(|(k, truth)| (k - truth).abs() < 1e-7), "{gains:?}");
             assert!(x.iter().zip(TRUTH).all(|(x, truth)| (x - truth).abs() < 1e-7), "{x:?}");
         }
@@ -150,7 +151,7 @@ mod tests {
                 unscaled += error(Scaling::None);
                 sigma = deviation / GAINS[0];
             }
-            // The bound is five standard errors of 400 unit normals, and the bias of second order.
+            // Bounds of the bias: five standard errors of 400 unit normal numbers. The bias of second order (sigma) is added.
             assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
             assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
         }

@@ -34,14 +34,15 @@ use crate::spectrum::rist_mh::misfit::Misfit;
 /// A cause is named if it explains at least this share of the excess of chi^2 per degree of freedom over noise. With half it
 /// explains more than all other effects together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
-/// Columns are significant if the probability of their F by chance is below this.
+/// Columns are significant if the probability of their F statistic by chance is below this.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Largest number of ripple periods per turn that is tried. No encoder resolves more periods.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named if the size of its effect exceeds this many standard deviations: `SIGNIFICANCE_LEVEL` of a normal error.
+/// A joint is named if the size of its effect exceeds this many standard deviations. For a normal error this corresponds to
+/// `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
-/// A joint is named if the squared torque of its columns is at least this share of the strongest joint. A smaller torque is
-/// cross talk of another joint.
+/// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
+/// smaller torque is caused by the effect at another joint.
 const LEAST_SQUARE_SHARE: f64 = 0.02;
 
 /// The effect that the model most likely lacks.
@@ -49,17 +50,18 @@ const LEAST_SQUARE_SHARE: f64 = 0.02;
 pub struct Cause {
     /// The effect at each joint, with its size. Only joints with a significant size are listed.
     pub effects: Vec<EffectSize>,
-    /// For each entry of `effects`: the natural frequency of an elastic joint and the inertia behind it, with locked motor, Hz.
+    /// For each entry of `effects`: natural frequency of an elastic joint with the inertia behind it, with locked motor, Hz.
     /// `None` for other effects.
     pub frequency: Vec<Option<f64>>,
     /// Share of the excess of chi^2 per degree of freedom over noise that the effect explains.
     pub explained: f64,
-    /// Change of each base parameter if the effect is added to the model.
+    /// Change of each base parameter when the effect is added to the model.
     pub shift: Vec<f64>,
 }
 
 impl HarmonicData<'_> {
-    /// The cause of the residual of `fit`. `None` if no candidate meets both criteria. `left`: misfit of `fit`.
+    /// The effect that the model most likely lacks, found from the residual of `fit`. `left`: misfit of `fit`. `None` if no
+    /// candidate meets both criteria of the module.
     pub(crate) fn cause(&self, fit: &IterationState, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
         let joints = 0..self.n;
         let mut candidates: Vec<Vec<Effect>> = vec![
@@ -78,7 +80,7 @@ impl HarmonicData<'_> {
             .filter(|cause| cause.explained >= NAMED_CAUSE_SHARE)
     }
 
-    /// The cause from a fit with the additional `effects`. `None` if they are not significant.
+    /// The cause that a fit with the additional `effects` gives. `None` if the effects are not significant.
     fn with(
         &self,
         effects: &[Effect],
@@ -93,7 +95,7 @@ impl HarmonicData<'_> {
         let misfit = data.residual_squares(&with);
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
-        // A probability of NaN counts as not significant.
+        // If the probability is NaN, the columns are not significant.
         let is_beyond = exceeded(f, columns as f64, misfit.freedom) < SIGNIFICANCE_LEVEL;
         let explained = 1.0 - (misfit.total - 1.0).max(0.0) / (left.total - 1.0);
         if !is_beyond || !explained.is_finite() {
@@ -103,8 +105,8 @@ impl HarmonicData<'_> {
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_significant = |(size, carried): (&EffectSize, &f64)| {
-            // Compliance, width of a gap and stiffness are positive. A negative value means another effect. Damping alone is not
-            // a spring, so it is not tested.
+            // Compliance, width of a gap and stiffness are positive. A negative value means that another effect is present.
+            // Damping without compliance is not a spring, so it is not tested.
             let is_positive = size.effect.is_positive();
             let tested = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
@@ -120,7 +122,7 @@ impl HarmonicData<'_> {
         (!significant.is_empty()).then_some(Cause { effects: significant, frequency, explained, shift })
     }
 
-    /// The sum of weighted squares of the torque of an effect.
+    /// The sum of the weighted squares of the torque that an effect contributes.
     fn carried(&self, fit: &IterationState, size: &EffectSize) -> f64 {
         let place = self.effects.iter().position(|e| *e == size.effect).unwrap_or(0);
         let first: usize = self.effects[..place].iter().map(|e| e.columns()).sum();
@@ -132,8 +134,8 @@ impl HarmonicData<'_> {
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
     }
 
-    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint, Hz; K: stiffness, M: mean over its experiments of the inertia
-    /// behind it. `None` for other effects.
+    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint with locked motor, Hz. K: stiffness, M: inertia behind the joint,
+    /// mean over its experiments. `None` for other effects.
     fn frequency(&self, size: &EffectSize, x: &[f64]) -> Option<f64> {
         let (Effect::Elastic { joint }, Some(&yielding)) = (size.effect, size.values.first()) else { return None };
         let moved: Vec<f64> =
@@ -145,13 +147,13 @@ impl HarmonicData<'_> {
 
     /// The joints with ripple, each with its number of periods per turn.
     ///
-    /// Ripple is searched with asymmetric viscous and Coulomb friction only, because drift and load are correlated with it. First
-    /// the joint and the number of periods that explain most are taken, and so on. Then each joint is searched again, with the
-    /// ripple of the other joints included.
+    /// Ripple is searched with asymmetric viscous and Coulomb friction only, because drift and load are correlated with it.
+    /// Joints are selected one after the other: in each step the joint and the number of periods that explain most. Then each
+    /// joint is searched again, with the ripple of the other joints included.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };
-        // Residuals of a fit without ripple.
+        // The residuals `left` belong to a fit without ripple.
         let fit = IterationState::new(self, &shape, &plain, self.deviations(None));
         let (mut rows, mut left) = (Vec::new(), Vec::new());
         fit.each_equation(self, |_, row, known, y| {
@@ -184,8 +186,8 @@ impl HarmonicData<'_> {
         found.iter().enumerate().filter_map(|(j, wave)| Some((j, wave.as_ref()?))).map(effect).collect()
     }
 
-    /// The ripple of a joint that explains most of the residual `left`, in addition to the columns of `basis`. `None` if it is
-    /// not significant.
+    /// The ripple of a joint that explains most of the residual `left`. `basis`: columns to which ripple columns are made
+    /// orthogonal. `None` if it is not significant.
     fn wave(
         &self,
         joint: usize,
@@ -208,7 +210,8 @@ impl HarmonicData<'_> {
         (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
-    /// The range of ripple periods per turn that the motion of a joint can make visible.
+    /// The numbers of ripple periods per turn that are tried for a joint. They are limited by its range, its speed and the band
+    /// of the equations.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =

@@ -13,15 +13,16 @@ use crate::spectrum::rist_mh::effects::Effect;
 pub struct HarmonicOptions {
     /// The frequency band of the equations and of the motion.
     pub band: Band,
-    /// Candidates for the velocity range within which friction changes its sign, rad/s. BIC selects one.
+    /// Candidates for the velocity range within which friction changes its sign, rad/s. The Bayesian information criterion (BIC)
+    /// selects one.
     pub rest_velocities: Vec<f64>,
-    /// Candidates for the Stribeck velocity, rad/s. BIC selects one, or no Stribeck term.
+    /// Candidates for the Stribeck velocity, rad/s. The Bayesian information criterion (BIC) selects one, or no Stribeck term.
     pub stribeck_velocities: Vec<f64>,
     /// Whether to try Coulomb friction that grows with the load.
     pub load: bool,
     /// Whether friction may drift from experiment to experiment.
     pub drift: bool,
-    /// Whether the weights also contain the noise of the position and the residual of each joint.
+    /// Whether the weights of the rows also include the noise of the position and the residual of each joint.
     pub weights: bool,
     /// Whether the motion may end in another position or velocity than it starts with.
     pub ends: bool,
@@ -46,13 +47,14 @@ impl Default for HarmonicOptions {
 
 /// Highest frequency of the equations if links are behind springs or gaps, Hz.
 ///
-/// At higher frequencies the motion of a link depends more on the deflection than on the motor. Errors of the parameters of R3G
-/// with elastic joints (`tests/benches/misfit.rs`, six draws): with joints of 12 Hz 0.08 % and a chi^2 of 5, and 0.19 % and 28
-/// with equations up to 20 Hz; with joints of 15 and 25 Hz 0.14 and 0.10 %, and 0.13 and 0.08 % with equations up to 20 Hz.
+/// At higher frequencies the motion of a link depends more on the deflection than on the motor. Largest error of the parameters
+/// of R3G (`tests/benches/misfit.rs`, six draws) with this limit, and with 20 Hz: joints of 12 Hz 0.08 % and 0.19 % (chi^2 5 and
+/// 28), joints of 15 Hz 0.14 and 0.13 %, joints of 25 Hz 0.10 and 0.08 %.
 const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {
-    /// A copy with additional effects. With springs and gaps the highest frequency of the equations is lowered.
+    /// A copy with additional effects. With springs or gaps, the highest frequency of the equations is lowered to
+    /// `MAX_YIELDING_FREQUENCY_HZ`.
     pub fn with_effects(mut self, effects: Vec<Effect>) -> HarmonicOptions {
         if effects.iter().any(|e| matches!(e, Effect::Elastic { .. } | Effect::Play { .. })) {
             self.band.equations = self.band.equations.min(MAX_YIELDING_FREQUENCY_HZ);
@@ -89,7 +91,7 @@ pub struct HarmonicData<'a> {
     /// For each sweep, the column of a spring of 1 N m/rad in its gravity rows.
     pub(crate) swept_springs: Vec<Vec<f64>>,
     pub(crate) noise: NoiseLevels,
-    /// The noise of the harmonics that the equations use.
+    /// The noise of the harmonics that are in the band of the equations.
     pub(crate) noise_of_band: NoiseLevels,
     pub(crate) gain: Vec<f64>,
     /// The effects of the fit, and their columns `effect_rows[spectrum][row][column]`, N m per unit.

@@ -58,7 +58,7 @@ impl Effect {
         }
     }
 
-    /// The joint, if the effect makes the position of its link differ from the encoder. `None` for other effects.
+    /// The joint whose link position differs from its encoder because of this effect. `None` for other effects.
     pub(crate) fn moved(self) -> Option<usize> {
         match self {
             Effect::Elastic { joint } | Effect::Play { joint } | Effect::Eccentric { joint } => Some(joint),
@@ -66,7 +66,7 @@ impl Effect {
         }
     }
 
-    /// Whether the size of the effect is its first unknown only, which must be positive.
+    /// Whether only the first unknown is the size of the effect. It must be positive.
     pub(crate) fn is_positive(self) -> bool {
         matches!(self, Effect::Elastic { .. } | Effect::Play { .. } | Effect::Spring { .. })
     }
@@ -79,6 +79,6 @@ pub struct EffectSize {
     pub effect: Effect,
     /// Values of the unknowns of the effect. A delay is in addition to the delay of the band.
     pub values: Vec<f64>,
-    /// Standard deviations of the unknowns for the noise that the weights contain.
+    /// Standard deviations of the unknowns, computed for the noise from which the weights follow.
     pub deviations: Vec<f64>,
 }

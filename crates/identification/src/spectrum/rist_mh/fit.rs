@@ -13,17 +13,18 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::layout::Layout;
 
-/// Largest number of steps of the evidence iteration for s. Its error halves in each step.
+/// Largest number of steps of the evidence iteration for s, the relative standard deviation of the friction drifts. The error of
+/// s halves in each step.
 const DRIFT_ITERATIONS: usize = 12;
-/// A relative standard deviation s of drifts below this counts as no drift.
+/// If the relative standard deviation s of the friction drifts is below this, there is no drift.
 const SMALLEST_DRIFT_SIGMA: f64 = 2e-3;
-/// Initial relative standard deviation s of drifts.
+/// Initial relative standard deviation s of the friction drifts.
 const INITIAL_DRIFT_SIGMA: f64 = 0.1;
-/// The evidence iteration ends if s changes by less than this, relative.
+/// The evidence iteration for the standard deviation s of drifts ends if s changes by less than this share.
 const SETTLED_DRIFT_CHANGE: f64 = 1e-3;
 /// Least value for the number of drifts that the data determine, to prevent a division by zero.
 const LEAST_DETERMINED_DRIFTS: f64 = 1e-3;
-/// Least share of the rows that counts as degrees of freedom.
+/// Least number of degrees of freedom, divided by the number of rows.
 const LEAST_FREE_SHARE: f64 = 0.1;
 
 /// The joint and the cluster to which an equation belongs.
@@ -31,15 +32,16 @@ const LEAST_FREE_SHARE: f64 = 0.1;
 pub struct Owner {
     /// Index of the joint.
     pub joint: usize,
-    /// Index of the spectrum or sweep. Sweeps are counted after all spectra.
+    /// Index of the spectrum, or number of spectra plus index of the sweep.
     pub cluster: usize,
 }
 
-/// A weighted, linearised equation. Its unknowns are the unknowns of the fit, followed by the unknown gains.
+/// A weighted, linearised equation. Its unknowns are the unknowns of the fit, then the unknown drive gains.
 pub struct GainEquation {
     /// The joint and cluster of the equation. `None` for the row of an expected gain.
     pub owner: Option<Owner>,
-    /// Index of the spectrum, and of the row in it. `None` for a sweep, and for a row that regularises an unknown.
+    /// Index of the spectrum, and index of the row in it. `None` for a gravity row of a sweep, and for a row that regularises an
+    /// unknown.
     pub place: Option<(usize, usize)>,
     /// The coefficient of each unknown.
     pub coefficients: Vec<f64>,
@@ -47,10 +49,10 @@ pub struct GainEquation {
     pub right: f64,
 }
 
-/// The state of the iteration for one shape of friction.
+/// The state of the Gauss-Newton iteration for one choice of friction columns.
 pub(crate) struct IterationState {
     pub shape: FrictionShape,
-    /// Whether the motion may end in another state than it starts with.
+    /// Whether the motion may end with another position or velocity than it starts with.
     ends: bool,
     /// Friction columns of each spectrum: `friction[spectrum][row][column]`.
     friction: Vec<Vec<Vec<f64>>>,
@@ -60,16 +62,17 @@ pub(crate) struct IterationState {
     pub layout: Layout,
     drift: Vec<f64>,
     spread: f64,
-    /// Sum of weighted squares of the residual of each spectrum.
+    /// For each spectrum, the sum of the weighted squares of its residuals.
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Effective number of unknowns: each drift counts by the share that the data determine.
+    /// Effective number of unknowns: a drift that the data determine only partly counts less than 1.
     effective: f64,
 }
 
 impl IterationState {
-    /// Fits one shape of friction until convergence. `deviation`: standard deviation of each row of each spectrum, N m.
+    /// Fits with one choice of friction columns until convergence. `deviation`: standard deviation of each row of each spectrum,
+    /// N m.
     pub(crate) fn new(
         data: &HarmonicData,
         shape: &FrictionShape,
@@ -91,7 +94,7 @@ impl IterationState {
             rows: 0,
             effective: 0.0,
         };
-        // The first fit has no drift. It gives the f about which the drift is linearised.
+        // The first fit is without drift. Its friction f is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
             // The standard deviation s of the drifts is estimated until it converges or vanishes.
@@ -111,12 +114,12 @@ impl IterationState {
         self.spread >= SMALLEST_DRIFT_SIGMA
     }
 
-    /// The factor 1 + u of the friction of a spectrum.
+    /// The factor 1 + u by which the friction of a spectrum is multiplied. u: drift, relative.
     pub(crate) fn scale(&self, spectrum: usize) -> f64 {
         1.0 + self.drift[spectrum]
     }
 
-    /// Standard deviation s of the drifts; zero without drift.
+    /// Relative standard deviation s of the drifts of friction; zero without drift.
     pub(crate) fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
     }
@@ -126,12 +129,13 @@ impl IterationState {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
-    /// Degrees of freedom divided by the number of rows.
+    /// Degrees of freedom divided by the number of rows, at least `LEAST_FREE_SHARE`.
     pub(crate) fn free_share(&self) -> f64 {
         (1.0 - self.effective / self.rows.max(1) as f64).max(LEAST_FREE_SHARE)
     }
 
-    /// The standard deviations of the rows, N m, scaled for each joint so that they agree with its residuals.
+    /// The standard deviations of the rows, N m, multiplied by one factor per joint so that they agree with the residuals of the
+    /// joint.
     pub(crate) fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = self.free_share();
         let factor = |joint: usize| {
@@ -146,13 +150,13 @@ impl IterationState {
         data.spectra.iter().zip(&self.deviation).map(scaled).collect()
     }
 
-    /// For each spectrum, the sum of squares of the residuals divided by these standard deviations of the rows.
+    /// For each spectrum, the sum of the squares of residual / `deviation` over its rows.
     pub(crate) fn squares_by(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<f64> {
         let residuals = self.residuals(data, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
-    /// For each spectrum, the residuals of the rows divided by these standard deviations.
+    /// For each spectrum, residual / `deviation` of each row.
     pub(crate) fn residuals(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -185,7 +189,7 @@ impl IterationState {
         }
     }
 
-    /// The triangle of the weighted rows, linearised about the present friction and drift.
+    /// The triangle (R of QR) of the weighted rows, linearised about the present friction and drift.
     pub(crate) fn triangle(&self, data: &HarmonicData) -> Triangle {
         let mut block = TriangleBuilder::new(self.layout_of(data).unknowns());
         self.each_equation(data, |_, row, known, y| {
@@ -194,7 +198,8 @@ impl IterationState {
         block.finish()
     }
 
-    /// Calls `take` for each linearised, weighted row with its owner, coefficients, known torque and right-hand side.
+    /// Calls `take` for each weighted row, linearised about the present friction and drift, with its owner, coefficients, known
+    /// torque and right-hand side.
     pub(crate) fn each_equation(&self, data: &HarmonicData, mut take: impl FnMut(Owner, &[f64], f64, f64)) {
         let at = self.layout_of(data);
         let first_drift = at.drifts().start;
@@ -203,7 +208,8 @@ impl IterationState {
             take(owner, row, known, y);
             row.fill(0.0);
         };
-        // Rows of each harmonic of each spectrum: tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects.
+        // A harmonic of a spectrum has the rows tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects; f', u': new
+        // friction and drift.
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
             let of_joint = at.friction(s.joint);
@@ -229,7 +235,7 @@ impl IterationState {
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
-        // Gravity rows, which have no friction columns.
+        // The gravity rows of the sweeps have no friction columns.
         for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
@@ -244,7 +250,7 @@ impl IterationState {
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
-        // One row u' / s = 0 for each drift.
+        // Each drift has one row u' / s = 0, which regularises it (s: standard deviation of drifts).
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;

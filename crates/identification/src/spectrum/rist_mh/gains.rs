@@ -23,24 +23,24 @@ use crate::spectrum::rist_mh::search::HarmonicEstimate;
 pub struct HarmonicGains {
     /// The gains and parameters with their standard deviations.
     pub gains: DriveGains,
-    /// The equations from which they were estimated, after elimination of friction.
+    /// The equations from which the gains were estimated, after elimination of friction.
     pub equations: Vec<JointEquations>,
-    /// The estimate that gives the friction of these equations, made with the gains of the previous round. After convergence no
-    /// gain has changed by more than a hundredth of its standard deviation. `None` if the gains are not determined or not
-    /// positive; friction is then asymmetric viscous and Coulomb friction.
+    /// The estimate whose friction is used in `equations`. It was computed with the gains of the previous round, which differ
+    /// from `gains` by at most a hundredth of a standard deviation after convergence. `None` if the gains are not determined or
+    /// not positive; friction is then asymmetric viscous and Coulomb friction.
     pub friction: Option<HarmonicEstimate>,
-    /// Number of rounds of the iteration. `None` if it did not converge.
+    /// Number of rounds (choice of friction, then gains) of the iteration. `None` if it did not converge.
     pub rounds: Option<usize>,
 }
 
-/// Largest number of rounds, each with a choice of friction.
+/// Largest number of rounds. Each has a choice of friction, then an estimate of the gains.
 const MAX_FRICTION_CHOICES: usize = 8;
 /// Largest change of a gain after convergence, in its standard deviations.
 const SETTLED_GAIN_CHANGE_SIGMAS: f64 = 0.01;
 
 impl HarmonicData<'_> {
-    /// Estimates the gains if not all are known. Afterwards the data contain the gains with which the friction was chosen, so
-    /// that residuals belong to that fit.
+    /// Estimates the drive gains if not all are known. Afterwards `self` has the gains with which the friction was chosen, so
+    /// that its residuals belong to that fit.
     ///
     /// Fails if [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
@@ -52,7 +52,7 @@ impl HarmonicData<'_> {
         fit.deviations_by_frequency(self, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..MAX_FRICTION_CHOICES {
-            // Torques need positive gains. Otherwise no friction can be chosen.
+            // Only positive gains give torques. Without torques no friction can be chosen.
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
                 found.friction = None;
@@ -84,7 +84,8 @@ impl HarmonicData<'_> {
 }
 
 impl IterationState {
-    /// The equations of each joint in currents, after elimination of all unknowns except the parameters.
+    /// The equations of each joint in currents. All unknowns except the parameters (friction, drift, ends, effects) are
+    /// eliminated.
     fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];

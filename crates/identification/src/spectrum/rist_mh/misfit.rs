@@ -27,13 +27,13 @@ use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::fit::IterationState;
 
-/// The k of the module: the share of a cluster that is subtracted from A.
+/// k in S_g = (A - k A_g)^-1 W_g' rho_g (see the module): the share of a cluster that is subtracted from A.
 const CLUSTER_LEVERAGE_SHARE: f64 = 0.95;
 
 /// The misfit between the model and the experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
-    /// chi^2 per degree of freedom of each joint, with the measured noise. Infinite if no noise was measured.
+    /// chi^2 per degree of freedom of each joint, computed with the measured noise. Infinite if no noise was measured.
     pub joints: Vec<f64>,
     /// chi^2 per degree of freedom of all joints together.
     pub total: f64,
@@ -50,17 +50,18 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    /// Whether the model lacks an effect. False if no noise was measured.
+    /// Whether the model lacks an effect, because chi^2 per degree of freedom is too large. False if no noise was measured.
     pub fn is_lacking(&self) -> bool {
         self.total.is_finite() && self.total > LACKING_MODEL_CHI_SQUARE
     }
 
-    /// Whether the residual exceeds the noise. False if no noise was measured.
+    /// Whether the residual is larger than noise explains. False if no noise was measured.
     pub fn is_beyond_noise(&self) -> bool {
         self.total.is_finite() && self.total > NOISE_CHI_SQUARE
     }
 
-    /// The factor a of the module: 0 if noise explains the residual, 1 if the model lacks an effect.
+    /// Factor a of the variance from clusters: 0 if noise explains the residual, 1 if the model lacks an effect, between them
+    /// otherwise.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -76,7 +77,7 @@ impl HarmonicData<'_> {
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown of a gain is its change from the present value, which is zero.
+            // The unknown of a gain is its change from the present gain, and this is zero now.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
@@ -88,8 +89,8 @@ impl HarmonicData<'_> {
         misfit
     }
 
-    /// For each experiment, the unknowns `x` with parameters, friction and effects estimated from all other experiments. Weights
-    /// and linearisation are those of the whole fit. Empty if there is only one experiment.
+    /// For each experiment, the unknowns with parameters, friction and effects estimated from all other experiments. Other
+    /// unknowns, weights and linearisation are those of the whole fit `x`. Empty if there is only one experiment.
     pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
         let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
@@ -107,7 +108,7 @@ impl HarmonicData<'_> {
         if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
-    /// The misfit with chi^2 only, without the standard deviations.
+    /// The misfit with chi^2 only. Its lists of standard deviations are empty.
     pub(crate) fn residual_squares(&self, fit: &IterationState) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, &noise);
@@ -125,8 +126,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Standard deviations of the unknowns `x` from clusters. Each cluster is given by the triangle of its rows in the shared
-/// columns.
+/// Standard deviations of the unknowns `x` with experiments as clusters. `triangles`: rows of each cluster in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -149,8 +149,8 @@ impl IterationState {
         self.shared_columns().iter().map(|&c| self.x[c]).collect()
     }
 
-    /// The triangle of each spectrum in the shared columns, after elimination of its own columns. Then follow the triangles of
-    /// the gravity rows and of the expected gains. An unknown gain is a column after the shared columns.
+    /// One triangle per cluster, with the columns of the shared unknowns, then of the unknown gains. Clusters: each spectrum
+    /// (after elimination of its drift and ends), the gravity rows of each sweep, and each expected gain.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();
@@ -169,7 +169,8 @@ impl IterationState {
     }
 }
 
-/// The triangle of the columns `kept`, after elimination of the columns `out`.
+/// The triangle (R of QR) of the columns `kept`, after elimination of the columns `out`. `rows`: coefficients and right-hand side
+/// of each row.
 fn projected(rows: &[(Vec<f64>, f64)], out: &[usize], kept: &[usize]) -> Triangle {
     let own: Vec<usize> = out.iter().copied().filter(|&c| rows.iter().any(|(row, _)| row[c] != 0.0)).collect();
     let order: Vec<usize> = own.iter().chain(kept).copied().collect();
@@ -206,7 +207,7 @@ mod tests {
         assert_eq!(misfit(&[0.1, 2.5], 0.6).beyond_noise(), 0.5 / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE));
         let said = misfit(&[0.1, 5.0], LACKING_MODEL_CHI_SQUARE * (1.0 + f64::EPSILON));
         assert!(said.is_lacking() && said.beyond_noise() == 1.0);
-        // Without measured noise the factor is 0.
+        // If no noise was measured, the factor is 0.
         assert_eq!(misfit(&[0.1, f64::INFINITY], f64::INFINITY).beyond_noise(), 0.0);
     }
 }

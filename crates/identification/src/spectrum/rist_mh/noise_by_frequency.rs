@@ -22,21 +22,22 @@ use crate::spectrum::rist_mh::fit::{GainEquation, IterationState};
 const MAX_SCORING_STEPS: usize = 30;
 /// The iteration ends if a step of Fisher scoring is smaller than this.
 const SETTLED_SCORING_STEP: f64 = 1e-6;
-/// If the relative determinant of the information matrix is below this, b is not identifiable.
+/// If the determinant of the 2 x 2 information matrix, relative to its diagonal, is below this, b is not identifiable.
 const SMALLEST_RELATIVE_DETERMINANT: f64 = 1e-9;
 
-/// A row from which a and b of its joint are estimated.
+/// A row from which a and b of its joint are estimated, with E z^2 = (1 - h) exp(a + b u).
 struct NoiseRow {
     /// The frequency of the row in octaves, log2(1 + f / f_1).
     u: f64,
-    /// The squared normalised residual z^2.
+    /// z^2, the square of the residual divided by the standard deviation of its weight.
     square: f64,
     /// 1 - h, h: leverage of the row.
     free: f64,
 }
 
 impl IterationState {
-    /// Sets the standard deviations of the gains and parameters `found` by this fit, by the equations of this module.
+    /// Sets the standard deviations of `found` (gains and parameters) for noise that depends on frequency, by the equations of
+    /// this module.
     pub(crate) fn deviations_by_frequency(&self, data: &HarmonicData, known: &[Gain], found: &mut DriveGains) {
         let rows = self.gain_equations(data, known);
         let width = rows.first().map_or(0, |row| row.coefficients.len());
@@ -59,7 +60,7 @@ impl IterationState {
         free.zip(self.x.len()..).for_each(|(j, c)| found.gain_deviation[j] = deviation(c));
     }
 
-    /// The variance factor exp(a + b u) of each row of each spectrum.
+    /// The variance factor exp(a + b u) of each row of each spectrum. u: frequency in octaves; a, b: estimated for each joint.
     fn scales(&self, data: &HarmonicData, rows: &[GainEquation], solution: &Solution) -> Vec<Vec<f64>> {
         let residuals = self.residuals(data, &self.deviation);
         let moving = data.spectra.iter().flat_map(|s| &s.frequency).filter(|f| **f > 0.0);
@@ -110,7 +111,7 @@ fn log_linear(rows: &[NoiseRow]) -> [f64; 2] {
             break;
         }
         let step = [(suu * score[0] - su * score[1]) / determinant, (n * score[1] - su * score[0]) / determinant];
-        // Each step is limited to 1, which is a factor of e.
+        // The step is limited to 1, so that exp(a) changes at most by the factor e.
         let length = 1.0 / step.iter().fold(1.0_f64, |most, s| most.max(s.abs()));
         found = [found[0] + length * step[0], found[1] + length * step[1]];
         if step.iter().all(|s| s.abs() < SETTLED_SCORING_STEP) {
@@ -145,7 +146,7 @@ mod tests {
                 }
             }
             for k in 0..2 {
-                // The bound is three standard errors of the mean, plus the bias of a logarithm of 150 squares, about 2 / 150.
+                // Allowed error: three standard errors of the mean, plus the bias of the logarithm of 150 squares, about 2 / 150.
                 let error = squares[k].sqrt();
                 let allowed = 3.0 * error / f64::from(draws).sqrt() + 1.0 / 75.0;
                 assert!((sum[k] - law[k]).abs() < allowed, "{sum:?} {law:?}");

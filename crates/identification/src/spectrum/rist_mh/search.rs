@@ -1,22 +1,22 @@
 //! RIST-MH: identification from the experiments of [Vandanjon, Gautier, Desbats 1995], "the paper", with all harmonics, real and
 //! imaginary part, and friction as nuisance.
 //!
-//! Weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The unknowns are the
-//! base parameters X and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
+//! The method is weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The
+//! unknowns are the base parameters X and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated
-//! too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. So drift adds no uncertainty if there is
-//! none. Gauss-Newton linearises the product u f. The weights first contain the noise of torque and position, measured from the
-//! scatter between periods, and then the residual of each joint.
+//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated too,
+//! by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. So drift adds no uncertainty if there is none.
+//! Gauss-Newton linearises the product u f. The weights first contain the noise of torque and position, measured from the scatter
+//! between periods, and then the residual of each joint.
 //!
 //! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
-//! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance.
+//! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance parameters.
 //!
-//! BIC chooses the friction columns: asymmetric viscous and Coulomb friction alone (equation (5) of the paper), or with load and
-//! Stribeck terms. The orthogonality of the paper is not needed here: friction is in the model, and its many harmonics
-//! distinguish it from other torques.
+//! The Bayesian information criterion (BIC) chooses the friction columns: asymmetric viscous and Coulomb friction alone (equation
+//! (5) of the paper), or with load and Stribeck terms. The orthogonality of the paper is not needed here: friction is in the
+//! model, and its many harmonics distinguish it from other torques.
 
 use linear_model::friction::periodic::FrictionShape;
 use linear_model::regressor::Regressor;
@@ -33,9 +33,9 @@ use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::layout::Layout;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Largest number of rounds of the linearisation about the sizes of springs and gaps.
+/// Largest number of linearisations about the sizes of springs and gaps.
 const MAX_YIELDING_ROUNDS: usize = 12;
-/// The rounds end if the sizes of springs and gaps change by less than this, relative.
+/// The sizes of springs and gaps have converged if no size changes by more than this share.
 const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 
 /// The result of RIST-MH: parameters, friction and misfit.
@@ -45,8 +45,8 @@ pub struct HarmonicEstimate {
     pub solution: Solution,
     /// The index ranges of the unknowns.
     pub layout: Layout,
-    /// For each experiment, all unknowns, where the shared unknowns are estimated from the other experiments. Empty if there is
-    /// only one.
+    /// For each experiment, the unknowns with parameters, friction and effects estimated from the other experiments. Empty if
+    /// there is only one experiment.
     pub left_out: Vec<Vec<f64>>,
     /// The shape of friction that BIC selected.
     pub shape: FrictionShape,
@@ -54,7 +54,7 @@ pub struct HarmonicEstimate {
     pub drift_spread: f64,
     /// The estimated effects other than friction, which are the last unknowns.
     pub effects: Vec<EffectSize>,
-    /// The misfit with the measured noise. It does not depend on the weights.
+    /// The misfit, computed with the measured noise. It does not depend on the weights.
     pub misfit: Misfit,
     /// The effect that the model most likely lacks. `None` if it lacks none, or if no single effect explains the misfit.
     pub cause: Option<Cause>,
@@ -102,7 +102,8 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // The rows are linear in the torque: with the positions in its place, they give the column of a spring.
+        // A gravity row is linear in the torque. With the positions in place of the torques, its right-hand side is the column of
+        // a spring.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
@@ -126,14 +127,14 @@ impl<'a> HarmonicData<'a> {
         &self.spectra
     }
 
-    /// The estimate with the best shape of friction. `None` without equations.
+    /// The estimate with the best friction columns. `None` without equations.
     ///
-    /// The rest velocity is chosen with asymmetric viscous and Coulomb friction, then load and Stribeck terms are chosen, then
-    /// the rest velocity again if there are such terms.
+    /// First the rest velocity is chosen, with asymmetric viscous and Coulomb friction. Then load and Stribeck terms are chosen.
+    /// If there are such terms, the rest velocity is chosen again.
     ///
-    /// Afterwards the data contain the columns of the effects, and the motion of links behind springs and gaps. With the first
-    /// choice of friction, the sizes of springs and gaps are iterated to convergence. Then friction is chosen again, and the
-    /// sizes are iterated again.
+    /// Afterwards `self` has the columns of the effects, and the motion of links behind springs and gaps. With the first choice
+    /// of friction, the sizes of springs and gaps are iterated to convergence. Then friction is chosen again, and the sizes are
+    /// iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
         let best = self.fitted(options)?;
         let mut found = self.finished(&best, &[]);
@@ -141,7 +142,8 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Searches for the cause if the residual exceeds the noise. A named cause explains at least half of the excess.
+    /// Searches for the effect that the model lacks if the residual exceeds the noise. A named cause explains at least half of
+    /// the excess.
     pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &IterationState, options: &HarmonicOptions) {
         if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);
@@ -177,7 +179,8 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The fit with the best shape by BIC, with calibrated weights. `None` if there is no shape to try.
+    /// The fit with the friction columns of the smallest BIC, with weights calibrated by the residuals. `None` if there is no
+    /// candidate.
     pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<IterationState> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
@@ -197,7 +200,7 @@ impl<'a> HarmonicData<'a> {
             }
             let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
             if options.weights && tried.len() == options.rest_velocities.len() {
-                // Additional terms are compared with the weights of the best rest velocity.
+                // Additional terms are compared with the weights that belong to the best rest velocity.
                 let again = best.calibrated(self);
                 let shape = best.shape;
                 deviation = again;

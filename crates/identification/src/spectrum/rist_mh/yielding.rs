@@ -1,14 +1,15 @@
-//! The columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
+//! Computes the columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
 //! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For the other effects Y(q) X is linearised
 //! about the present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
 //! where theta is the position of the motors, q = theta - u e the position of the links, e_k the deflection of joint k per unit
 //! of u, u' the new size, and s a small step. An elastic joint has two e_k: its torque, and for its damping the rate of its
-//! torque. The fit is repeated until u' equals u (`search`). tau_k is the torque after the friction of the motor: if the joint
-//! moves, the torque of the drive minus the friction of the fit; if the joint is locked, its friction is unknown, and tau_k is
-//! Y_k(q) X. The spring here transmits the whole torque of the model. So an estimated rotor inertia is on the link side of the
-//! spring, unlike in the robot.
+//! torque. The fit is repeated until u' equals u (`search`).
+//!
+//! tau_k is the torque after the friction of the motor. If the joint moves, it is the torque of the drive minus the friction of
+//! the fit. If the joint is locked, its friction is unknown, and tau_k is Y_k(q) X. The spring here transmits the whole torque of
+//! the model. So an estimated rotor inertia is on the link side of the spring, unlike in the robot.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use numerics::fourier::harmonic_derivatives;
@@ -21,7 +22,7 @@ use crate::spectrum::rist_mh::fit::IterationState;
 /// Largest deflection of a joint for a finite difference, rad: far above rounding, and small enough for linearity.
 const LARGEST_DIFFERENCE_STEP_RAD: f64 = 1e-5;
 
-/// Torque at which a link crosses its gap, relative to the rms torque.
+/// Torque scale of tanh with which a link crosses its gap, divided by the rms torque.
 const GAP_CROSSING_TORQUE_SHARE: f64 = 0.1;
 
 impl HarmonicData<'_> {
@@ -35,11 +36,11 @@ impl HarmonicData<'_> {
         self.effects.iter().any(|e| e.moved().is_some())
     }
 
-    /// Sets the effects and computes their columns from the record. Columns of springs and gaps are zero until
-    /// [`HarmonicData::yield_by`].
+    /// Sets the effects and computes their columns from the record. The columns of springs and gaps are zero until
+    /// [`HarmonicData::yield_by`] is called.
     pub(crate) fn lay(&mut self, effects: &[Effect]) {
         if self.has_yielding() {
-            // Reset to rigid joints: the links move with the motors.
+            // All joints are made rigid again: the links move with the motors.
             for (experiment, motion) in self.motions.iter().enumerate() {
                 let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else {
                     continue;
@@ -85,11 +86,12 @@ impl HarmonicData<'_> {
 
     fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &IterationState) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
-        // The parameters X with the known load of this experiment.
+        // X: the base parameters including the known load of this experiment.
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
-        // The motion of the links, q = theta - u e, u: size of each spring or gap.
+        // The motion of the links is q = theta - u e. theta: motion of the motors, u: size of a spring or gap, e: deflection per
+        // unit of u.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {
@@ -113,7 +115,7 @@ impl HarmonicData<'_> {
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
             slopes.push((*column, (0..self.n).map(slope).collect()));
         }
-        // The rows get the motion of the links, C as the column of the effect, and -C u in the known torque.
+        // The rows are set for the motion of the links: C is the column of the effect, and -C u is added to the known torque.
         for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
         {
             s.take_columns(&columns[s.joint]);
@@ -127,8 +129,8 @@ impl HarmonicData<'_> {
         }
     }
 
-    /// For each unknown of an elastic joint, a gap or an eccentric encoder: its column, its joint, and the deflection per unit
-    /// at each sample.
+    /// For each unknown of an elastic joint, a gap or an eccentric encoder: its column, its joint, and the deflection of the
+    /// joint per unit of the unknown at each sample.
     fn yields(
         &self,
         experiment: usize,
@@ -156,7 +158,8 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                // The deflection of a gap follows the sign of the torque; the deflection of a spring, the torque and its rate.
+                // The deflection of a gap depends on the sign of the torque. The deflection of a spring depends on the torque and
+                // its rate.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {

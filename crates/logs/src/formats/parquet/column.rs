@@ -1,4 +1,4 @@
-//! One column of a Parquet file, read some rows at a time.
+//! Reads one column of a Parquet file, some rows at a time.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -14,58 +14,59 @@ use crate::formats::parquet::pages::UnpackedPages;
 use crate::formats::stored_number::{NumberType, Numbers, without_unit};
 use crate::table::{MAX_CELLS, MAX_COLUMNS};
 
-/// Rows decoded at a time.
+/// Number of rows that are decoded at a time.
 const ROWS_PER_BATCH: usize = 1 << 13;
 
 /// Memory of an element of a list, bytes: its number, its levels, and the number in a column that grows by doubling.
 const MEMORY_PER_ELEMENT_BYTES: usize = 2 * size_of::<f64>();
 
-/// Copies of a page in memory at once: decompressed, in plain encoding, and with its levels.
+/// Number of copies of a page in memory at the same time: decompressed, in plain encoding, and with its levels.
 const PAGE_COPIES: usize = 3;
 
-/// A column, or the columns of the elements of its lists.
+/// A column of the file. A column of lists becomes one column per list element.
 pub(crate) struct ParquetColumn {
     pub name: String,
-    /// Whether its numbers are times.
+    /// Whether the numbers are times.
     pub timed: bool,
     lists: bool,
-    /// Whether it is read.
+    /// Whether the column is read.
     pub wanted: bool,
     place: usize,
     leaf: ColumnDescPtr,
     numbers: Numbers,
     /// The pages of the current row group.
     reader: Option<ColumnReader>,
-    /// The rows read since the last [`Column::take`]: one series for each element.
+    /// The rows that were read since the last [`Column::take`]: one series for each list element.
     series: NumbersRead,
-    /// Number of series in every table: for lists, the number of elements.
+    /// Number of series of the column in every table: the number of list elements, or one.
     width: usize,
-    /// The reason why it has no numbers.
+    /// The reason why the column has no numbers; `None` if it has numbers.
     text: Option<String>,
-    /// Levels of the rows that were decoded last.
+    /// Definition levels and repetition levels of the rows that were decoded last.
     definition: Vec<i16>,
     repetition: Vec<i16>,
 }
 
-/// The content of a file, for the measurement of its lists.
+/// The file, as needed to find the number of elements in its lists.
 pub(crate) struct ListSurvey<'a> {
     pub bytes: &'a FileBytes,
     pub metadata: &'a ParquetMetaData,
-    /// Number of rows of every row group.
+    /// Number of rows of each row group.
     pub groups: &'a [usize],
-    /// The greatest number of elements of a list.
+    /// Largest number of elements of a list.
     pub room: usize,
 }
 
-/// Rows of a row group that are to be read.
+/// The rows of a row group that are to be read.
 pub(crate) struct RowRange<'a> {
     pub bytes: &'a FileBytes,
     pub group: &'a RowGroupMetaData,
-    /// Rows of the group, rows of it that were read before, and rows to read now.
+    /// `all`: number of rows of the group. `before`: number of its rows that were read before. `count`: number of rows to read
+    /// now.
     pub all: usize,
     pub before: usize,
     pub count: usize,
-    /// Number of columns with pages in memory at once.
+    /// Number of columns whose pages are in memory at the same time.
     pub columns: usize,
 }
 
@@ -93,7 +94,7 @@ impl ParquetColumn {
         }
     }
 
-    /// Names of its series.
+    /// Names of the series of the column.
     pub(crate) fn headers(&self) -> Vec<String> {
         let header = if self.timed { without_unit(&self.name) } else { &self.name };
         match self.lists && self.text.is_none() {
@@ -102,12 +103,12 @@ impl ParquetColumn {
         }
     }
 
-    /// Whether its pages are read.
+    /// Whether the pages of the column are read.
     pub(crate) fn is_read(&self) -> bool {
         self.wanted && self.text.is_none()
     }
 
-    /// Number of series in every table, at least one.
+    /// Number of series of the column in every table, at least one.
     pub(crate) fn width(&self) -> usize {
         self.width
     }
@@ -117,7 +118,7 @@ impl ParquetColumn {
         self.reader = None;
     }
 
-    /// Determines the number of elements of the lists, from the first list with elements.
+    /// Finds the number of list elements from the first list that is not empty.
     pub(crate) fn measure_lists(&mut self, content: &ListSurvey<'_>, budget: &mut Budget) -> Result<(), String> {
         if !self.lists {
             return Ok(());
@@ -146,7 +147,7 @@ impl ParquetColumn {
         Ok(())
     }
 
-    /// Reserves memory for the rows of a table.
+    /// Reserves memory for `rows` rows of a table.
     pub(crate) fn begin(&mut self, rows: usize, budget: &mut Budget) -> Result<(), String> {
         if self.is_read() && !self.lists {
             budget.draw(rows.saturating_mul(size_of::<f64>()))?;
@@ -155,7 +156,7 @@ impl ParquetColumn {
         Ok(())
     }
 
-    /// Reads the next rows. `room` is the greatest number of elements of its lists.
+    /// Reads the next rows. `room`: largest number of elements of a list.
     pub(crate) fn read(&mut self, rows: &RowRange<'_>, room: usize, budget: &mut Budget) -> Result<(), String> {
         if !self.is_read() {
             return Ok(());
@@ -165,8 +166,8 @@ impl ParquetColumn {
             self.reader = Some(self.open(rows, room, budget)?);
         }
         let Some(mut reader) = self.reader.take() else { return Err("its pages are not opened".into()) };
-        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this; the catch covers
-        // unknown cases. The reader is then dropped.
+        // The library may panic on damaged pages. `pages` refuses all known cases; unknown cases are caught here. The reader is
+        // then dropped.
         let decoded = catch_unwind(AssertUnwindSafe(|| self.decode(&mut reader, rows.count, budget)));
         let found = decoded.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
         if found != rows.count && self.series.odd.is_none() {
@@ -180,7 +181,7 @@ impl ParquetColumn {
         Ok(())
     }
 
-    /// The pages of a row group; lists of more than `room` elements are not split into series.
+    /// Opens the pages of a row group. Lists with more than `room` elements do not become series.
     fn open(&self, rows: &RowRange<'_>, room: usize, budget: &mut Budget) -> Result<ColumnReader, String> {
         let chunk = rows.group.columns().get(self.place).ok_or("a row group lacks it")?;
         if chunk.file_path().is_some() {
@@ -204,7 +205,7 @@ impl ParquetColumn {
         Ok(get_column_reader(self.leaf.clone(), pages))
     }
 
-    /// Reads rows into the series; returns the number of rows read.
+    /// Decodes rows into the series, and returns the number of rows.
     fn decode(&mut self, reader: &mut ColumnReader, rows: usize, budget: &mut Budget) -> Result<usize, String> {
         use ColumnReader::*;
         let levels = [&mut self.definition, &mut self.repetition];
@@ -222,8 +223,8 @@ impl ParquetColumn {
         }
     }
 
-    /// The series of the rows that were read, the same number in every table. A column without numbers has empty series; its text
-    /// gives the reason.
+    /// The series of the rows that were read; their number is the same in every table. A column without numbers has empty series,
+    /// and the text gives the reason.
     pub(crate) fn take(&mut self) -> (Vec<Vec<f64>>, Option<String>) {
         let series = std::mem::take(&mut self.series);
         self.series.width = Some(self.width);
@@ -233,22 +234,22 @@ impl ParquetColumn {
     }
 }
 
-/// Numbers of the rows read so far.
+/// The numbers of the rows that were read so far.
 #[derive(Default)]
 struct NumbersRead {
     columns: Vec<Vec<f64>>,
     rows: usize,
-    /// The greatest number of elements of a list.
+    /// Largest number of elements of a list.
     room: usize,
-    /// Number of elements of each list, once it is known.
+    /// Number of elements of each list; `None` until it is known.
     width: Option<usize>,
-    /// The reason why lists cannot be the rows of a table; `None` where they can.
+    /// The reason why the lists cannot become columns; `None` if they can.
     odd: Option<String>,
 }
 
 impl NumbersRead {
-    /// Appends rows of lists. Each cell has its repetition level in `starts`, which is 0 at the start of a row. A missing element
-    /// of a list is `None`.
+    /// Appends rows of lists. `starts`: the repetition level of each cell, which is 0 at the start of a row. A missing list
+    /// element is `None`.
     fn push(&mut self, cells: &[Option<f64>], starts: &[i16], budget: &mut Budget) -> Result<(), String> {
         let mut from = 0;
         while from < cells.len() && self.odd.is_none() {
@@ -263,7 +264,7 @@ impl NumbersRead {
                 }
                 (None, width) => width,
             };
-            // The first list with elements determines the number of columns.
+            // The first list that is not empty determines the number of columns.
             if self.columns.is_empty() && width > 0 {
                 budget.draw(self.rows.saturating_mul(width).saturating_mul(MEMORY_PER_ELEMENT_BYTES))?;
                 self.columns = vec![vec![f64::NAN; self.rows]; width];
@@ -273,7 +274,7 @@ impl NumbersRead {
                 self.odd = Some(format!("lists of {} and of {} numbers", self.columns.len(), row.len()));
                 return Ok(());
             }
-            // An empty list is a row of missing numbers, which also takes memory.
+            // An empty list becomes a row of missing numbers, which also needs memory.
             if row.len() < self.columns.len() {
                 budget.draw(self.columns.len().saturating_mul(MEMORY_PER_ELEMENT_BYTES))?;
             }
@@ -287,7 +288,7 @@ impl NumbersRead {
     }
 }
 
-/// The destination of decoded rows.
+/// Where decoded rows are stored.
 struct Destination<'a> {
     leaf: &'a ColumnDescPtr,
     levels: [&'a mut Vec<i16>; 2],
@@ -307,7 +308,7 @@ impl Destination<'_> {
         let [definition, repetition] = &mut self.levels;
         let (mut values, mut done) = (Vec::new(), 0);
         while done < rows && self.series.odd.is_none() {
-            // The library decodes a batch; null elements have levels and no values.
+            // The library decodes a batch. Null elements have levels but no values.
             definition.clear();
             repetition.clear();
             values.clear();
@@ -318,7 +319,7 @@ impl Destination<'_> {
                 break;
             }
             done += records;
-            // Without nulls and lists, the values are the rows.
+            // If there are no nulls and no lists, each value is a row.
             if !lists && values.len() == levels {
                 self.series.columns[0].extend(values.iter().map(&mut number));
                 continue;
@@ -333,7 +334,7 @@ impl Destination<'_> {
                 self.series.columns[0].extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
                 continue;
             }
-            // A batch starts at a row, so its first repetition level is 0.
+            // A batch must start with a new row, so its first repetition level must be 0.
             if repetition.first() != Some(&0) {
                 return Err("its first list does not begin with a row".into());
             }

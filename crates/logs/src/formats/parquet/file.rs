@@ -1,13 +1,13 @@
-//! A Parquet file as tables of named columns, some rows at a time.
+//! Reads a Parquet file as tables of named columns, some rows at a time.
 //!
 //! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size; `column` reads
-//! each of them. Null is NaN. A list column `q` becomes q_1 .. q_k, like an array of a .npz, if all its lists have one length. A
-//! field of a struct is `struct.field`. `number` defines the numbers of each type. A column of another type is a text column: its
-//! use is refused.
+//! one column. Null becomes NaN. A list column `q` becomes q_1 .. q_k, as for a .npz, if all lists have the same length. A field
+//! of a struct becomes `struct.field`. `number` defines the numbers of each type. A column of another type is a text column;
+//! using it is an error.
 //!
-//! For a file on disk only the current page of each column is in memory, so the memory is independent of the size of the file.
+//! For a file on disk, only the current page of each column is in memory, so the memory does not depend on the size of the file.
 //!
-//! Not here: encryption, columns in other files.
+//! Not supported: encryption, and columns in other files.
 
 use std::sync::Arc;
 
@@ -26,13 +26,13 @@ use crate::formats::parquet::schema_guard;
 use crate::formats::stored_number::time_note;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
 
-/// The last bytes of a Parquet file.
+/// The magic bytes at the start and at the end of a Parquet file.
 const PARQUET_MAGIC: &[u8] = b"PAR1";
 
-/// Bytes after the index: its length, and the magic bytes.
+/// Number of bytes after the index: its length and the magic bytes.
 const TAIL_BYTES: usize = 8;
 
-/// Reads the columns of a file within a budget.
+/// Reads all columns of a file. The memory is taken from `budget`.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let bytes = FileBytes::Held(Bytes::copy_from_slice(bytes));
     let mut reader = ParquetReader::new(file, bytes, budget.clone())?;
@@ -41,27 +41,27 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     table
 }
 
-/// A reader of the rows of a file.
+/// Reads the rows of a Parquet file.
 pub(crate) struct ParquetReader {
     file: String,
     bytes: FileBytes,
     metadata: ParquetMetaData,
     columns: Vec<ParquetColumn>,
     budget: Budget,
-    /// Number of rows of every row group.
+    /// Number of rows of each row group.
     groups: Vec<usize>,
-    /// The current row group, and the number of its rows that were read.
+    /// The current row group. `before`: number of its rows that were already read.
     group: usize,
     before: usize,
-    /// Rows returned so far.
+    /// Number of rows that were returned so far.
     handed: usize,
-    /// Names of the columns of every table.
+    /// Names of the columns in every table.
     header: Vec<String>,
     notes: Vec<String>,
 }
 
 impl ParquetReader {
-    /// Reads the index of a file on disk.
+    /// Opens a file on disk and reads its index.
     pub(crate) fn of_file(file: &str, pieces: RandomAccessFile) -> Result<ParquetReader, Error> {
         let budget = Budget::of(usize::try_from(pieces.length()).unwrap_or(usize::MAX));
         ParquetReader::new(file, FileBytes::Pieces(Arc::new(pieces)), budget)
@@ -84,7 +84,7 @@ impl ParquetReader {
         let room = (MAX_CELLS / groups.iter().sum::<usize>().max(1)).saturating_sub(columns.len());
         let content = ListSurvey { bytes: &bytes, metadata: &metadata, groups: &groups, room };
         for column in &mut columns {
-            // The rows read for this measurement are dropped before the rows are read.
+            // The rows that are read to find the length of the lists are not kept; they are read again later.
             let measured = column.measure_lists(&content, &mut budget.clone());
             measured.map_err(|e| at(format!("column `{}`: {e}", column.name)))?;
         }
@@ -109,13 +109,13 @@ impl ParquetReader {
         Ok(reader)
     }
 
-    /// Reads rows into the columns.
+    /// Reads the next rows into the columns.
     fn read(&mut self, rows: usize) -> Result<(), Error> {
         let (file, open) = (&self.file, self.columns.iter().filter(|column| column.is_read()).count());
         let named = |column: &ParquetColumn, e: String| Error::at(file, 0, format!("column `{}`: {e}", column.name));
         let budget = &mut self.budget;
         self.columns.iter_mut().try_for_each(|column| column.begin(rows, budget).map_err(|e| named(column, e)))?;
-        // More elements would exceed the greatest number of values in a table.
+        // With more list elements, the table would exceed the largest number of cells.
         let room = MAX_CELLS / rows.max(1);
         let mut left = rows;
         while left > 0 {
@@ -136,7 +136,7 @@ impl ParquetReader {
         Ok(())
     }
 
-    /// The columns that were read, as a table of `rows` rows.
+    /// Makes a table of the rows that were read. `rows`: their number.
     fn table(&mut self, rows: usize) -> Table {
         let (file, header, notes) = (self.file.clone(), self.header.clone(), self.notes.clone());
         let mut table = Table { file, header, notes, skipped: self.handed, ..Table::default() };
@@ -153,7 +153,7 @@ impl ParquetReader {
             }
             table.columns.extend(series);
         }
-        // A text column has NaN in every row; a column that is not read is empty.
+        // A text column gets NaN in every row; a column that is not read stays empty.
         if table.rows() > 0 {
             without_numbers.iter().for_each(|&c| table.columns[c] = vec![f64::NAN; rows]);
         }
@@ -206,7 +206,7 @@ impl RowReader for ParquetReader {
     }
 }
 
-/// The metadata at the end of the file.
+/// The metadata at the end of the file. Fails if the file is encrypted or damaged.
 fn footer(bytes: &FileBytes) -> Result<ParquetMetaData, String> {
     let all = bytes.len();
     let piece = |place: u64, count: usize| bytes.piece(place, count).map_err(|e| format!("cannot be read: {e}"));
@@ -225,7 +225,7 @@ fn footer(bytes: &FileBytes) -> Result<ParquetMetaData, String> {
     ParquetMetaDataReader::decode_metadata(&index).map_err(|e| format!("the index of the file is damaged: {e}"))
 }
 
-/// The number of rows of every row group.
+/// The number of rows of each row group. Fails if there are too many rows.
 fn rows(metadata: &ParquetMetaData) -> Result<Vec<usize>, String> {
     let rows: Result<Vec<usize>, _> = metadata.row_groups().iter().map(|g| usize::try_from(g.num_rows())).collect();
     let rows = rows.map_err(|_| "a row group has no length")?;
@@ -234,7 +234,7 @@ fn rows(metadata: &ParquetMetaData) -> Result<Vec<usize>, String> {
     Ok(rows)
 }
 
-/// The names of the columns below a field, without the levels of a list and its element.
+/// The column names below a field. A list and its element add no level to the name.
 fn leaves<'a>(field: &'a Type, path: &mut Vec<&'a str>, in_list: bool, out: &mut Vec<String>) {
     let info = field.get_basic_info();
     let repeated = info.has_repetition() && info.repetition() == Repetition::REPEATED;
@@ -262,8 +262,8 @@ mod tests {
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::parser::parse_message_type;
 
-    /// A file of row groups of 1000, 1, 700 and 999 rows: a clock, lists of two of which the first 1500 are empty, and a torque
-    /// that is null in every ninth row.
+    /// A file with row groups of 1000, 1, 700 and 999 rows. Columns: a clock; lists of two numbers, the first 1500 of them empty;
+    /// and a torque that is null in every ninth row.
     fn file() -> Vec<u8> {
         let schema = "message log { REQUIRED DOUBLE t; REPEATED DOUBLE q; OPTIONAL DOUBLE tau; }";
         let schema = Arc::new(parse_message_type(schema).unwrap());
@@ -327,7 +327,7 @@ mod tests {
                 found.iter_mut().zip(&table.columns).for_each(|(found, some)| found.extend_from_slice(some));
             }
             for (c, found) in found.iter().enumerate() {
-                // Either all elements of a list are read or none.
+                // All elements of a list are read, or none of them.
                 let is_read = kept.contains(&c) || (c == 1 && kept.contains(&2));
                 assert_eq!(bits(found), if is_read { bits(&whole.columns[c]) } else { Vec::new() }, "{most} {c}");
             }

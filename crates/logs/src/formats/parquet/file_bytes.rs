@@ -1,4 +1,4 @@
-//! The bytes of a Parquet file for its pages: in memory, or read from a file on disk.
+//! Provides the bytes of a Parquet file: from memory, or from a file on disk.
 
 use std::io::{self, Read};
 use std::sync::Arc;
@@ -8,20 +8,20 @@ use gate::source::RandomAccessFile;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{ChunkReader, Length};
 
-/// Bytes that are read at once for the head of a page, which is usually shorter.
+/// Number of bytes that are read at once for the head of a page. A head is usually shorter.
 const PAGE_HEAD_BYTES: usize = 256;
 
-/// The bytes of a file.
+/// The source of the bytes of a file.
 #[derive(Clone)]
 pub(crate) enum FileBytes {
-    /// All bytes, in memory.
+    /// The whole file in memory.
     Held(Bytes),
     /// A file on disk.
     Pieces(Arc<RandomAccessFile>),
 }
 
 impl FileBytes {
-    /// At most `count` bytes from `place` on: fewer at the end of the file.
+    /// At most `count` bytes, starting at `place`. There are fewer bytes at the end of the file.
     pub(crate) fn piece(&self, place: u64, count: usize) -> io::Result<Bytes> {
         match self {
             FileBytes::Held(bytes) => {
@@ -32,7 +32,7 @@ impl FileBytes {
         }
     }
 
-    /// Fails where the bytes that were read may be of two versions of the file.
+    /// Fails if the file changed while it was read, so that its bytes may belong to two versions.
     pub(crate) fn unchanged(&self) -> io::Result<()> {
         match self {
             FileBytes::Held(_) => Ok(()),
@@ -67,7 +67,7 @@ impl ChunkReader for FileBytes {
     }
 }
 
-/// A reader of the bytes from a position on.
+/// Reads the bytes that start at a position.
 pub(crate) struct BytesFrom {
     bytes: FileBytes,
     place: u64,

@@ -1,18 +1,18 @@
-//! The numbers of a Parquet column by its type: whole and real numbers, decimals, times, dates and INT96.
+//! Determines the number type of a Parquet column: integers, floating-point numbers, decimals, times, dates or INT96.
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::formats::stored_number::NumberType;
 
-/// The kind of the numbers of a column.
+/// The number type of a column.
 pub(crate) fn kind(column: &ColumnDescriptor) -> NumberType {
     let unit = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
         TimeUnit::MICROS => 1e6,
         TimeUnit::NANOS => 1e9,
     };
-    // Logical types come first; old files have only the converted type.
+    // The logical type is used first. Old files have only the converted type.
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(t) | LogicalType::Time(t)), _) => {
             return NumberType::Time { per_second: unit(&t.unit) };
@@ -38,7 +38,7 @@ pub(crate) fn kind(column: &ColumnDescriptor) -> NumberType {
             ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64
         ),
     };
-    // Without a logical type of time or decimal, the physical type decides.
+    // Without a logical type of a time or a decimal, the physical type determines the number type.
     match column.physical_type() {
         Type::FLOAT | Type::DOUBLE => NumberType::Real,
         Type::INT32 | Type::INT64 => NumberType::Integer { signed: !unsigned },

@@ -1,9 +1,9 @@
-//! The pages of one column chunk, decompressed within bounds, for the column readers of the crate `parquet`.
+//! Decompresses the pages of a column chunk within bounds, for the column readers of the crate `parquet`.
 //!
-//! The chunk is presented to the library as uncompressed; it returns the compressed bytes of pages, which are decompressed here.
-//! So every codec is written in Rust, and no length in a page is trusted. The library itself would allocate the size that an lz4
-//! or snappy page states, up to 4 GiB, before it decompresses a byte, and would allocate a dictionary of the stated number of
-//! entries. Truncated pages on which it panics are refused, or passed on in an encoding that it checks.
+//! The library is told that the chunk is not compressed, so it returns compressed pages, which are decompressed here. So all
+//! decoders are written in Rust, and no length in a page is trusted. The library itself would allocate up to 4 GiB for the size
+//! that an lz4 or snappy page states, and a dictionary of the stated number of entries. The library panics on some truncated
+//! pages: such pages are refused here, or converted to an encoding that it checks.
 
 use std::sync::Arc;
 
@@ -20,35 +20,35 @@ use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::split_values::{joined, values_begin};
 
-/// Pages of a chunk.
+/// The decompressed pages of a chunk.
 pub(crate) struct UnpackedPages {
     packed: SerializedPageReader<FileBytes>,
     codec: Compression,
-    /// Greatest size of a decompressed page, bytes.
+    /// Largest size of a decompressed page, bytes.
     most: usize,
-    /// Number of values that the chunk still has.
+    /// Number of values of the chunk that are not read yet.
     left: u64,
-    /// The least number of bytes of a value.
+    /// Smallest number of bytes of a value.
     width: usize,
     /// Whether every value has exactly `width` bytes.
     one_width: bool,
-    /// The greatest levels of repetition and definition.
+    /// Largest repetition level and largest definition level.
     levels: [i16; 2],
-    /// Whether a dictionary was read.
+    /// Whether the chunk had a dictionary page.
     dictionary: bool,
 }
 
 impl UnpackedPages {
-    /// `most` is the greatest size of a decompressed page, bytes.
+    /// Opens the pages of a chunk. `most`: largest size of a decompressed page, bytes.
     ///
-    /// Fails when the chunk is outside the file or has a compression that is not read.
+    /// Fails if the chunk is outside the file, or if its compression cannot be read.
     pub(crate) fn of(
         file: &FileBytes,
         chunk: &ColumnChunkMetaData,
         rows: usize,
         most: usize,
     ) -> std::result::Result<UnpackedPages, String> {
-        // A chunk starts with its dictionary, if it has one.
+        // If the chunk has a dictionary, it starts with it.
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
         if end.is_none_or(|end| end.cast_unsigned() > file.len()) {
@@ -68,10 +68,10 @@ impl UnpackedPages {
                 ));
             }
         };
-        // The library does not decompress; this type does.
+        // The library must not decompress, because this type does it.
         let plain = chunk.clone().into_builder().set_compression(Codec::UNCOMPRESSED).build();
         let packed = plain.and_then(|plain| SerializedPageReader::new(Arc::new(file.clone()), &plain, rows, None));
-        // A BOOLEAN takes one bit, a BYTE_ARRAY at least four bytes of length.
+        // A BOOLEAN needs one bit. A BYTE_ARRAY needs at least four bytes for its length.
         let width = match chunk.column_type() {
             Type::BOOLEAN => 0,
             Type::INT32 | Type::FLOAT | Type::BYTE_ARRAY => 4,
@@ -93,7 +93,7 @@ impl UnpackedPages {
             .map_err(ParquetError::General)
     }
 
-    /// Counts the values of a data page; fails where the page states more than its column has.
+    /// Counts the values of a data page. Fails if the page states more values than the chunk has left.
     fn count(&mut self, claimed: u32) -> Result<()> {
         let left = self.left;
         self.left = left.checked_sub(u64::from(claimed)).ok_or_else(|| {
@@ -108,7 +108,7 @@ impl UnpackedPages {
             self.count(page.num_values())?;
         }
         match page {
-            // A dictionary that states more entries than bytes would be allocated by the library.
+            // The library allocates the number of entries that a dictionary states, so a number that is too large is refused.
             Page::DictionaryPage { buf, num_values, encoding, is_sorted } => {
                 let buf = self.unpack(&buf)?;
                 if (num_values as usize).saturating_mul(self.width.max(1)) > buf.len() {
@@ -117,7 +117,7 @@ impl UnpackedPages {
                 self.dictionary = true;
                 Ok(Page::DictionaryPage { buf, num_values, encoding, is_sorted })
             }
-            // The levels of version 1 are compressed together with the values.
+            // In pages of version 1, the levels are compressed together with the values.
             Page::DataPage { buf, num_values, encoding, def_level_encoding, rep_level_encoding, statistics } => {
                 let buf = self.unpack(&buf)?;
                 self.check_encoding(encoding)?;
@@ -140,7 +140,7 @@ impl UnpackedPages {
                 is_compressed,
                 statistics,
             } => {
-                // The levels of version 2 are not compressed.
+                // In pages of version 2, the levels are not compressed.
                 self.check_encoding(encoding)?;
                 let levels = (def_levels_byte_len as usize).saturating_add(rep_levels_byte_len as usize);
                 let Some((head, values)) = buf.split_at_checked(levels) else {
@@ -168,7 +168,7 @@ impl UnpackedPages {
 }
 
 impl UnpackedPages {
-    /// A page with its values, from `values` on, in PLAIN where they were in BYTE_STREAM_SPLIT.
+    /// Converts a page from BYTE_STREAM_SPLIT to PLAIN; other pages are unchanged. `values`: position of the first value.
     fn in_plain(&self, page: Bytes, values: usize, encoding: Encoding) -> Result<(Bytes, Encoding)> {
         if encoding != Encoding::BYTE_STREAM_SPLIT || !self.one_width {
             return Ok((page, encoding));
@@ -181,8 +181,8 @@ impl UnpackedPages {
         Ok((Bytes::from([head, &plain].concat()), Encoding::PLAIN))
     }
 
-    /// Refuses two kinds of encodings: for the encodings of texts the library allocates the size that they state, and numbers of
-    /// a log never use them; on indices of a missing dictionary it panics.
+    /// Refuses two kinds of encodings. For text encodings, the library allocates the size that they state, and logs do not need
+    /// them. For indices without a dictionary, it panics.
     fn check_encoding(&self, encoding: Encoding) -> Result<()> {
         let message = match encoding {
             Encoding::DELTA_LENGTH_BYTE_ARRAY | Encoding::DELTA_BYTE_ARRAY => {

@@ -1,29 +1,29 @@
-//! Checks the schema of a Parquet file against its bounds before the library builds a tree of it.
+//! Checks the size of the schema of a Parquet file, before the library builds a tree of it.
 //!
-//! The crate `parquet` (60.1) reads the schema recursively and allocates the stated number of children of an element. A footer of
-//! 100 kB with deep nesting overflows the stack, and a stated number of 2^31 children allocates 16 GiB. Neither can be caught. So
-//! this module reads the number of children of every element and nothing else, in Thrift's compact protocol: FileMetaData {2:
-//! list of SchemaElement {5: num_children}}.
+//! The crate `parquet` (60.1) reads the schema recursively and allocates the stated number of children of each element. A footer
+//! of 100 kB with deep nesting overflows the stack, and 2^31 stated children need 16 GiB. Neither error can be caught. So this
+//! module first reads only the number of children of every element, in Thrift's compact protocol: FileMetaData {2: list of
+//! SchemaElement {5: num_children}}.
 
 use crate::table::MAX_COLUMNS;
 
-/// Greatest depth of the schema of a robot's log.
+/// Largest depth of a schema. The schema of a robot's log is less deep.
 const MAX_SCHEMA_DEPTH: usize = 16;
 
-/// Greatest depth of fields that are skipped.
+/// Largest nesting depth of fields that are skipped.
 const MAX_SKIPPED_DEPTH: usize = 16;
 
-/// The error where the index ends too early.
+/// The message if the index ends too early.
 const INDEX_ENDS_EARLY: &str = "the index of the file is damaged: it ends too early";
 
-/// Refuses a footer with a schema that is nested too deeply or states more elements than it has.
+/// Fails if the schema in a footer is nested too deeply, or states more elements than it has.
 pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
     let mut bytes = Bytes(footer);
     let mut children = Vec::new();
     bytes.fields(&mut |bytes, id, kind| match (id, kind) {
         (2, 9) => {
             let (count, _) = bytes.list()?;
-            // A schema has at most as many groups as columns.
+            // A schema has at most as many groups as columns, so at most two elements per column.
             if count > 2 * MAX_COLUMNS {
                 return Err(format!("its schema claims {count} elements; at most {MAX_COLUMNS} columns are expected"));
             }
@@ -39,7 +39,7 @@ pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
         }
         _ => bytes.pass(kind, MAX_SKIPPED_DEPTH),
     })?;
-    // The number of missing children of each unfinished element.
+    // For each element whose children are not complete: the number of missing children.
     let mut open: Vec<u64> = Vec::new();
     for (place, &below) in children.iter().enumerate() {
         if below > (children.len() - place) as u64 {
@@ -59,7 +59,7 @@ pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes that are read from the front.
+/// Bytes that are read one after the other.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -74,7 +74,7 @@ impl Bytes<'_> {
         Ok(())
     }
 
-    /// An integer of seven bits a byte, the lowest first.
+    /// Reads an integer with seven bits per byte; the lowest bits are first.
     fn varint(&mut self) -> Result<u64, String> {
         let mut value = 0;
         for k in 0..10 {
@@ -87,7 +87,7 @@ impl Bytes<'_> {
         Err(INDEX_ENDS_EARLY.into())
     }
 
-    /// The number of elements, each of at least a byte, and their kind.
+    /// Reads the head of a list: its number of elements and their type. Each element needs at least one byte.
     fn list(&mut self) -> Result<(usize, u8), String> {
         let head = self.byte()?;
         let count = if head >> 4 == 15 { self.varint()? } else { u64::from(head >> 4) };
@@ -97,7 +97,7 @@ impl Bytes<'_> {
         Ok((count as usize, head & 15))
     }
 
-    /// The fields of a struct, by number and kind.
+    /// Passes each field of a struct to `each`: its number and its type.
     fn fields(&mut self, each: &mut dyn FnMut(&mut Self, i64, u8) -> Result<(), String>) -> Result<(), String> {
         let mut id = 0i64;
         loop {
@@ -130,7 +130,7 @@ impl Bytes<'_> {
             }
             9 | 10 => {
                 let (count, kind) = self.list()?;
-                // Inside lists a boolean takes a byte.
+                // In a list, a boolean needs a byte.
                 (0..count).try_for_each(|_| if kind <= 2 { self.skip(1) } else { self.pass(kind, depth) })
             }
             12 => self.fields(&mut |bytes, _, kind| bytes.pass(kind, depth)),
@@ -143,7 +143,7 @@ impl Bytes<'_> {
 mod tests {
     use super::*;
 
-    /// A footer of version 1 with elements with these numbers of children.
+    /// A footer of version 1. `children`: number of children of each element.
     fn footer(children: &[u32]) -> Vec<u8> {
         let varint = |mut n: u32| {
             let mut out = Vec::new();
@@ -156,7 +156,7 @@ mod tests {
         };
         let mut out = [&[0x15, 2, 0x19, 0xfc][..], &varint(children.len() as u32)].concat();
         for n in children {
-            // {4: "a", 5: n}
+            // The element {4: "a", 5: n} in Thrift's compact protocol.
             out.extend([&[0x48, 1, b'a', 0x15][..], &varint(n << 1), &[0]].concat());
         }
         out.push(0);

@@ -1,26 +1,26 @@
-//! Joins values with separately stored bytes: converts a page in BYTE_STREAM_SPLIT to PLAIN.
+//! Converts a page from the encoding BYTE_STREAM_SPLIT, which stores the bytes of values separately, to PLAIN.
 //!
 //! ```text
 //! byte b of value i of n:  split[b n + i] -> plain[i w + b],    w bytes a value
 //! ```
-//! Encodings.md of the Parquet format defines it: all first bytes, then all second ones. The crate `parquet` 60.1 reads more
-//! values from such a page than it has, and panics; for a page in PLAIN it does not.
+//! In this encoding, all first bytes are stored first, then all second bytes (Encodings.md of the Parquet format). The crate
+//! `parquet` 60.1 panics if such a page has too few values, but not for a page in PLAIN.
 //!
-//! Not here: null values of a page.
+//! Null values of a page are not treated here.
 
 use parquet::basic::Encoding;
 
-/// The bytes of values in BYTE_STREAM_SPLIT in the order of the values; `None` where their number is no multiple of `width`.
+/// Converts bytes from BYTE_STREAM_SPLIT to the order of the values; `None` if their number is no multiple of `width`.
 pub(crate) fn joined(split: &[u8], width: usize) -> Option<Vec<u8>> {
     let count = split.len().checked_div(width).filter(|count| count * width == split.len())?;
     Some((0..split.len()).map(|k| split[k % width * count + k / width]).collect())
 }
 
-/// The position of the values in a data page of version 1, after its levels of repetition and of definition; `None` where the
-/// page ends within them. `levels`: the greatest level of each, and its encoding.
+/// The position of the values in a data page of version 1, after the repetition levels and the definition levels. `None` if the
+/// page ends before. `levels`: for each kind, its largest level and its encoding.
 ///
-/// By Encodings.md of the Parquet format, levels in RLE have their length in four bytes before them. In BIT_PACKED each level has
-/// the number of bits of the greatest.
+/// Levels in RLE start with their length in four bytes. In BIT_PACKED, each level has as many bits as the largest level needs
+/// (Encodings.md of the Parquet format).
 pub(crate) fn values_begin(page: &[u8], values: u32, levels: [(i16, Encoding); 2]) -> Option<usize> {
     let mut begin = 0_usize;
     for (largest, encoding) in levels.into_iter().filter(|level| level.0 > 0) {
@@ -62,7 +62,7 @@ mod tests {
         let (rle, packed) = (Encoding::RLE, Encoding::BIT_PACKED);
         assert_eq!(values_begin(&page, 9, [(0, rle), (0, rle)]), Some(0));
         assert_eq!(values_begin(&page, 9, [(1, rle), (1, rle)]), Some(13));
-        // Nine levels up to 2 take 18 bits.
+        // Nine levels of at most 2 need 18 bits.
         assert_eq!(values_begin(&page, 9, [(0, rle), (2, packed)]), Some(3));
         for short in 0..13 {
             assert_eq!(values_begin(&page[..short], 9, [(1, rle), (1, rle)]), None, "{short}");

@@ -1,4 +1,4 @@
-//! Writes columns as a Parquet file: one row group, uncompressed. A number that is not finite is a null.
+//! Writes columns as a Parquet file with one uncompressed row group. A number that is not finite becomes null.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use parquet::schema::types::Type;
 
 use crate::formats::cells::Cells;
 
-/// The bytes of a Parquet file of these named columns.
+/// The bytes of a Parquet file with these named columns.
 pub(crate) fn written(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, cells)| field(name, cells).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("table").with_fields(fields).build()?;
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::Table;
 
-    /// The reader of this crate, which is tested on files of other writers, reads the same numbers.
+    /// The reader of this crate reads the same numbers. It is also tested with files of other writers.
     #[test]
     fn what_is_written_is_read() {
         let (t, q) = (vec![0.0, 0.1, 0.2], vec![1.5e-300, f64::NAN, -2.0 / 3.0]);

@@ -1,8 +1,8 @@
-//! Numbers and texts of a message in CDR (ROS 2) or in the encoding of ROS 1.
+//! Reads numbers and texts of a message in CDR (ROS 2) or in the encoding of ROS 1.
 //!
-//! CDR aligns every number to its own size, counted from the end of the first four bytes, which give the byte order, and
-//! terminates its strings with a zero. ROS 1 does neither and is little-endian. No length causes an allocation before its bytes
-//! are available.
+//! CDR aligns every number to its size, counted after the first four bytes, which contain the byte order. Its strings end with a
+//! zero byte. ROS 1 has no alignment and no zero byte, and is little-endian. Memory for a stated length is allocated only if the
+//! message has this number of bytes.
 
 /// The encoding of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ impl Encoding {
     }
 }
 
-/// A position in a message.
+/// A position in the bytes of a message.
 pub(crate) struct Cursor<'a> {
     data: &'a [u8],
     at: usize,
@@ -32,7 +32,7 @@ pub(crate) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// The start of a message of this type, after the bytes of the byte order.
+    /// The start of a message, after the bytes with the byte order. `kind`: type of the message, for errors.
     pub(crate) fn new(data: &'a [u8], encoding: Encoding, kind: &'a str) -> Result<Cursor<'a>, String> {
         let mut cursor = Cursor { data, at: 0, aligned: encoding == Encoding::Cdr, big_endian: false, kind };
         if encoding == Encoding::Cdr {
@@ -49,7 +49,7 @@ impl<'a> Cursor<'a> {
         Ok(cursor)
     }
 
-    /// The start of plain bytes: little-endian and not aligned.
+    /// The start of bytes that are little-endian and not aligned.
     pub(crate) fn plain(data: &'a [u8], kind: &'a str) -> Cursor<'a> {
         Cursor { data, at: 0, aligned: false, big_endian: false, kind }
     }
@@ -77,7 +77,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The bytes of a number in little-endian order.
+    /// Reads the bytes of a number, and returns them in little-endian order.
     pub(crate) fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
         self.align(N);
         let mut bytes: [u8; N] = self.bytes(N)?.try_into().unwrap_or([0; N]);

@@ -1,30 +1,30 @@
-//! The numbers of a message of any type, each with the path of its field.
+//! Extracts the numbers of a message of any type, each with the path of its field.
 //!
-//! `motor_state[3].q`, `measured_joint_position[0]`; where an array of texts of the same length precedes an array, its texts name
-//! the elements: `position[elbow]`, `interface_values[elbow].values[effort]`.
+//! Examples of paths: `motor_state[3].q`, `measured_joint_position[0]`. If an array of texts with the same length precedes an
+//! array, its texts name the elements: `position[elbow]`, `interface_values[elbow].values[effort]`.
 
 use crate::formats::rosbag::cdr::{Cursor, Encoding};
 use crate::formats::rosbag::schema::{Count, FieldType, MAX_NAME_BYTES, Schema, SchemaField};
 
-/// Longer arrays, for example of an image, are no signals and are skipped.
+/// Longer arrays, for example images, are no signals and are skipped.
 const MAX_ELEMENTS: usize = 256;
-/// Greatest depth of nested definitions.
+/// Largest depth of nested definitions.
 const MAX_DEPTH: usize = 16;
 
-/// The content of a message.
+/// The content of a message: its numbers and their paths.
 #[derive(Debug, Default)]
 pub(crate) struct MessageFields {
     /// The numbers, in the order of the fields.
     pub values: Vec<f64>,
-    /// Lengths and texts that determine the paths of the values.
+    /// Lengths and texts of the arrays as bytes. Two messages with equal bytes have the same paths.
     pub form: Vec<u8>,
-    /// Time of the header, ns; zero where there is none.
+    /// Time in the header, ns; zero if there is none.
     pub stamp: i64,
-    /// The paths of the values, where they were requested.
+    /// The paths of the values; `None` unless they were requested.
     pub paths: Option<Vec<String>>,
 }
 
-/// Decodes a message; the paths of its values are computed if `with_paths`.
+/// Decodes a message. `with_paths`: whether the paths of the values are computed.
 pub(crate) fn decode(
     data: &[u8],
     encoding: Encoding,
@@ -44,7 +44,7 @@ struct FieldWalk<'a> {
     found: MessageFields,
     path: String,
     depth: usize,
-    /// Whether numbers are stored rather than skipped.
+    /// Whether the numbers are stored; otherwise they are skipped.
     is_present: bool,
 }
 
@@ -56,7 +56,7 @@ impl<'a> FieldWalk<'a> {
             return Err(format!("more than {MAX_DEPTH} definitions stand in one another"));
         }
         self.depth += 1;
-        // A definition without fields is written as one byte; so no message causes an infinite loop.
+        // A type without fields is stored as one byte. So each record consumes bytes, and the loop over a message ends.
         if fields.is_empty() {
             self.cursor.bytes(1)?;
         }
@@ -104,7 +104,7 @@ impl<'a> FieldWalk<'a> {
             }
             return Ok(());
         }
-        // Arrays of bytes are skipped at once.
+        // A long array of bytes is skipped in one step.
         if matches!(field.kind, FieldType::U8 | FieldType::I8) && count > MAX_ELEMENTS {
             return self.cursor.bytes(count).map(drop);
         }
@@ -159,7 +159,7 @@ impl<'a> FieldWalk<'a> {
         }
     }
 
-    /// The time of the header is the time of the message.
+    /// Reads a time. The time in the header becomes the time of the message.
     fn time(&mut self) -> Result<(), String> {
         let (seconds, nanoseconds) = (self.cursor.u32()?, self.cursor.u32()?);
         // ROS 2 counts seconds as int32, ROS 1 as uint32.
@@ -187,7 +187,7 @@ mod tests {
         let schema =
             Schema::of("a/S", "uint8[2] head\nM[2] motor\nuint32 tick\n====\nMSG: a/M\nfloat32 q\nint16 tau").unwrap();
         let one = 1f32.to_bits();
-        // head 7 8, then aligned; q 1.0, tau 5, aligned; q 1.0, tau -1.
+        // The bytes: head 7 8, alignment; q 1.0, tau 5, alignment; q 1.0, tau -1.
         let data = words(&[0x0807, one, 5, one, 0xffff, 9]);
         let found = decode(&data, Encoding::Cdr, &schema, true).unwrap();
         assert_eq!(found.values, [7.0, 8.0, 1.0, 5.0, 1.0, -1.0, 9.0]);

@@ -1,14 +1,14 @@
-//! One message sensor_msgs/JointState, in CDR (ROS 2) or in the encoding of ROS 1.
+//! Decodes one message sensor_msgs/JointState, in CDR (ROS 2) or in the encoding of ROS 1.
 //!
-//! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N). In ROS 1 a sequence number
-//! comes first.
+//! Fields: stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; in rad, rad/s, N m (m, m/s, N). In ROS 1, a
+//! sequence number precedes them.
 
 use crate::formats::rosbag::cdr::{Cursor, Encoding};
 
-/// The arrays of a message; an array that is not measured is empty.
+/// The arrays of a message. An array is empty if its quantity is not measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct JointState<'a> {
-    /// Time of the header, ns; zero where the driver sets none.
+    /// Time in the header, ns; zero if the driver sets none.
     pub stamp: i64,
     pub names: Vec<&'a str>,
     pub position: Vec<f64>,
@@ -40,7 +40,7 @@ impl JointState<'_> {
 mod tests {
     use super::*;
 
-    /// stamp 1 s 2 ns, frame "b", name ["a"], position [1.0], velocity [], effort [2.0].
+    /// A message: stamp 1 s 2 ns, frame "b", name ["a"], position [1.0], velocity [], effort [2.0].
     const CDR: &[u8] = &[
         0, 1, 0, 0, // little-endian
         1, 0, 0, 0, 2, 0, 0, 0, //
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_gap_before_numbers_is_an_alignment() {
-        // A frame of four letters shifts the numbers by four bytes, and their alignment adds four.
+        // A frame name of four letters moves the numbers by four bytes, and the alignment moves them by four more.
         let longer = [&CDR[..12], &[5, 0, 0, 0, b'b', b'a', b's', b'e', 0, 0, 0, 0], &CDR[20..36], &[0; 4], &CDR[36..]];
         assert_eq!(JointState::decode(&longer.concat(), Encoding::Cdr).unwrap(), expected());
     }

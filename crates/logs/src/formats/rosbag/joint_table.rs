@@ -1,11 +1,11 @@
 //! Converts the joint states of one topic to a table.
 //!
-//! A message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every named joint. Messages
-//! may name different joints or order them differently. A value that is not in a message is NaN. Time counts from the first
-//! message (s), because nanoseconds since 1970 have more digits than an f64.
+//! Each message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every joint. Messages may
+//! have different joints or another order of joints. A value that a message does not contain is NaN. Time is counted from the
+//! first message, s, because nanoseconds since 1970 have more digits than an f64.
 //!
-//! A joint in few messages would be a nearly empty column. It is left out with a note. So the table has at most
-//! [`SPARSE_JOINT_RATIO`] times the number of values in the messages.
+//! A joint that occurs in few messages would give a nearly empty column, so it is omitted with a note. So the table has at most
+//! [`SPARSE_JOINT_RATIO`] times as many cells as the messages have values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,32 +17,32 @@ use crate::table::{MAX_CELLS, Table};
 /// The quantities of a JointState, in the order of its fields.
 const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
-/// Greatest number of joints of one robot.
+/// Largest number of joints of one robot.
 const MAX_JOINTS: usize = 500;
 
-/// A joint in fewer than one of this number of messages is left out.
+/// A joint is omitted if fewer than one of this number of messages contains it.
 pub(super) const SPARSE_JOINT_RATIO: usize = 64;
 
-/// Memory of a number of a message, bytes: the number and its row, in arrays that grow by doubling.
+/// Memory of one number, bytes: the number and the index of its row, in arrays that grow by doubling.
 pub(super) const CELL_BYTES: usize = 2 * (size_of::<f64>() + size_of::<u32>());
 
-/// The messages of one topic.
+/// The messages of one topic, and the table that is made of them.
 #[derive(Default)]
 pub(crate) struct JointTable {
-    /// Times of the messages, from their headers and from the recorder, ns.
+    /// Times of the messages, ns: `stamps` from their headers, `log_times` from the recorder.
     stamps: Vec<i64>,
     log_times: Vec<i64>,
-    /// Names of the joints, in the order of first occurrence.
+    /// Names of the joints, in the order in which they first occur.
     joints: Vec<String>,
     places: BTreeMap<String, usize>,
-    /// For every joint the series of the three quantities.
+    /// For each joint, the series of position, velocity and effort.
     series: Vec<[NumbersByRow; 3]>,
     uneven: usize,
-    /// Number of values in the table.
+    /// Number of values in all messages.
     cells: usize,
 }
 
-/// Numbers and their rows.
+/// The numbers of a series, and the index of the row of each number.
 #[derive(Default)]
 pub(super) struct NumbersByRow {
     rows: Vec<u32>,
@@ -54,19 +54,19 @@ impl JointTable {
         self.stamps.len()
     }
 
-    /// Names of the joints, in the order of first occurrence.
+    /// Names of the joints, in the order in which they first occur.
     pub(crate) fn joints(&self) -> &[String] {
         &self.joints
     }
 
-    /// Number of values of a message: two times and its arrays.
+    /// Number of values of a message: two times and all elements of its arrays.
     pub(crate) fn cells_of(state: &JointState) -> usize {
         2 + [&state.position, &state.velocity, &state.effort].iter().map(|a| a.len()).sum::<usize>()
     }
 
-    /// Adds a message that the recorder received at `log_time` ns.
+    /// Adds a message. `log_time`: time at which the recorder received it, ns.
     ///
-    /// Fails when it names a joint twice, or when there are too many joints or numbers.
+    /// Fails if the message names a joint twice, or if there are too many joints or numbers.
     pub(crate) fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
         let row = self.stamps.len();
         let arrays = [&state.position, &state.velocity, &state.effort];
@@ -107,9 +107,9 @@ impl JointTable {
         Ok(joint)
     }
 
-    /// The table of the messages of topic `name` in `file`.
+    /// The table of all messages. `name`: topic. `file`: file name for messages.
     ///
-    /// Fails when it would hold more than [`MAX_CELLS`] numbers.
+    /// Fails if the table would have more than [`MAX_CELLS`] numbers.
     pub(crate) fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
         let rows = self.stamps.len();
         let (time, clock) = seconds(&self.stamps, &self.log_times);
@@ -122,7 +122,7 @@ impl JointTable {
             let mut without = Vec::new();
             for (joint, series) in self.joints.iter().zip(&mut self.series) {
                 let series = std::mem::take(&mut series[k]);
-                // Controllers set unmeasured values to NaN.
+                // Some controllers set values to NaN that they do not measure.
                 if series.values.iter().all(|x| x.is_nan()) {
                     without.push(joint.as_str());
                     continue;
@@ -156,13 +156,13 @@ impl JointTable {
     }
 }
 
-/// Time of each message since the first, s, and the name of the clock: the clock of the headers, or of the recorder where these
-/// have none.
+/// Time of each message since the first message, s, and the name of the clock. The clock of the recorder is used if no header has
+/// a time.
 pub(super) fn seconds(stamps: &[i64], log_times: &[i64]) -> (Vec<f64>, &'static str) {
     let stamped = stamps.iter().any(|&s| s != 0);
-    // The difference of integers is exact, so one division gives the nearest f64.
+    // The difference of integers is exact, so a single division gives the nearest f64.
     let times = if stamped { stamps } else { log_times };
-    // The first messages of a driver may have no stamp.
+    // The first messages of a driver may have the time zero, so the first other time is the start.
     let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));
     let time = times.iter().map(|&t| (i128::from(t) - first) as f64 / 1e9).collect();
     (time, if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" })
@@ -190,7 +190,7 @@ impl NumbersByRow {
     }
 }
 
-/// Greatest number of characters of a list of names in a message.
+/// Largest number of characters of a list of names in a message.
 const MAX_LISTED_CHARACTERS: usize = 600;
 /// A list of names, shortened to a readable length.
 pub(crate) fn clipped(text: String) -> String {

@@ -1,8 +1,8 @@
-//! The messages of an MCAP file (mcap.dev, version 0), in file order.
+//! Reads the messages of an MCAP file (mcap.dev, version 0), in the order of the file.
 //!
-//! A record is an opcode, its length in eight bytes, and its content; numbers are little-endian, a text is preceded by its
-//! length. Four kinds are decoded: schemas, channels, messages and chunks, which are compressed records. The index at the end is
-//! not used, so the file of a recorder that was killed is read up to its last complete record.
+//! A record has an opcode, its length in eight bytes, and its content. Numbers are little-endian; a text follows its length. Four
+//! kinds of records are decoded: schemas, channels, messages and chunks (compressed records). The index at the end is not used,
+//! so a file without it, of a recorder that was killed, is read up to its last complete record.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -13,9 +13,9 @@ use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::message::{Channel, Message, ReadOutcome, Receiver};
 use crate::formats::rosbag::cdr::Cursor;
 
-/// A record of a chunk may take one of this number of shares of the file's budget.
+/// A record of a chunk may use the memory budget of the file divided by this number.
 const RECORD_BUDGET_SHARE: usize = 4;
-/// The first bytes of a file.
+/// The first bytes of an MCAP file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Opcodes of records.
@@ -24,16 +24,16 @@ mod opcode {
     pub(super) const CHANNEL: u8 = 4;
     pub(super) const MESSAGE: u8 = 5;
     pub(super) const CHUNK: u8 = 6;
-    /// The last records of the data and of the file: after the first of them there is only the index.
+    /// The record that ends the data, and the record that ends the file. After the data there is only the index.
     pub(super) const ENDS: [u8; 2] = [15, 2];
 }
 
-/// Receiver of records: opcode and content.
+/// A function that receives the opcode and the content of each record.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 
-/// Passes every message of a file of `length` bytes to `each`. The decompressed bytes of its chunks are drawn from `work`.
+/// Passes every message of a file to `each`. `length`: bytes of the file. Decompressed bytes of chunks are taken from `work`.
 ///
-/// Fails when a record is damaged; a file that ends early is no failure, and gives an `Outcome`.
+/// Fails if a record is damaged. A file that ends early is not an error: the outcome states the position.
 pub(crate) fn read(
     mut source: impl Read,
     length: u64,
@@ -57,8 +57,8 @@ pub(crate) fn read(
     Ok(ReadOutcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
 }
 
-/// Passes on the records in `length` bytes, each of at most `longest` bytes, up to the record that ends the data; `false` when
-/// the bytes end before it.
+/// Passes the records in `length` bytes to `each`, up to the record that ends the data. Returns `false` if the bytes end before
+/// this record. `longest`: largest size of a record, bytes.
 fn records(mut source: impl Read, length: u64, longest: usize, each: &mut RecordReceiver) -> Result<bool, String> {
     let failed = |e: std::io::Error| format!("cannot be read: {e}");
     let (mut left, mut content) = (length, Vec::new());
@@ -72,7 +72,7 @@ fn records(mut source: impl Read, length: u64, longest: usize, each: &mut Record
         if opcode::ENDS.contains(&opcode) {
             return Ok(true);
         }
-        // A stated length is compared with the remaining bytes before any allocation.
+        // The stated length is compared with the number of remaining bytes before memory is allocated.
         left -= 9;
         let size = u64::from_le_bytes(size);
         if size > left {
@@ -91,7 +91,7 @@ fn records(mut source: impl Read, length: u64, longest: usize, each: &mut Record
     }
 }
 
-/// The fields of a chunk before its compressed records.
+/// The fields at the start of a chunk, before its compressed records.
 struct ChunkHead<'a> {
     unpacked_size: u64,
     unpacked_crc: u32,
@@ -99,7 +99,7 @@ struct ChunkHead<'a> {
 }
 
 struct ChunkReader<'a, 'b> {
-    /// Name and definition of each type.
+    /// For each message type, its name and its definition.
     schemas: BTreeMap<u16, (String, Option<(String, String)>)>,
     channels: BTreeMap<u16, Channel>,
     work: &'a mut Budget,
@@ -174,19 +174,19 @@ impl ChunkReader<'_, '_> {
         let unpacked = compression.reader(packed).map_err(damaged)?;
         let mut unpacked = Summed { source: unpacked, sum: flate2::Crc::new() };
         let mut taken = 0;
-        // A record is read into a buffer that is copied when it doubles.
+        // The buffer for a record is copied when it grows by doubling, so a record may use only a share of the memory.
         let longest = self.work.whole() / RECORD_BUDGET_SHARE;
         let mut take = |opcode: u8, content: &[u8]| {
             taken += 9 + content.len();
             match opcode {
-                // No record has this opcode: the decompressed bytes are filled with zeros.
+                // No record has the opcode 0. The decompressed bytes are zeros at the end, so the chunk is damaged.
                 0 => Err("the chunk is damaged: it holds records of the opcode 0".into()),
                 opcode::CHUNK => Ok(()),
                 _ => self.record(opcode, content),
             }
         };
         let read = records(&mut unpacked, size as u64, longest, &mut take);
-        // Where the bytes are damaged, the damage is reported rather than an error of their records.
+        // If the bytes are damaged, this damage is reported before any error of the records.
         let rest = std::io::copy(&mut unpacked.by_ref().take(1 + size as u64), &mut std::io::sink());
         let (found, claimed) = (&unpacked.sum, head.unpacked_crc);
         rest.map_err(|e| damaged(format!("it cannot be unpacked: {e}")))?;
@@ -202,7 +202,7 @@ impl ChunkReader<'_, '_> {
     }
 }
 
-/// A source with a checksum of its bytes.
+/// Computes the checksum of the bytes that are read from a source.
 struct Summed<R> {
     source: R,
     sum: flate2::Crc,
@@ -220,7 +220,7 @@ impl<R: Read> Read for Summed<R> {
 mod tests {
     use super::*;
 
-    /// Schema 1 `T`, channel 2 `/a` of this type, one message `x` at 5 ns, one record of another kind, the end.
+    /// A file with schema 1 `T`, channel 2 `/a` of this type, one message `x` at 5 ns, one record of another kind, and the end.
     fn file() -> Vec<u8> {
         let record =
             |opcode: u8, content: &[u8]| [&[opcode, content.len() as u8, 0, 0, 0, 0, 0, 0, 0], content].concat();
@@ -270,7 +270,7 @@ mod tests {
             let (found, outcome) = messages(&whole[..cut]);
             let cut_message = outcome.unwrap().cut;
             let expected = *ends.iter().rfind(|&&end| end <= cut as u64).unwrap();
-            // The head of the last record marks the end of the data, so its content is not needed.
+            // The head of the last record marks the end of the data, so the content of this record may be missing.
             let expected = format!("is cut short: whole up to byte {expected} of {cut}; what is behind is not read");
             assert_eq!(cut_message, (cut < 125).then_some(expected), "{cut}");
             assert_eq!(found.len(), usize::from(cut >= 116), "{cut}");

@@ -1,7 +1,7 @@
-//! Converts the messages of one topic of any type to a table: a message is a row, and each number in it a column with the path of
-//! its field.
+//! Converts the messages of one topic of any type to a table. Each message is a row, and each of its numbers is in a column with
+//! the path of its field.
 //!
-//! Time is taken from the header, or from the recorder, and counts from the first message.
+//! The time is from the header of the message, or from the recorder, and is counted from the first message.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::formats::rosbag::schema::Schema;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
 use gate::budget::Budget;
 
-/// Greatest number of different lengths and orders of names in a topic; more are no signals of a robot.
+/// Largest number of different combinations of array lengths and names in a topic. Signals of a robot have fewer.
 const MAX_FORMS: usize = 1000;
 
 /// The messages of one topic.
@@ -24,7 +24,7 @@ pub(crate) struct MessageTable {
     paths: Vec<String>,
     places: BTreeMap<String, usize>,
     series: Vec<NumbersByRow>,
-    /// Indices of the series of a message's values, by its form.
+    /// For each form of a message (array lengths and names), the indices of the columns of its values.
     forms: BTreeMap<Vec<u8>, Vec<usize>>,
     cells: usize,
 }
@@ -36,9 +36,9 @@ impl MessageTable {
         MessageTable { schema, stamps, log_times, paths, places, series, forms, cells: 0 }
     }
 
-    /// Adds a message that the recorder received at `log_time` ns; its numbers are drawn from `memory`.
+    /// Adds a message. `log_time`: time at which the recorder received it, ns. The memory of its numbers is taken from `memory`.
     ///
-    /// Fails where it does not fit the definition, or where there are too many numbers.
+    /// Fails if the message does not fit its definition, or if there are too many numbers.
     pub(crate) fn push(
         &mut self,
         log_time: i64,
@@ -68,7 +68,7 @@ impl MessageTable {
         Ok(())
     }
 
-    /// The indices of the series of a message's values.
+    /// The indices of the columns for a message with a new form. Fails if there are too many forms or columns.
     fn new_form(&mut self, data: &[u8], encoding: Encoding) -> Result<Vec<usize>, String> {
         if self.forms.len() == MAX_FORMS {
             return Err(format!("its arrays have their {MAX_FORMS}th set of lengths and names: these are no signals"));
@@ -90,9 +90,9 @@ impl MessageTable {
         Ok(places)
     }
 
-    /// The table of the messages of topic `name` in `file`.
+    /// The table of all messages. `name`: topic. `kind`: message type. `file`: file name for messages.
     ///
-    /// Fails where there are no messages, or more than [`MAX_CELLS`] numbers.
+    /// Fails if there are no messages, or more than [`MAX_CELLS`] numbers.
     pub(crate) fn table(self, name: &str, kind: &str, file: &str, mut notes: Vec<String>) -> Result<Table, Error> {
         let rows = self.stamps.len();
         let refused = |message: String| Error::at(file, 0, message);

@@ -1,8 +1,8 @@
-//! Messages of a ROS recording as a table: an MCAP file, the directory of a rosbag2, or a format of another package.
+//! Reads the messages of a ROS recording as a table: an MCAP file, the folder of a rosbag2, or a format of another package.
 //!
-//! Joint states are read where there are any. Messages of another type become columns with the paths of their fields, from the
-//! definition in the recording. A recording with several possible topics is refused until `log.mcap#/arm/joint_states` names one.
-//! The parts of a directory are read in the order of their numbers, whatever their storage. A part that is compressed as a whole
+//! Joint states are read if there are any. Messages of another type become columns with the paths of their fields, by the
+//! definition in the recording. If several topics are possible, the user must name one: `log.mcap#/arm/joint_states`. The parts
+//! in a folder are read in the order of their numbers, and may have different formats. A part that is compressed as a whole
 //! (`.db3.zstd`) is decompressed in memory.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,14 +24,14 @@ use crate::formats::rosbag::message_table::MessageTable;
 use crate::formats::rosbag::schema::Schema;
 use crate::table::{MAX_FILE_BYTES, Table};
 
-/// The names of the message type with joint states.
+/// The names of the message type for joint states, in ROS 2 and ROS 1.
 const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
 
-/// Reads the recording at a path, with or without a trailing `#topic`; `None`: it is no recording.
+/// Reads the recording at a path, with or without `#topic` at its end. `None` if the path is no recording.
 pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     let (place, topic) = address(path);
     let name = path.display().to_string();
-    // Reading a pipe would consume it, so the first bytes are read from regular files only.
+    // Reading from a pipe would consume its data, so the first bytes are read only from regular files.
     let content = if place.is_file() { head(&place).unwrap_or(FileFormat::Text) } else { FileFormat::Text };
     if !place.is_dir() && !content.is_recording() {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
@@ -48,7 +48,7 @@ pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     recording.table(&place.display().to_string(), &name).map(Some)
 }
 
-/// Reads the content of a recording within a budget.
+/// Reads a recording from memory. The memory of the results is bounded by `budget`.
 pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
     let mut recording = Recording { wanted: None, ..Recording::within(budget.clone()) };
     recording.add_bytes(file, bytes)?;
@@ -59,17 +59,17 @@ pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Ta
     recording.table(file, file)
 }
 
-/// A topic with messages that are decoded by their definition.
+/// A topic with messages of any type, which are decoded by their definition.
 struct General {
     topic: String,
     kind: String,
     messages: MessageTable,
 }
 
-/// Message types that every recording of ROS has in addition to signals.
+/// Message types without signals, which occur in every ROS recording.
 const NO_SIGNALS: [&str; 4] = ["rcl_interfaces/", "tf2_msgs/", "std_msgs/String", "rosgraph_msgs/"];
 
-/// The path and the topic after it. A file with the whole text as its name takes precedence.
+/// Splits a path into the path of the file and the topic after `#`. If a file has the whole text as its name, there is no topic.
 fn address(path: &Path) -> (PathBuf, Option<String>) {
     let split = path.to_str().filter(|_| !path.exists()).and_then(|p| p.rsplit_once('#'));
     match split {
@@ -87,7 +87,7 @@ fn unreadable(path: &Path, e: &std::io::Error) -> Error {
     Error::at(&path.display().to_string(), 0, format!("cannot be read: {e}"))
 }
 
-/// The recordings of a directory, by the number at the end of their names: _10 comes after _9.
+/// The recordings in a folder, sorted by the number at the end of their names: _10 comes after _9.
 fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(directory).map_err(|e| unreadable(directory, &e))? {
@@ -95,11 +95,11 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
         if !path.is_file() {
             continue;
         }
-        // Reading the head of a file does not register it as an input.
+        // The first bytes are read without registering the file as an input.
         let head = source::glance(&path, MAGIC_BYTES);
         match FileFormat::of(&head.ok_or_else(|| unreadable(&path, &std::io::ErrorKind::Other.into()))?) {
             content if content.is_recording() => found.push(path),
-            // rosbag2 keeps a decompressed part next to the compressed one.
+            // If a decompressed part is next to the compressed part, as rosbag2 leaves it, only the decompressed part is read.
             FileFormat::Zstd if !path.with_extension("").exists() => found.push(path),
             content @ FileFormat::Foreign(_) => {
                 let why = content.refusal().unwrap_or_default();
@@ -124,17 +124,17 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 struct Recording {
-    /// Budget of the joint states.
+    /// Memory budget of the joint states.
     memory: Budget,
-    /// Budget of intermediate decompressed bytes.
+    /// Memory budget of decompressed bytes that are not kept.
     work: Budget,
     wanted: Option<String>,
     topics: BTreeMap<String, JointTable>,
-    /// Every topic with its type.
+    /// All topics with their message types.
     all: BTreeSet<(String, String)>,
-    /// Definitions of topics without joint states.
+    /// Message definitions of the topics without joint states.
     definitions: BTreeMap<String, (String, String)>,
-    /// The topic that is read instead of joint states.
+    /// The topic that is read instead of joint states; `None` for joint states.
     general: Option<General>,
     notes: Vec<String>,
 }
@@ -153,7 +153,7 @@ impl Recording {
         }
     }
 
-    /// Adds a file of this number of bytes to the budgets.
+    /// Adds the bytes of a file to the memory budgets.
     fn grow(&mut self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         self.memory.grow(bytes);
@@ -198,7 +198,7 @@ impl Recording {
         }
     }
 
-    /// Adds the messages that `read` passes on from a file; `read` receives the selection of channels.
+    /// Adds the messages of a file. `read`: passes the messages on; it gets a function that selects the channels.
     fn take(
         &mut self,
         file: &str,
@@ -210,7 +210,7 @@ impl Recording {
     ) -> Result<(), Error> {
         let Recording { wanted, topics, memory, work, general, .. } = self;
         let taken = general.as_ref().map(|general| general.topic.clone());
-        // Without a general topic, the wanted topic or every topic of joint states is read.
+        // If no general topic is chosen, the joint states are read: of the wanted topic, or of all topics.
         let meant = |channel: &Channel| match &taken {
             Some(topic) => *topic == channel.topic,
             None => {
@@ -218,7 +218,7 @@ impl Recording {
                 JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && is_wanted
             }
         };
-        // A message of a general topic is decoded by its definition.
+        // A message of the general topic is decoded by its definition.
         let mut each = |message: &Message| {
             let channel = message.channel;
             if !meant(channel) {
@@ -233,7 +233,7 @@ impl Recording {
             memory.draw(CELL_BYTES * JointTable::cells_of(&state))?;
             topics.entry(channel.topic.clone()).or_default().push(message.log_time, &state)
         };
-        // All topics are kept for the error where none can be read.
+        // All topics are stored, because the error message lists them if none can be read.
         let outcome = read(&meant, work, &mut each).map_err(|e| Error::at(file, 0, e))?;
         for Channel { topic, schema, definition, .. } in outcome.channels {
             let is_defined = |text: &str| !text.trim().is_empty() && !JOINT_STATE_TYPES.contains(&schema.as_str());
@@ -246,10 +246,10 @@ impl Recording {
         Ok(())
     }
 
-    /// The topic to read by its definition, where no joint states are wanted; `None` where there are joint states, or no such
-    /// topic.
+    /// The topic that is read by its definition, if no joint states are wanted. `None` if there are joint states, or if there is
+    /// no such topic.
     ///
-    /// Fails where the definition cannot be read.
+    /// Fails if the definition cannot be read.
     fn general(&self) -> Result<Option<General>, String> {
         let carries_states = |(topic, schema): &&(String, String)| {
             JOINT_STATE_TYPES.contains(&schema.as_str()) && self.wanted.as_ref().is_none_or(|w| w == topic)
@@ -285,7 +285,7 @@ impl Recording {
         found.and_then(|(name, topic)| topic.table(&name, file, notes)).map_err(|message| Error::at(file, 0, message))
     }
 
-    /// The wanted topic, or the only one.
+    /// The topic that the user wants, or the only topic with joint states.
     fn one_topic(&mut self, place: &str) -> Result<(String, JointTable), String> {
         if self.topics.len() > 1 {
             let topics = self
@@ -298,14 +298,14 @@ impl Recording {
                 "{n} topics carry joint states: {topics}; say which behind the name: '{place}#{first}'"
             ));
         }
-        // The only topic must name joints.
+        // The only topic must name its joints.
         if let Some((name, topic)) = self.topics.pop_first() {
             return match topic.joints().is_empty() {
                 true => Err(format!("no message of {name} names a joint; `name` of sensor_msgs/JointState is empty")),
                 false => Ok((name, topic)),
             };
         }
-        // Nothing was read: the error gives the nearest cause.
+        // No message was read. The error message gives the most probable reason.
         let meant = |topic: &str| self.wanted.as_ref().is_none_or(|w| w == topic);
         let silent =
             self.all.iter().find(|(topic, schema)| JOINT_STATE_TYPES.contains(&schema.as_str()) && meant(topic));

@@ -1,21 +1,21 @@
-//! The definition of a message type in a recording (`ros2msg`, `ros1msg`).
+//! Parses the definition of a message type in a recording (`ros2msg`, `ros1msg`).
 //!
-//! Lines `type name`, then for each nested type a line of `=` and `MSG: package/Name`. A type is a number, a text or another
-//! definition; `[]`, `[n]` and `[<=n]` make arrays. Constants (`NAME=1`), defaults and comments do not affect the layout of a
-//! message.
+//! A definition has lines `type name`, and for each nested type a line of `=` and a line `MSG: package/Name`. A type is a number,
+//! a text or another definition; `[]`, `[n]` and `[<=n]` mean arrays. Constants (`NAME=1`), defaults and comments have no effect
+//! on the layout of a message.
 
 use std::collections::BTreeMap;
 
-/// Greatest length of a definition, bytes. The longest of common robots has some thousand.
+/// Largest length of a definition, bytes. Definitions of common robots have at most some thousand bytes.
 const MAX_SCHEMA_BYTES: usize = 1 << 18;
 
-/// Greatest length of the name of a field, bytes.
+/// Largest length of a field name, bytes.
 pub(crate) const MAX_NAME_BYTES: usize = 200;
 
 /// The type of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldType {
-    /// `bool`, `byte`, `uint8`, `char`.
+    /// The types `bool`, `byte`, `uint8` and `char`.
     U8,
     I8,
     I16,
@@ -29,7 +29,7 @@ pub(crate) enum FieldType {
     Text,
     /// Two integers: s and ns.
     Time,
-    /// A definition, by its index.
+    /// A nested definition: its index in the schema.
     Record(usize),
 }
 
@@ -48,16 +48,16 @@ pub(crate) struct SchemaField {
     pub count: Count,
 }
 
-/// Definitions of a message and of its nested types; the first one is the definition of the message.
+/// The definitions of a message type and of its nested types. The first one is the message type itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Schema {
     pub records: Vec<Vec<SchemaField>>,
 }
 
 impl Schema {
-    /// Reads the definition of the type `name`.
+    /// Parses the definition of the message type `name`.
     ///
-    /// Fails where it is too long, or a type in it is unknown.
+    /// Fails if the text is too long, or if it uses an unknown type.
     pub(crate) fn of(name: &str, text: &str) -> Result<Schema, String> {
         if text.len() > MAX_SCHEMA_BYTES {
             return Err(format!("its definition has {} bytes; at most {MAX_SCHEMA_BYTES} are read", text.len()));
@@ -84,12 +84,12 @@ impl Schema {
     }
 }
 
-/// `package/Name`, also from `package/msg/Name`.
+/// Converts `package/msg/Name` to `package/Name`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
-/// The field of a line; `None` where it defines a constant.
+/// Parses the field on a line; `None` if the line defines a constant.
 fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Option<SchemaField>, String> {
     let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(|| format!("`{line}` names no field"))?;
     let rest = rest.trim();
@@ -97,7 +97,7 @@ fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Op
     if name.is_empty() || name.len() > MAX_NAME_BYTES {
         return Err(format!("`{line}` names no field"));
     }
-    // A constant has `=` after its name; a default has none, or `[<=n]` before it.
+    // A constant has `=` after its name. A default has no `=`. In `[<=n]`, the `=` is before the name.
     if rest[name.len()..].trim_start().starts_with('=') {
         return Ok(None);
     }

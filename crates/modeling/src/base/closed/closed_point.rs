@@ -1,4 +1,4 @@
-//! Finds closed points: values of all constants and variables in the finite field at which the loops of a robot are closed.
+//! Finds closed points: values of all constants and variables in a finite field for which the loops of a robot are closed.
 //!
 //! There are two methods, tried in this order:
 //!
@@ -30,36 +30,38 @@ use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use random::SplitMix;
 
-/// Largest number of draws of all constants: with k quadratic equations, one of 2^k draws has a closed point.
+/// Largest number of draws of all constants of a robot: with k quadratic equations, one of 2^k draws has a closed point.
 const DRAWS_OF_CONSTANTS: usize = 400;
-/// Largest number of failures other than a missing root. One such failure may be chance, because roots may coincide.
+/// Largest number of failures of the constants-first method, except missing roots. A few such failures may be chance, because
+/// roots may coincide.
 const MAX_FAILED_DRAWS: usize = 24;
-/// Largest number of such failures if angles are drawn first: random angles never coincide.
+/// Largest number of failures of the angles-first method, except missing roots. It is small, because random angles never
+/// coincide.
 const MAX_FAILED_ANGLE_DRAWS: usize = 4;
-/// Largest number of draws of all variables at given constants.
+/// Largest number of draws of all variables when the constants of the loops are given.
 const DRAWS_OF_A_STATE: usize = 60;
-/// Largest number of draws of the free variables of one loop, with the other variables given.
+/// Largest number of draws of the free variables of one loop when all other variables are given.
 const DRAWS_OF_A_LOOP: usize = 8;
-/// Largest number of sets of variables that are tried for closing one loop.
+/// Largest number of sets of variables for which the equations of one loop are solved.
 const MAX_CLOSING_CHOICES: usize = 200;
 
-/// Values of the constants and variables in the field at which all loops are closed.
+/// Values of the constants and variables in the finite field for which all loops are closed.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedPoint {
-    /// The value of each constant, indexed by its symbol.
+    /// The field elements of each constant, indexed by its symbol.
     pub constants: Vec<Assignment>,
     pub state: State,
 }
 
-/// Finds closed points of one robot.
+/// Finds closed points of one robot, with the functions and data that this needs.
 pub(crate) struct ClosedPoints {
     pub chains: LoopChains,
     pub variables: Variables,
-    /// The function whose outputs are the closure error e and the Jacobian J_p.
+    /// The function whose outputs are the closure error e and its Jacobian J_p by the passive variables.
     pub closure: Function,
     pub closure_angles: GraphAngles,
     placement_angles: GraphAngles,
-    /// The symbol of each variable, coordinates first.
+    /// The symbol of each variable in the closure function, coordinates first.
     pub symbols: Vec<Symbol>,
 }
 
@@ -83,8 +85,8 @@ impl ClosedPoints {
         })
     }
 
-    /// A closed point, found by random draws of constants, variables and roots. With `other_roots`, the other root of each
-    /// equation is taken: equal draws then give another assembly.
+    /// Finds a closed point by random draws of constants, variables and roots. With `other_roots`, the other root of each
+    /// quadratic equation is taken: equal draws then give another assembly of the loops.
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first
@@ -101,7 +103,7 @@ impl ClosedPoints {
         let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
-                // All equations must hold, whatever the method.
+                // Whatever the method, all closure equations must hold at the point.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
                 Ok(None) => {}
                 Ok(Some(_)) => failures += 1,
@@ -117,7 +119,7 @@ impl ClosedPoints {
         Err(reason)
     }
 
-    /// A closed point with these constants; `None` if a loop is not planar or no draw closes the loops.
+    /// Finds a closed point with given constants. `None` if a loop is not planar or no draw closes the loops.
     pub(crate) fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
         for _ in 0..DRAWS_OF_A_STATE {
             if let Some(state) = self.state_at(constants, random, false).ok()? {
@@ -128,21 +130,21 @@ impl ClosedPoints {
         None
     }
 
-    /// Random constants with which planar loops can be closed.
+    /// Draws random constants with which planar loops can be closed.
     pub(crate) fn constants(&self, random: &mut SplitMix) -> Result<Vec<Assignment>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
         Ok(constants)
     }
 
-    /// One attempt by the first method: constants, then variables. `None` if a root is not in the field.
+    /// Makes one attempt by the constants-first method. `None` if a root is not in the field.
     fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let constants = self.constants(random)?;
         let state = self.state_at(&constants, random, other_roots)?;
         Ok(state.map(|state| ClosedPoint { constants, state }))
     }
 
-    /// One attempt to find the variables of a closed point with these constants. `None` if a root is not in the field.
+    /// Makes one attempt to find the variables of a closed point with given constants. `None` if a root is not in the field.
     fn state_at(
         &self,
         constants: &[Assignment],
@@ -158,7 +160,7 @@ impl ClosedPoints {
         while let Some(next) = (0..open.len()).min_by_key(|&l| open[l].unknown(&state).len()) {
             let one = open.remove(next);
             let mut unknown = one.unknown(&state);
-            // Passive variables are solved for in preference to coordinates.
+            // Solving for passive variables is preferred to solving for coordinates.
             unknown.reverse();
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
             let count = one.n_solved(&state);
@@ -172,8 +174,8 @@ impl ClosedPoints {
         Ok(Some(state))
     }
 
-    /// Closes a loop: solves for `count` of its unknown variables, and draws the others. The first set that can be solved for is
-    /// taken.
+    /// Closes a loop: solves for `count` of its unknown variables with the function `close`, and draws the others. The first set
+    /// of variables that can be solved for is taken.
     fn closed_by(
         &self,
         state: &mut State,
@@ -183,9 +185,9 @@ impl ClosedPoints {
         other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
-        // One of the two roots is taken at random, so that several points cover every assembly.
+        // One of the two roots is taken at random, so that several points together cover every assembly of the loops.
         let other_root = (random.bits() & 1 == 1) != other_roots;
-        // The other variables of the loop are drawn until its equation has a root in the field.
+        // The other variables of the loop are drawn until the equation of the loop has a root in the field.
         for by in choices(unknown, count).into_iter().take(MAX_CLOSING_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {
@@ -207,7 +209,7 @@ impl ClosedPoints {
         Closing::OtherForm
     }
 
-    /// One attempt by the second method: angles, then lengths. `None` if a root is not in the field.
+    /// Makes one attempt by the angles-first method. `None` if a root is not in the field.
     fn angles_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_angles(&mut constants);
@@ -226,7 +228,7 @@ impl ClosedPoints {
                 }
                 continue;
             }
-            // Angles that belong only to this loop are solved for in preference to angles that other loops share.
+            // Solving for angles that belong only to this loop is preferred to solving for angles that other loops share.
             let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
             unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
@@ -237,7 +239,7 @@ impl ClosedPoints {
                 Closing::OtherForm => return Err(NoCertificate::OtherForm),
             }
         }
-        // All angles are known now, so e is affine in the lengths: a random zero of e closes the loops.
+        // All angles are known now, so the closure error e is affine in the lengths: a random zero of e closes the loops.
         self.draw(&mut state, random, |k| !slides(k));
         let free: Vec<usize> = (0..self.variables.len()).rev().filter(|&k| slides(k)).collect();
         let lengths = self.lengths_of(&self.closure);
@@ -288,7 +290,7 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The variables as inputs of a function that are constant in t.
+    /// The values of the variables as inputs of a function along a curve; the variables are constant.
     pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
         let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),
@@ -298,7 +300,8 @@ impl ClosedPoints {
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// e and J_p, row by row, at a point; `None` if they are not defined in the field (a division by zero).
+    /// The closure error e and its Jacobian J_p by the passive variables, row by row, at a point. `None` if they are not defined
+    /// in the field (a division by zero).
     pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
@@ -313,7 +316,7 @@ impl ClosedPoints {
     }
 }
 
-/// All sets of `count` of the numbers `of`, in lexicographic order, at most [`MAX_CLOSING_CHOICES`].
+/// All subsets of `of` with `count` members, in lexicographic order, at most [`MAX_CLOSING_CHOICES`].
 fn choices(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     if count == 0 {
         return vec![Vec::new()];

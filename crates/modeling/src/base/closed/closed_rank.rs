@@ -1,9 +1,9 @@
-//! Determines the independent columns of a regressor with loops, at closed points of a finite field.
+//! Determines the independent columns of the regressor of a robot with loops, at closed points of a finite field.
 //!
 //! The loops of a robot may have several assemblies with different ranks: the crossed four-bar has 8 base parameters, the
-//! parallelogram with the same lengths has 3. So points are evaluated until two of them have columns that also stand out
-//! numerically. If all points have the same columns, but these do not stand out numerically, the numbers of the file are special.
-//! If the columns of the points differ, and no point has the numeric columns, there is no result.
+//! parallelogram with the same lengths has 3. So points are evaluated until two of them have columns that are also clearly
+//! independent numerically. If all points have the same columns, but these are not numerically independent, the numbers of the
+//! file are special. If the columns of the points differ, and no point has the numeric columns, there is no result.
 
 use expr::Function;
 
@@ -16,46 +16,48 @@ use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// Largest number of points. They form pairs with equal draws; the second of a pair takes the other root of each equation.
+/// Largest number of closed points that are evaluated. They form pairs with equal draws; the second of a pair takes the other
+/// root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;
-/// Smallest number of points: two assemblies of one set of constants, and one of another set.
+/// Smallest number of closed points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// Number of points that must have the same columns.
+/// Number of closed points that must have the same independent columns.
 const AGREEING_RANKS: usize = 2;
-/// Number of curves through each point. With one coordinate, up to three rows of each order are independent: the rows of its
-/// acceleration, of its squared rate, and of gravity.
+/// Number of curves through each closed point. With one coordinate, up to three rows of each order are independent: the rows of
+/// its acceleration, of its squared rate, and of gravity.
 const CURVES_PER_POINT: usize = 4;
-/// Number of the last orders of the series that must bring no new row.
+/// The order of a power series suffices if this number of last orders gives no new independent row.
 const SETTLED_ORDERS: usize = 2;
-/// Largest order of a power series.
+/// Largest order of a power series along a curve.
 const MAX_SERIES_ORDER: usize = 200;
-/// Number of rows beyond `expected` that the first series provides, in addition to a third of `expected`.
+/// Number of rows beyond the expected rank that the first series provides, in addition to a third of that rank.
 const SPARE_ROWS: usize = 8;
-/// Seed of the first pair of points.
+/// Seed of the random draws for the first pair of closed points.
 const FIRST_SEED: u64 = 1979;
 
-/// The independent columns at closed points, with the evidence.
+/// The independent columns of a regressor at closed points, with the evidence.
 pub(crate) struct ClosedRank {
-    /// The columns that are independent of the columns before them.
+    /// The regressor columns that are independent of the columns before them.
     pub columns: Vec<usize>,
-    /// Whether other assemblies have other independent columns.
+    /// Whether other assemblies of the loops have other independent columns.
     pub other_assemblies: bool,
-    /// Finds more closed points.
+    /// The data with which further closed points can be found.
     pub points: ClosedPoints,
-    /// The rows of the regressor at each point that has these columns: point, row, column.
+    /// The rows of the regressor at each point that has these columns, as `[point][row][column]`.
     rows: Vec<Vec<Vec<Residue>>>,
 }
 
 impl ClosedRank {
-    /// Whether a column is a combination of the columns `support` at every point. The coefficients may differ between points.
+    /// Whether a column is a linear combination of the columns `support` at every point. The coefficients may differ between
+    /// points.
     pub(crate) fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
         let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
         self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
     }
 }
 
-/// Determines the columns of the assemblies for which `agrees(columns)` holds, that is, whose columns stand out numerically; if
-/// there are none, of all points, which must then have the same columns. `expected`: about how many columns are expected.
+/// Determines the independent columns of the assemblies for which `agrees(columns)` holds (columns also independent numerically).
+/// If there are none, all points must have the same columns. `expected`: about how many columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
     regressor: &Function,
@@ -66,7 +68,7 @@ pub(crate) fn closed_rank(
     let points = ClosedPoints::new(derivation, closure)?;
     let angles = GraphAngles::of(regressor.graph());
     let (mut found, mut failure): (Vec<ColumnsAtPoint>, _) = (Vec::new(), NoCertificate::OtherForm);
-    // The columns of the first point that agrees with the numbers.
+    // The columns of the first point at which `agrees` holds.
     let mut chosen: Option<Vec<usize>> = None;
     for k in 0..MAX_CLOSED_POINTS {
         let mut random = SplitMix(FIRST_SEED + k / 2);
@@ -84,7 +86,7 @@ pub(crate) fn closed_rank(
         if k + 1 >= FEWEST_CLOSED_POINTS && n_agree >= AGREEING_RANKS {
             break;
         }
-        // If a point is singular, another assembly may be regular. For another reason, more points do not help: loops that do not
+        // If a point is singular, another assembly may be regular. For other reasons more points do not help: loops that do not
         // move stay fixed at other lengths too.
         if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
             break;
@@ -101,7 +103,7 @@ pub(crate) fn closed_rank(
     Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), points, rows })
 }
 
-/// The independent columns at one point, and the rows of the regressor from which they were found.
+/// The independent columns at one closed point, and the rows of the regressor from which they were found.
 struct ColumnsAtPoint {
     columns: Vec<usize>,
     rows: Vec<Vec<Residue>>,
@@ -116,7 +118,7 @@ fn columns_at(
     random: &mut SplitMix,
 ) -> Result<ColumnsAtPoint, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    // The order that gives `expected` independent rows and some spare rows, from all curves together.
+    // The order for which all curves together give `expected` independent rows and some spare rows.
     let mut order = (expected + expected / 3 + SPARE_ROWS).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1)
         + SETTLED_ORDERS;
     loop {
@@ -126,7 +128,7 @@ fn columns_at(
             let rows = regressor_rows(regressor, angles, point, along, order, random)?;
             by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
         }
-        // The rows of low order are added first, to find the last order that brings a new row.
+        // The rows of low order are added first, to find the last order that gives a new independent row.
         let mut echelon = Echelon::default();
         let mut settled_since = 0;
         for (k, rows) in by_order.iter().enumerate() {
@@ -136,7 +138,7 @@ fn columns_at(
                 }
             }
         }
-        // Settled: the last orders brought no new row. Otherwise the order is doubled.
+        // If the last orders gave no new row, the columns are complete. Otherwise the order is doubled.
         if order - settled_since >= SETTLED_ORDERS {
             return Ok(ColumnsAtPoint { columns: echelon.columns(), rows: by_order.concat() });
         }

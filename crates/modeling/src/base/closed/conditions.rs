@@ -1,4 +1,4 @@
-//! Conditions on the constants of loops: the numbers of a file fulfil them, random field elements must be fitted to them.
+//! Fits random constants of loops to the conditions of closure. The numbers of a robot's file fulfil these conditions already.
 
 use expr::{Function, Node, SymbolKind};
 
@@ -11,7 +11,7 @@ use crate::base::field::{Assignment, Residue, turned, twelfth_turn};
 use random::SplitMix;
 
 impl ClosedPoints {
-    /// Fits the lengths normal to the plane of each planar loop so that the two ends of the loop lie in one plane.
+    /// Changes the lengths normal to the plane of each planar loop so that the two ends of the loop lie in one plane.
     pub(crate) fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
         self.fit_angles(constants);
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
@@ -34,9 +34,9 @@ impl ClosedPoints {
         Ok(())
     }
 
-    /// Fits the constant angles of planar loops. If the orientation of a loop depends on no variable, its constant angles must
-    /// add up to zero. In the file, numbers that are no symbols ensure this, such as the constant of a relation between passive
-    /// angles: one of these constants is fitted.
+    /// Changes the constant angles of planar loops so that orientations close. If the orientation of a loop depends on no
+    /// variable, its constant angles must add up to zero. In the file, numbers that are no symbols ensure this, such as the
+    /// constant of a relation between passive angles: one of these constants is changed.
     pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);
@@ -63,7 +63,7 @@ impl ClosedPoints {
         }
     }
 
-    /// The constants that a function uses as lengths (outside sines and cosines), by the index of their symbol.
+    /// The constants that a function uses as lengths (outside sines and cosines), as indices of their symbols.
     pub(crate) fn lengths_of(&self, function: &Function) -> Vec<usize> {
         let graph = function.graph();
         let mut is_length = vec![false; graph.symbols().len()];
@@ -77,13 +77,14 @@ impl ClosedPoints {
         (0..is_length.len()).filter(|&s| is_length[s]).collect()
     }
 
-    /// Whether the loops can stay closed when the lengths change. Passive variables must compensate each change of e, except
-    /// changes of the offsets normal to planar loops, which no variable changes.
+    /// Whether the loops can stay closed when the lengths change. Passive variables must compensate each change of the closure
+    /// error e, except changes of the offsets normal to planar loops, which no variable changes.
     pub(crate) fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
             self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
         };
-        // Changes of e by passive variables (columns of J_p), then by lengths; changes of the offsets by lengths.
+        // Changes of the closure error e by passive variables (columns of J_p), then by lengths; changes of the offsets by
+        // lengths.
         let Some((e, j)) = self.closure_at(point) else { return false };
         let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
         let m = self.variables.len() - self.variables.n;

@@ -1,14 +1,14 @@
-//! Curves of closed states through a closed point, and the rows of the regressor along them.
+//! Computes curves of closed states through a closed point of a finite field, and the rows of the regressor along them.
 //!
 //! The coordinates move along a random line, q(t) = q_0 + q_1 t. The passive variables p follow order by order,
 //!
 //! ```text
 //! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
 //! ```
-//! All rows of e must vanish, not only the rows that give p: otherwise the loops do not move at these constants. dq and ddq are
-//! random and constant along the curve, because they are free at every state. A relation between columns with constant
-//! coefficients holds at every state if and only if it holds for each coefficient of the series. At a general point, if some
-//! orders bring no new row, no later order brings one [Schwartz 1980].
+//! e: closure error, J_p: its Jacobian by p. All rows of e must vanish, not only the rows that give p: otherwise the loops do not
+//! move at these constants. dq and ddq are random and constant along the curve, because they are free at every state. A relation
+//! between columns with constant coefficients holds at every state if and only if it holds for each coefficient of the series. At
+//! a general point, if some orders bring no new row, no later order brings one [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,8 @@ use crate::base::closed::series::{CurveInput, SeriesAlgebra, TaylorSeries};
 use crate::base::field::{Residue, solve};
 use random::SplitMix;
 
-/// The variables along a random curve through the point, as series up to t^order. Fails if the loops do not move there.
+/// The variables along a random curve of closed states through the point, as series up to t^order. Fails if the loops do not move
+/// at this point.
 pub(crate) fn curve(
     points: &ClosedPoints,
     point: &ClosedPoint,
@@ -30,7 +31,7 @@ pub(crate) fn curve(
 ) -> Result<BTreeMap<Symbol, CurveInput>, NoCertificate> {
     let n = points.variables.n;
     let m = points.variables.len() - n;
-    // q(t) = q_0 + q_1 t with random q_1.
+    // The coordinates follow q(t) = q_0 + q_1 t with random q_1.
     let mut inputs = points.inputs(&point.state);
     for symbol in &points.symbols[..n] {
         if let Some(moving) = inputs.get_mut(symbol) {
@@ -43,11 +44,11 @@ pub(crate) fn curve(
         let values = points.closure.evaluate_in(&mut algebra);
         if algebra.broken { Err(NoCertificate::Singular) } else { Ok(values) }
     };
-    // Take m independent rows of J_p at the point and invert them once; the inverse serves every order.
+    // Take m independent rows of the Jacobian J_p at the point and invert them once; the inverse serves every order.
     let j: Vec<Vec<Residue>> =
         evaluated(&inputs, 0)?[1].chunks(m.max(1)).map(|row| row.iter().map(|x| x.at(0)).collect()).collect();
     let (rows, inverse) = independent(&j, m).ok_or(NoCertificate::Singular)?;
-    // J_p p_k = -e_k, order by order.
+    // Solve J_p p_k = -e_k for the coefficients p_k of the passive variables, order by order.
     for k in 1..=order {
         let e = evaluated(&inputs, k)?.swap_remove(0);
         for (p, weights) in inverse.iter().enumerate() {
@@ -58,12 +59,13 @@ pub(crate) fn curve(
             }
         }
     }
-    // The rows of e that were not used must vanish too, otherwise the loop does not move.
+    // The rows of the closure error e that were not used must vanish too, otherwise the loop does not move.
     let moves = evaluated(&inputs, order)?[0].iter().all(|e| e.0.is_empty());
     if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
 }
 
-/// The indices of m independent rows of J_p, and the inverse of the matrix of these rows; `None` if J_p has a lower rank.
+/// The indices of m independent rows of the Jacobian `j`, and the inverse of the matrix of these rows; `None` if its rank is
+/// below m.
 fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Residue>>)> {
     let mut rows: Vec<usize> = Vec::new();
     let mut echelon: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -82,7 +84,7 @@ fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Resi
     if rows.len() < m {
         return None;
     }
-    // Column i of the inverse solves J x = unit i.
+    // Column i of the inverse solves J x = unit vector i.
     let column = |i: usize| {
         let augmented = rows.iter().enumerate().map(|(k, &r)| {
             let unit = if k == i { Residue::ONE } else { Residue::ZERO };
@@ -95,7 +97,7 @@ fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Resi
     Some((rows, inverse))
 }
 
-/// The rows of the regressor along the curve `along`: for each order of t, the coefficients of each row.
+/// The rows of the regressor along the curve `along`, as coefficients of the powers of t: `[order][row][column]`.
 pub(crate) fn regressor_rows(
     regressor: &Function,
     angles: &GraphAngles,
@@ -126,7 +128,7 @@ mod tests {
     use super::*;
     use crate::derivation::Derivation;
 
-    /// A four-bar that can close because its offsets normal to the plane add up, 0.05 = 0.03 + 0.02, and its constant angles too.
+    /// A four-bar that can close because the offsets normal to its plane add up, 0.05 = 0.03 + 0.02, and its constant angles too.
     #[test]
     fn a_loop_closes_in_the_field_by_numbers_that_add_up() {
         let text = "convention: khalil-kleinfinger
@@ -150,9 +152,9 @@ loops:
             let random = &mut SplitMix(seed);
             let point = points.point(random, false).unwrap();
             let along = curve(&points, &point, 6, random).unwrap();
-            // The passive variables move, and not only to the first order.
+            // The passive variables move, and not only in the first order of t.
             assert!(points.symbols[1..].iter().all(|s| along[s].value.at(6) != Residue::ZERO));
-            // There are other closed states with the same constants.
+            // With the same constants there are other closed states.
             let other = points.point_at(&point.constants, random).unwrap();
             assert_ne!(other.state.points, point.state.points);
         }

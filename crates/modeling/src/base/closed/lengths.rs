@@ -1,10 +1,10 @@
-//! Solves equations that are affine in lengths.
+//! Solves equations in a finite field that are affine in lengths.
 
 use crate::base::field::Residue;
 use random::SplitMix;
 
-/// A random x with n entries and f(x) = 0, for an affine f. The leftmost entries that f determines are solved for, the others are
-/// random. `None` if f is not affine or has no zero.
+/// A random x with n entries and f(x) = 0, for an affine function f. The leftmost entries that f determines are solved for, the
+/// others are random. `None` if f is not affine or has no zero.
 pub(crate) fn random_zero(
     n: usize,
     mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,
@@ -23,12 +23,12 @@ pub(crate) fn random_zero(
     rows.iter_mut().zip(&constant).for_each(|(row, c)| row.push(-*c));
     let mut x: Vec<Residue> = (0..n).map(|_| Residue::random(random)).collect();
     solve_first(rows, &mut x)?;
-    // x is a zero of f if f is affine.
+    // If f is not affine, x is no zero of f.
     f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
 }
 
-/// Solves the rows [a_1 .. a_n b], a x = b, for the leftmost entries of x that they determine; the other entries are given.
-/// `None` if the rows contradict each other.
+/// Solves the linear equations with rows [a_1 .. a_n b], a x = b, for the leftmost entries of x that they determine; the other
+/// entries are given. `None` if the equations contradict each other.
 fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
     let n = x.len();
     let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -64,7 +64,7 @@ mod tests {
         let f = |x: &[Residue]| Some(vec![x[0] + n(2) * x[1] - n(3), x[0] + n(2) * x[1] + x[2] - n(4)]);
         let x = random_zero(3, f, &mut SplitMix(1)).unwrap();
         assert_eq!((x[2], x[0]), (n(1), n(3) - n(2) * x[1]));
-        // x[1] is free, so it is random.
+        // f does not determine x[1], so it is random.
         assert_ne!(x[1], random_zero(3, f, &mut SplitMix(2)).unwrap()[1]);
     }
 

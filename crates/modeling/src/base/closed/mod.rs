@@ -1,4 +1,4 @@
-//! The rank, in a finite field, of robots with loops that must be closed by a search, not by an affine function.
+//! Determines the rank, in a finite field, of robots whose loops are closed by a numeric search (not by affine relations).
 //!
 //! Passive variables are not free in the field: they must close the loops. A [`closed_point`] is found by algebra,
 //! loop by loop ([`planar_loop`], [`orientation`], [`lengths`], [`conditions`]). Along a [`curve`] through it, a power series

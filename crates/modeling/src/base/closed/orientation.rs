@@ -1,7 +1,7 @@
-//! Closes the orientation around a loop in the field by solving for one, two or three of its angles.
+//! Closes the orientation around a loop in a finite field by solving for one, two or three of its angles.
 //!
-//! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. The number of unknown
-//! angles may be
+//! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1, with constant rotation
+//! matrices A_i. The number of unknown angles may be
 //!
 //! - three, Rz(x) B Rz(y) C Rz(z) = M: the last row of B times the last column of C give a cos y + b sin y = M_33 - b_33 c_33,
 //!   then the columns and rows of M give x and z;
@@ -16,9 +16,9 @@ use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::ChainJoint;
 use robot::JointKind;
 
-/// The product of the rotations around one loop, at given constants.
+/// The product of all rotations around one loop, with given constants: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1).
 pub(crate) struct Orientation {
-    /// (A_i, x_i): the constant matrix before each rotation about z, and the angle of this rotation.
+    /// (A_i, x_i): the constant rotation matrix before each rotation about z, and the angle x_i of this rotation.
     letters: Vec<(ExactMatrix, Powers)>,
     last: ExactMatrix,
 }
@@ -56,7 +56,7 @@ impl Orientation {
         }
     }
 
-    /// This product at `state`: the known angles are multiplied into the constant matrices.
+    /// The same product with the angles that `state` knows multiplied into the constant matrices.
     fn reduced(&self, state: &State) -> Orientation {
         let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
         for (before, powers) in &self.letters {
@@ -69,7 +69,7 @@ impl Orientation {
         word
     }
 
-    /// The variables in the angles of this product that `state` does not know, in ascending order.
+    /// The variables in the angles of this product that `state` does not know, in ascending order of their indices.
     pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let mut all: Vec<usize> =
             self.letters.iter().flat_map(|l| l.1.iter().map(|t| t.0)).filter(|&k| state.points[k].is_none()).collect();
@@ -78,13 +78,13 @@ impl Orientation {
         all
     }
 
-    /// Whether all angles are known and the product is the identity.
+    /// Whether `state` knows all angles of the product and the product is the identity.
     pub(crate) fn is_closed(&self, state: &State) -> bool {
         let word = self.reduced(state);
         word.letters.is_empty() && word.last == UNTURNED
     }
 
-    /// Solves for the angles `by` so that the product is the identity; all other angles must be known.
+    /// Solves for the angles of the variables `by` so that the product is the identity; all other angles must be known.
     pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let word = self.reduced(state);
         let single = |powers: &Powers| match powers.as_slice() {
@@ -97,7 +97,7 @@ impl Orientation {
         if turns.len() != by.len() {
             return Closing::OtherForm;
         }
-        // The outer constant matrices are moved to the right-hand side: Rz B Rz C Rz = M.
+        // The outer constant matrices are moved to the right-hand side, which gives Rz B Rz C Rz = M.
         let Some((first, _)) = word.letters.first() else { return Closing::OtherForm };
         let M = product(&transposed(first), &transposed(&word.last));
         let inner: Vec<ExactMatrix> = word.letters[1..].iter().map(|l| l.0).collect();
@@ -122,14 +122,14 @@ fn plane([x, y, _]: [Residue; 3]) -> [Residue; 2] {
     [x, y]
 }
 
-/// Solves Rz(x) B Rz(y) = M for the points of x and y; `None` if there is no solution.
+/// Solves Rz(x) B Rz(y) = M for the points (cos, sin) of x and y; `None` if there is no solution.
 fn two(B: &ExactMatrix, M: &ExactMatrix) -> Option<Vec<CirclePoint>> {
     let x = quotient(plane(column(M, 2)), plane(column(B, 2)))?;
     let y = quotient(plane(B[2]), plane(M[2]))?;
     Some(vec![(x[0], x[1]), (y[0], y[1])])
 }
 
-/// Solves Rz(x) B Rz(y) C Rz(z) = M for the points of x, y and z.
+/// Solves Rz(x) B Rz(y) C Rz(z) = M for the points (cos, sin) of x, y and z. `other_root`: which of the two solutions is taken.
 fn three(B: &ExactMatrix, C: &ExactMatrix, M: &ExactMatrix, other_root: bool) -> Result<Vec<CirclePoint>, Closing> {
     let (b, c) = (B[2], column(C, 2));
     let (along, across) = (b[0] * c[0] + b[1] * c[1], b[1] * c[0] - b[0] * c[1]);
@@ -150,7 +150,7 @@ mod tests {
     use crate::base::field::circle;
     use random::SplitMix;
 
-    /// A loop of revolute joints about z. Each joint is placed by a rotation alpha about x.
+    /// The rotations around a loop of revolute joints about z. The link of each joint is rotated by an angle alpha about x.
     fn word(alphas: &[CirclePoint]) -> (Variables, Orientation) {
         let placement = |&(c, s): &CirclePoint| {
             let (one, zero) = (Residue::ONE, Residue::ZERO);
@@ -174,7 +174,7 @@ mod tests {
         for _ in 0..20 {
             let mut state = State::unknown(6);
             [1, 2, 4].iter().for_each(|&k| state.draw(k, random));
-            // `close` itself checks that the product is the identity.
+            // If `close` succeeds, it has already checked that the product is the identity.
             if word.close(&variables, &mut state, &[0, 3, 5], false) == Closing::Closed {
                 assert!(word.is_closed(&state));
                 state.draw(1, random);
@@ -193,7 +193,7 @@ mod tests {
         let mut state = State::unknown(4);
         [0, 1, 3].iter().for_each(|&k| state.draw(k, random));
         assert_eq!(flat.close(&variables, &mut state, &[2], false), Closing::Closed);
-        // Axes of two directions: alpha has the point (c, s), then (c, -s).
+        // The axes have two directions: alpha has the point (cos, sin) = (c, s), then (c, -s).
         let (c, s) = circle(random);
         let (variables, two) = word(&[parallel, parallel, (c, s), parallel, (c, -s)]);
         let mut state = State::unknown(5);

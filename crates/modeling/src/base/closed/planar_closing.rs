@@ -1,4 +1,4 @@
-//! Solves for the last two variables of a planar loop.
+//! Solves for the last two unknown variables of a planar loop in a finite field.
 //!
 //! If all variables except two are known, the sides of a loop form groups: the sides of a group turn with the same combination of
 //! the unknown angles. The sum of all groups is zero. The unknown variables are
@@ -11,21 +11,21 @@
 use crate::base::closed::variables::{State, on_the_circle, quotient, raised};
 use crate::base::field::{CirclePoint, Residue, solve, turned as sum};
 
-/// A vector of the plane.
+/// A vector in the plane of a loop, with entries in the finite field.
 pub(crate) type Flat = [Residue; 2];
 
-/// The outcome of an attempt to close a loop.
+/// The result of an attempt to close a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Closing {
     Closed,
-    /// The equations have no roots in the field.
+    /// The equations have no roots in the finite field.
     NoRoot,
-    /// The equations for these variables have none of the forms that are solved.
+    /// The equations for the chosen variables have none of the forms for which there is a solution method.
     OtherForm,
 }
 
-/// A group: the sum of the sides that turn with the same combination of the unknown angles, (vector + sum of lengths times
-/// per_length) exp(i turn . angles).
+/// A group of sides of a planar loop that turn with the same combination of the unknown angles. Its sum is
+/// (vector + sum of lengths times per_length) exp(i turn . angles).
 pub(crate) struct PlanarGroup {
     pub turn: Vec<i128>,
     pub vector: Flat,
@@ -39,7 +39,7 @@ impl PlanarGroup {
     }
 }
 
-/// Solves for two unknown angles x and y, so that the sum of three groups is zero.
+/// Solves for two unknown angles x and y so that the sum of three groups of sides is zero.
 pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize; 2], other_root: bool) -> Closing {
     let [g0, g1, g2] = groups else { return Closing::OtherForm };
     let difference = |g: &PlanarGroup| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
@@ -48,7 +48,7 @@ pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize
     if determinant.abs() != 1 {
         return Closing::OtherForm;
     }
-    // |v0|^2 + |v1|^2 + 2 Re(conj(v0) v1 exp(i psi)) = |v2|^2
+    // With psi = psi_1: |v0|^2 + |v1|^2 + 2 Re(conj(v0) v1 exp(i psi)) = |v2|^2.
     let square = |v: Flat| v[0] * v[0] + v[1] * v[1];
     let (v0, v1, v2) = (g0.vector, g1.vector, g2.vector);
     let [re, im] = [v0[0] * v1[0] + v0[1] * v1[1], v0[0] * v1[1] - v0[1] * v1[0]];
@@ -58,14 +58,15 @@ pub(crate) fn triangle(state: &mut State, groups: &[PlanarGroup], [x, y]: [usize
     let third = plus(v0, rotated(first, v1)).map(|x| -x);
     let Some(second) = quotient(third, v2) else { return Closing::NoRoot };
     let second = (second[0], second[1]);
-    // psi = M (x, y), so (x, y) = M^-1 psi with M^-1 = [d -b; -c a] / determinant.
+    // The angles are psi = M (x, y), so (x, y) = M^-1 psi with M^-1 = [d -b; -c a] / determinant.
     let angle = |p: i128, q: i128| sum(raised(first, p * determinant), raised(second, q * determinant));
     state.set_angle(x, angle(d, -b));
     state.set_angle(y, angle(-c, a));
     Closing::Closed
 }
 
-/// Solves for one unknown angle x and one unknown length s, so that the sum of two groups is zero: a s^2 + b s + c = 0.
+/// Solves for one unknown angle x and one unknown length s so that the sum of two groups of sides is zero; s solves
+/// a s^2 + b s + c = 0.
 pub(crate) fn slide(state: &mut State, groups: &[PlanarGroup], x: usize, s: usize, other_root: bool) -> Closing {
     let [g0, g1] = groups else { return Closing::OtherForm };
     let turn = g1.turn[0] - g0.turn[0];
@@ -94,7 +95,7 @@ pub(crate) fn slide(state: &mut State, groups: &[PlanarGroup], x: usize, s: usiz
     Closing::Closed
 }
 
-/// Solves for two unknown lengths s and t, so that one group is zero: two linear equations.
+/// Solves for two unknown lengths s and t so that one group of sides is zero; this gives two linear equations.
 pub(crate) fn two_slides(state: &mut State, groups: &[PlanarGroup], [s, t]: [usize; 2]) -> Closing {
     let [g] = groups else { return Closing::OtherForm };
     let row = |i: usize| vec![g.per_length[0][i], g.per_length[1][i], -g.vector[i]];

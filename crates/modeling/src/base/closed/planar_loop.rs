@@ -1,4 +1,4 @@
-//! A planar loop in the field, closed by solving for two or three of its variables.
+//! A planar loop in a finite field, and its closing by solving for two or three of its variables.
 //!
 //! Every rigid side is a vector of the plane, turned by the angles before it (as in `robot`'s polygon). A sliding joint
 //! lengthens its side:
@@ -20,13 +20,13 @@ use crate::base::closed::variables::{Powers, State, Variables, raised};
 use crate::base::field::{CirclePoint, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
 
-/// One planar loop at given constants.
+/// One planar loop with given constants: its sides, and the condition of its orientation.
 #[derive(Clone, Debug)]
 pub(crate) struct PlanarLoop {
     sides: Vec<Side>,
     turn: Powers,
     delta: CirclePoint,
-    /// Distance of the two ends normal to the plane. The loop can close only if it is zero.
+    /// Distance of the two ends of the loop normal to its plane. The loop can close only if it is zero.
     pub offset: Residue,
 }
 
@@ -38,8 +38,8 @@ struct Side {
 }
 
 impl PlanarLoop {
-    /// The loop of two branches; `None` if its joints do not all move in one plane. `placements` and `joints` are indexed by
-    /// link.
+    /// Makes the loop of two branches (lists of links). `None` if its joints do not all move in one plane. `placements` and
+    /// `joints` are indexed by link.
     pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
@@ -48,7 +48,7 @@ impl PlanarLoop {
     ) -> Option<PlanarLoop> {
         let [cut, twin] = [0, 1].map(|b| Branch::new(variables, placements, joints, &branches[b]));
         let revolute = |j: &&PlanarJoint| j.kind == JointKind::Revolute;
-        // The frame of the first revolute joint: its z is the normal of the plane.
+        // The frame of the first revolute joint; its z axis is the normal of the plane.
         let frame = transposed(&cut.joints.iter().chain(&twin.joints).find(revolute)?.at.rotation);
         let mut sides = Vec::new();
         let (outward, phi_cut) = cut.sides(&frame)?;
@@ -70,7 +70,7 @@ impl PlanarLoop {
         })
     }
 
-    /// The variables of the loop that `state` does not know, in ascending order.
+    /// The variables of the loop that `state` does not know, in ascending order of their indices.
     pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let of_side = |s: &Side| s.turn.iter().map(|t| t.0).chain(s.slides.iter().map(|t| t.0)).collect::<Vec<_>>();
         let mut all: Vec<usize> = self
@@ -85,28 +85,29 @@ impl PlanarLoop {
         all
     }
 
-    /// By how much the angles of the two branches miss closing the loop, as (cos, sin) in the field; `None` while an angle is
-    /// unknown.
+    /// The orientation error of the closed loop: the constant angle that the two branches are apart, as (cos, sin) in the field.
+    /// `None` while an angle is unknown.
     pub(crate) fn defect(&self, state: &State) -> Option<CirclePoint> {
         let (known, rest) = state.turn(&self.turn);
         let (c, s) = self.delta;
         rest.is_empty().then(|| sum(known, (c, -s)))
     }
 
-    /// The number of variables to solve for at this state: 2 for the position, and 1 more if the orientation has an unknown
-    /// angle.
+    /// The number of variables to solve for at `state`: two for the position, and one more if an angle of the orientation is
+    /// unknown.
     pub(crate) fn n_solved(&self, state: &State) -> usize {
         2 + usize::from(!state.turn(&self.turn).1.is_empty())
     }
 
-    /// Solves for the variables `by` so that the loop is closed; all other variables must be known.
+    /// Solves for the variables `by` so that the loop is closed; all other variables must be known. `other_root`: which of two
+    /// solutions is taken.
     pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let angles: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_angle(k)).collect();
         let lengths: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_length(k)).collect();
         if angles.len() + lengths.len() != by.len() {
             return Closing::OtherForm;
         }
-        // Choose the angle that the equation of the orientation gives, the pivot: if possible one that turns no side.
+        // Choose the angle that follows from the equation of the orientation (the pivot), if possible one that turns no side.
         let (known, rest) = state.turn(&self.turn);
         let turns_a_side = |k: usize| self.sides.iter().any(|s| s.turn.iter().any(|t| t.0 == k));
         let candidates = rest.iter().filter(|t| t.1.abs() == 1);
@@ -116,7 +117,7 @@ impl PlanarLoop {
             }
             return self.close_sides(state, &angles, &lengths, other_root, None);
         };
-        // x_pivot = sign (delta - known - others)
+        // The pivot angle is x_pivot = sign (delta - known angles - other unknown angles).
         let (c, s) = sum(self.delta, (known.0, -known.1));
         let others: Powers = rest.iter().filter(|t| t.0 != pivot).map(|&(k, p)| (k, -sign * p)).collect();
         let given = KnownAngle { pivot, known: raised((c, s), sign), others };
@@ -150,7 +151,7 @@ impl PlanarLoop {
     }
 
     /// Groups the sides that turn by the same unknown angles; known angles are applied. `None` if a side depends on an unknown
-    /// variable other than `angles` and `lengths`.
+    /// variable other than `angles` and `lengths`. `given`: the angle that follows from the orientation.
     fn groups(
         &self,
         state: &State,
@@ -160,7 +161,7 @@ impl PlanarLoop {
     ) -> Option<Vec<PlanarGroup>> {
         let mut groups: BTreeMap<Vec<i128>, PlanarGroup> = BTreeMap::new();
         for side in &self.sides {
-            // Known angles turn the side. The pivot angle is replaced by the angles from which it follows.
+            // Turn the side by the known angles, and replace the pivot angle by the angles from which it follows.
             let (mut point, mut rest) = state.turn(&side.turn);
             if let Some(given) = given
                 && let Some(&(_, power)) = rest.iter().find(|t| t.0 == given.pivot)
@@ -170,7 +171,7 @@ impl PlanarLoop {
                 let others: Powers = given.others.iter().map(|&(k, p)| (k, p * power)).collect();
                 rest = added(&rest, &others, 1);
             }
-            // Sides with the same powers of the unknown angles are one group.
+            // Sides with equal exponents of the unknown angles form one group.
             let key: Vec<i128> = angles.iter().map(|k| rest.iter().find(|t| t.0 == *k).map_or(0, |t| t.1)).collect();
             if rest.iter().any(|t| t.1 != 0 && !angles.contains(&t.0)) {
                 return None;
@@ -182,7 +183,7 @@ impl PlanarLoop {
                 per_length: vec![zero; lengths.len()],
             });
             group.vector = plus(group.vector, rotated(point, side.vector));
-            // A sliding joint lengthens its side: a known length adds to the vector, an unknown one to per_length.
+            // A sliding joint lengthens its side: a known length adds to `vector`, an unknown one to `per_length`.
             for &(k, along) in &side.slides {
                 let along = rotated(point, along);
                 match (state.lengths[k], lengths.iter().position(|&l| l == k)) {
@@ -196,14 +197,15 @@ impl PlanarLoop {
     }
 }
 
-/// The pivot, an angle that follows from other angles: x_pivot = known + sum of the others.
+/// An angle (the pivot) that follows from the orientation of the loop: x_pivot = known + sum of the others.
 struct KnownAngle {
     pivot: usize,
     known: CirclePoint,
     others: Powers,
 }
 
-/// One branch of a loop, from the last common link to the loop frame of the branch, with all variables zero.
+/// One branch of a loop with all variables zero: its joints, from the last common link of both branches to the branch's loop
+/// frame.
 struct Branch {
     joints: Vec<PlanarJoint>,
     end: Pose,
@@ -247,7 +249,7 @@ impl Branch {
         };
         let normal = frame[2];
         let between = |to: [Residue; 3], from: [Residue; 3]| flat([0, 1, 2].map(|i| to[i] - from[i]));
-        // A revolute joint ends a side and turns the sides after it, about +z or -z.
+        // A revolute joint ends a side and turns all sides after it, about +z or -z of the plane.
         for joint in &self.joints {
             let axis = column(&joint.at.rotation, 2);
             let along = dot(axis, normal);
@@ -267,7 +269,7 @@ impl Branch {
                 };
                 phi = added(&phi, &joint.powers, sign);
             } else {
-                // A prismatic joint must slide within the plane; it lengthens the side that contains it.
+                // A prismatic joint must slide within the plane; it lengthens the side in which it lies.
                 if along != Residue::ZERO {
                     return None;
                 }
@@ -287,7 +289,7 @@ impl Side {
     }
 }
 
-/// a + factor b, for sums of (variable, exponent); zero exponents are left out.
+/// The sum a + factor b of two angles, each given by pairs (variable, exponent); zero exponents are left out.
 fn added(a: &[(usize, i128)], b: &[(usize, i128)], factor: i128) -> Powers {
     let mut sum: BTreeMap<usize, i128> = BTreeMap::new();
     a.iter().for_each(|&(k, p)| *sum.entry(k).or_default() += p);
@@ -300,7 +302,7 @@ mod tests {
     use super::*;
     use random::SplitMix;
 
-    /// A placement by the distance d along x alone.
+    /// The pose of a link that is displaced by the distance d along x.
     fn along_x(d: Residue) -> Pose {
         Pose { position: [d, Residue::ZERO, Residue::ZERO], ..Pose::IDENTITY }
     }
@@ -309,8 +311,8 @@ mod tests {
         ChainJoint { kind, terms: vec![(k, 1.0)] }
     }
 
-    /// Variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. The loop is closed by variable 3 and any two of the others;
-    /// then its ends meet.
+    /// Checks a four-bar: variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Solving for variable 3 and any two of the
+    /// others closes the loop, so its ends meet.
     #[test]
     fn a_four_bar_is_closed_by_any_two_of_its_angles() {
         let random = &mut SplitMix(1);
@@ -319,7 +321,7 @@ mod tests {
         let mut joints: Vec<ChainJoint> = (0..4).map(|k| joint(JointKind::Revolute, [0, 1, 3, 2][k])).collect();
         joints.push(ChainJoint { kind: JointKind::Fixed, terms: Vec::new() });
         let variables = Variables::new(1, 4, &joints).unwrap();
-        // Links: crank, coupler, cut; rocker, twin.
+        // Link indices of the two branches: crank, coupler, cut; rocker, twin.
         let one = PlanarLoop::new(&variables, &placements, &joints, &[vec![0, 1, 2], vec![3, 4]]).unwrap();
         assert_eq!((one.offset, one.unknown(&State::unknown(4))), (Residue::ZERO, vec![0, 1, 2, 3]));
         let mut n_closed = 0;
@@ -342,12 +344,12 @@ mod tests {
         assert!(n_closed > 15, "{n_closed}");
     }
 
-    /// A crank (angle 0) and an arm (angle 1) turn on the base, and a block slides along the arm (variable 2). The loop is closed
-    /// by arm and slide, and by crank and slide.
+    /// Checks a crank (angle 0) and an arm (angle 1) on the base, with a block that slides along the arm (variable 2). Solving
+    /// for arm and slide, or for crank and slide, closes the loop.
     #[test]
     fn a_sliding_block_is_closed_by_its_slide() {
         let quarter = |entries: [i64; 9]| Pose::placement(&entries.map(Residue::integer));
-        // gamma and alpha are quarter turns, so that the slide's z is along the arm's x.
+        // gamma and alpha are quarter turns, so that the z axis of the slide is along the x axis of the arm.
         let (slide, back) = (quarter([0, 1, 0, 0, 1, 0, 1, 0, 0]), quarter([1, 0, 0, 0, -1, 0, 1, 0, 0]));
         let random = &mut SplitMix(2);
         let placements =

@@ -1,10 +1,10 @@
-//! Poses of frames, with entries in the finite field.
+//! Poses of frames (rotation and position) with entries in a finite field.
 
 use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::PLACEMENT;
 
 pub(crate) type ExactVector = [Residue; 3];
-/// A 3 x 3 matrix as its rows.
+/// A 3 x 3 matrix over the finite field, as its rows.
 pub(crate) type ExactMatrix = [ExactVector; 3];
 
 const ZERO: Residue = Residue::ZERO;
@@ -12,7 +12,7 @@ const ONE: Residue = Residue::ONE;
 
 pub(crate) const UNTURNED: ExactMatrix = [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]];
 
-/// T = [R p]: rotation and position of a frame in another frame.
+/// Pose [R p] of a frame in another frame: rotation R and position p.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
     pub rotation: ExactMatrix,
@@ -22,7 +22,8 @@ pub(crate) struct Pose {
 impl Pose {
     pub(crate) const IDENTITY: Pose = Pose { rotation: UNTURNED, position: [ZERO; 3] };
 
-    /// Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r), from the entries of [`crate::kinematics::loop_chain`].
+    /// The pose Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r) of a link, from its nine entries in the order of
+    /// [`crate::kinematics::loop_chain`].
     pub(crate) fn placement(entries: &[Residue]) -> Pose {
         let [cg, sg, b, ca, sa, d, ct, st, r] = <[Residue; PLACEMENT]>::try_from(entries).unwrap_or_default();
         let gamma = Pose { rotation: about_z((cg, sg)), position: [ZERO, ZERO, b] };
@@ -38,7 +39,7 @@ impl Pose {
     }
 }
 
-/// The rotation about z by the angle with the point (c, s).
+/// The matrix of the rotation about z by the angle with (cos, sin) = (c, s).
 pub(crate) fn about_z((c, s): CirclePoint) -> ExactMatrix {
     [[c, -s, ZERO], [s, c, ZERO], [ZERO, ZERO, ONE]]
 }
@@ -60,7 +61,7 @@ pub(crate) fn product(a: &ExactMatrix, b: &ExactMatrix) -> ExactMatrix {
     a.map(|row| columns.map(|column| dot(row, column)))
 }
 
-/// Column c of a matrix.
+/// Column c of a 3 x 3 matrix.
 pub(crate) fn column(m: &ExactMatrix, c: usize) -> ExactVector {
     [0, 1, 2].map(|r| m[r][c])
 }

@@ -1,21 +1,21 @@
-//! Why there is no exact rank of a robot with loops.
+//! The reasons why the rank of a robot with loops cannot be determined exactly.
 
 use std::fmt;
 
-/// Why the rank of a robot with loops is known only numerically, although its loops are closed by a search in the field.
+/// The reason why the rank of a robot with loops is known only numerically and not from a finite field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoCertificate {
-    /// A joint turns by a factor that is no ratio of small integers.
+    /// A joint turns by a multiple of a variable, and the factor is no ratio of small integers.
     Ratio,
-    /// The equations of the loops have none of the forms that are solved in the field.
+    /// The closure equations of the loops have none of the forms for which there is a solution method in the field.
     OtherForm,
-    /// If lengths with the same symbol stay equal, the loops close in the field only with some length zero.
+    /// Because lengths with the same symbol stay equal, the loops close in the field only if some length is zero.
     EqualLengths,
-    /// The points that were found are singular: the coordinates do not determine the passive joints there.
+    /// All points found in the field are singular: the coordinates do not determine the passive joints there.
     Singular,
-    /// The points that were found have special lengths, or the loops do not move there.
+    /// The points found in the field have special lengths, or the loops do not move there.
     Overconstrained,
-    /// The loops have assemblies of several ranks, and no evaluated assembly has the numeric rank.
+    /// The loops have assemblies with different ranks, and no evaluated assembly has the numeric rank.
     OtherAssemblies,
 }
 

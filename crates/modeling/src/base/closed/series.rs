@@ -1,4 +1,4 @@
-//! Truncated power series over the field, and the evaluation of a function along a curve that is given by such series.
+//! Truncated power series over a finite field, and the evaluation of a function along a curve that is given by such series.
 //!
 //! Along a curve q(t) = q_0 + q_1 t + .. every polynomial function of q is a series in t. An angle is x(t) = x_0 + delta(t),
 //! where x_0 is a point of the circle. The coefficients of its cosine C(t) and its sine S(t) follow from those of delta,
@@ -14,7 +14,7 @@ use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 use crate::base::angles::GraphAngles;
 use crate::base::field::{Assignment, CirclePoint, P, Residue, times};
 
-/// The series a_0 + a_1 t + .., as its coefficients without trailing zeros; missing coefficients are zero.
+/// A power series a_0 + a_1 t + .., stored as its coefficients without trailing zeros; missing coefficients are zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub(crate) struct TaylorSeries(pub Vec<Residue>);
 
@@ -23,7 +23,7 @@ impl TaylorSeries {
         TaylorSeries(vec![x]).trimmed()
     }
 
-    /// The coefficient a_k.
+    /// The coefficient a_k of t^k.
     pub(crate) fn at(&self, k: usize) -> Residue {
         self.0.get(k).copied().unwrap_or_default()
     }
@@ -48,7 +48,7 @@ impl TaylorSeries {
         TaylorSeries(self.0.iter().map(|&x| -x).collect())
     }
 
-    /// The product, up to t^order.
+    /// The product of two series, up to t^order.
     fn times(&self, other: &TaylorSeries, order: usize) -> TaylorSeries {
         if self.0.is_empty() || other.0.is_empty() {
             return TaylorSeries::default();
@@ -63,7 +63,7 @@ impl TaylorSeries {
         TaylorSeries(product).trimmed()
     }
 
-    /// 1 / self, up to t^order; `None` if a_0 is zero.
+    /// The series 1 / self, up to t^order; `None` if the constant term is zero.
     fn inverse(&self, order: usize) -> Option<TaylorSeries> {
         let first = self.at(0);
         if first == Residue::ZERO {
@@ -81,8 +81,8 @@ impl TaylorSeries {
         Some(TaylorSeries(inverse).trimmed())
     }
 
-    /// Cosine and sine of the angle x_0 + self. `(cos, sin)` is the point of x_0; the constant term of self is ignored.
-    /// `reciprocals`: 1/k for k up to the order.
+    /// Cosine and sine of the angle x_0 + self, as series in t. `(cos, sin)` is the point of x_0; the constant term of self is
+    /// ignored. `reciprocals`: 1/k for k up to the order of the result.
     fn turned(&self, (cos, sin): CirclePoint, reciprocals: &[Residue]) -> (TaylorSeries, TaylorSeries) {
         let (mut c, mut s) = (vec![cos], vec![sin]);
         if self.0.len() > 1 {
@@ -101,7 +101,7 @@ impl TaylorSeries {
     }
 }
 
-/// [0, 1, 1/2, .., 1/order] in the field, from 1/k = -(P/k) / (P mod k).
+/// The reciprocals [0, 1, 1/2, .., 1/order] in the field modulo the prime P, from 1/k = -(P/k) / (P mod k).
 fn reciprocals(order: usize) -> Vec<Residue> {
     let mut all = vec![Residue::ZERO, Residue::ONE];
     for k in 2..=order as u64 {
@@ -112,35 +112,35 @@ fn reciprocals(order: usize) -> Vec<Residue> {
     all
 }
 
-/// The values of one input of a function along a curve.
+/// The values of one input of a function along a curve, as angle and as length.
 #[derive(Clone, Debug)]
 pub(crate) struct CurveInput {
-    /// The point of x_0/D: the angle at t = 0 divided by the common denominator D.
+    /// The point (cos, sin) of x_0/D: x_0 is the angle at t = 0, D the common denominator of its ratios.
     pub point: CirclePoint,
-    /// The common denominator D.
+    /// The common denominator D of the ratios with which this angle occurs.
     pub denominator: u128,
-    /// The value as a length, as a series in t; its terms from t on are also the increase of the angle.
+    /// The input as a length: a series in t. If it is an angle, the terms from t on are its change along the curve.
     pub value: TaylorSeries,
 }
 
 impl CurveInput {
-    /// A constant number that is not used as an angle.
+    /// An input that is constant along the curve and is not used as an angle.
     pub(crate) fn still(x: Residue) -> CurveInput {
         CurveInput { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: TaylorSeries::number(x) }
     }
 }
 
-/// The evaluation of a function along a curve, up to t^order.
+/// Evaluates a function along a curve, as power series up to t^order.
 pub(crate) struct SeriesAlgebra<'a> {
     graph: &'a Graph,
     angles: &'a GraphAngles,
     constants: &'a [Assignment],
-    /// Input symbol -> its values along the curve.
+    /// Input symbol of the function -> its values along the curve.
     inputs: &'a BTreeMap<Symbol, CurveInput>,
     order: usize,
     reciprocals: Vec<Residue>,
     turns: BTreeMap<Expr, (TaylorSeries, TaylorSeries)>,
-    /// Whether a division by zero occurred, or an input or an angle is not known. No value is valid then.
+    /// Whether a division by zero occurred, or an input or an angle is not known. If so, no value is valid.
     pub broken: bool,
 }
 
@@ -231,7 +231,7 @@ impl Algebra for SeriesAlgebra<'_> {
         inverse.map_or_else(TaylorSeries::default, |inverse| a.times(&inverse, self.order))
     }
     fn sqrt(&mut self, a: &TaylorSeries) -> TaylorSeries {
-        // The root of a named constant counts as another random constant; the cube of the constant serves as its value, as in the
+        // The square root of a named constant counts as another random constant. Its value is the cube of the constant, as in the
         // field algebra.
         self.broken |= a.0.len() > 1;
         TaylorSeries::number(a.at(0).power(3))
@@ -272,12 +272,12 @@ mod tests {
         let (c, s) = delta.turned(circle(&mut SplitMix(3)), &reciprocals(9));
         let one = c.times(&c, 9).plus(&s.times(&s, 9));
         assert_eq!(one, TaylorSeries::number(Residue::ONE));
-        // dS/dt = C d(delta)/dt.
+        // The derivatives must satisfy dS/dt = C d(delta)/dt; C, S: cosine and sine of the angle.
         let slope = |a: &TaylorSeries| TaylorSeries((1..a.0.len()).map(|k| Residue(k as u64) * a.0[k]).collect());
         assert_eq!(slope(&s), c.times(&slope(&delta), 8));
     }
 
-    /// cos(q/2)^2 - sin(q/2)^2 = cos(q) at each order of the curve.
+    /// Checks that cos(q/2)^2 - sin(q/2)^2 = cos(q) at each order of t along a curve.
     #[test]
     fn a_ratio_of_an_angle_turns_with_it() {
         let mut g = Graph::new();

@@ -1,8 +1,8 @@
-//! The variables of a robot with loops, and their known values in the field.
+//! The variables of a robot with loops (coordinates and passive variables), and their known values in a finite field.
 //!
-//! An angle x is a point of the circle. If joints turn by ratios n/d of x, the point of x/D is stored, where D is the common
-//! denominator, and a joint turns by the power D n/d of this point. A variable can be solved for as an angle only if its ratios
-//! are integers, because the field lacks the roots for other ratios.
+//! An angle x is a point (cos x, sin x) of the circle. If joints turn by ratios n/d of x, the point of x/D is stored, where D is
+//! the common denominator, and a joint turns by the power D n/d of this point. A variable can be solved for as an angle only if
+//! its ratios are integers, because the field lacks the roots for other ratios.
 
 use crate::base::angles::least_common_multiple;
 use crate::base::field::{CirclePoint, DIGITS, Residue, circle, short_ratio, times};
@@ -10,22 +10,23 @@ use crate::kinematics::loop_chain::ChainJoint;
 use random::SplitMix;
 use robot::JointKind;
 
-/// The constant properties of the variables: coordinates first, then passive variables.
+/// Constant properties of all variables of a robot: first the coordinates, then the passive variables.
 #[derive(Clone, Debug)]
 pub(crate) struct Variables {
-    /// Number of coordinates.
+    /// Number of coordinates; the remaining variables are passive.
     pub n: usize,
-    /// The common denominator D of each variable.
+    /// For each variable, the common denominator D of the ratios with which joints follow it.
     pub denominators: Vec<u128>,
     turns: Vec<bool>,
     slides: Vec<bool>,
 }
 
-/// An angle as pairs (variable k, exponent of the point of x_k/D_k).
+/// An angle as pairs (variable k, exponent of the point of x_k/D_k): the product of these powers is the point of the angle.
 pub(crate) type Powers = Vec<(usize, i128)>;
 
 impl Variables {
-    /// The properties of `total` variables, `n` of them coordinates. `None` if a joint turns by no ratio of small integers.
+    /// Makes the properties of `total` variables, `n` of them coordinates. `None` if the factor of a revolute joint is no ratio
+    /// of small integers.
     pub(crate) fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
         let mut all =
             Variables { n, denominators: vec![1; total], turns: vec![false; total], slides: vec![false; total] };
@@ -49,17 +50,18 @@ impl Variables {
         self.turns.len()
     }
 
-    /// Whether variable k only turns joints, by integer ratios, and slides none.
+    /// Whether variable k turns joints, only by integer ratios, and slides no joint.
     pub(crate) fn may_be_solved_as_angle(&self, k: usize) -> bool {
         self.turns[k] && !self.slides[k] && self.denominators[k] == 1
     }
 
-    /// Whether variable k only slides joints, and turns none.
+    /// Whether variable k slides joints and turns no joint.
     pub(crate) fn may_be_solved_as_length(&self, k: usize) -> bool {
         self.slides[k] && !self.turns[k]
     }
 
-    /// The angle of a revolute joint as pairs (variable k, exponent of the point of x_k/D_k); zero exponents are left out.
+    /// The angle of a revolute joint as pairs (variable k, exponent of the point of x_k/D_k); D_k: common denominator of the
+    /// variable's ratios. Zero exponents are left out.
     pub(crate) fn powers(&self, joint: &ChainJoint) -> Powers {
         let power = |&(k, c): &(usize, f64)| {
             let (n, d) = short_ratio(c, DIGITS).unwrap_or_default();
@@ -69,12 +71,12 @@ impl Variables {
     }
 }
 
-/// The values of the variables in the field, as far as they are known.
+/// The values of all variables in the finite field, as far as they are known.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// The point of x/D of each variable; `None` while it is unknown.
+    /// For each variable x, the point (cos, sin) of x/D, D its common denominator; `None` while it is unknown.
     pub points: Vec<Option<CirclePoint>>,
-    /// The value of each variable as a length; `None` while it is unknown.
+    /// The value of each variable as a length, in the field; `None` while it is unknown.
     pub lengths: Vec<Option<Residue>>,
 }
 
@@ -83,7 +85,7 @@ impl State {
         State { points: vec![None; total], lengths: vec![None; total] }
     }
 
-    /// Whether variable k is known, both as an angle and as a length.
+    /// Whether the value of variable k is known, both as an angle and as a length.
     pub(crate) fn knows(&self, k: usize) -> bool {
         self.points[k].is_some() && self.lengths[k].is_some()
     }
@@ -93,7 +95,7 @@ impl State {
         self.lengths[k] = Some(Residue::random(random));
     }
 
-    /// Draws variable k as an angle only; its length stays unknown.
+    /// Draws a random angle for variable k; its value as a length stays unknown.
     pub(crate) fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
         self.points[k] = Some(circle(random));
     }
@@ -108,7 +110,7 @@ impl State {
         self.lengths[k] = Some(length);
     }
 
-    /// The point of the sum of the known terms of an angle, and the unknown terms.
+    /// Splits an angle (pairs of variable and exponent): the point of the sum of its known terms, and its unknown terms.
     pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (CirclePoint, Powers) {
         let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
         for &(k, power) in powers {
@@ -121,13 +123,13 @@ impl State {
     }
 }
 
-/// The point of an angle times `power`, which may be negative.
+/// The point (cos, sin) of an angle times `power`, which may be negative.
 pub(crate) fn raised(point: CirclePoint, power: i128) -> CirclePoint {
     let (c, s) = times(point, power.unsigned_abs());
     if power < 0 { (c, -s) } else { (c, s) }
 }
 
-/// z = a/b, with the vectors a and b of the plane as complex numbers; `None` if |b|^2 = 0.
+/// Quotient z = a/b of two vectors of the plane as complex numbers; `None` if |b|^2 = 0.
 pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]> {
     let square = b[0] * b[0] + b[1] * b[1];
     if square == Residue::ZERO {
@@ -137,7 +139,7 @@ pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]>
     Some([(a[0] * b[0] + a[1] * b[1]) * scale, (a[1] * b[0] - a[0] * b[1]) * scale])
 }
 
-/// A point (c, s) of the circle with a c + b s = k; `other` selects the second of the two solutions. `None` if the field has no
+/// A point (c, s) of the circle with a c + b s = k. `other` selects the second of the two solutions. `None` if the field has no
 /// solution, or if a^2 + b^2 = 0.
 pub(crate) fn on_the_circle(a: Residue, b: Residue, k: Residue, other: bool) -> Option<CirclePoint> {
     let square = a * a + b * b;
@@ -169,7 +171,7 @@ mod tests {
             let z = quotient([a, b], [k, a]).unwrap();
             assert_eq!([z[0] * k - z[1] * a, z[0] * a + z[1] * k], [a, b]);
         }
-        // Half of all field elements have a square root.
+        // Half of all field elements have a square root, so about half of the 80 attempts succeed.
         assert!((20..60).contains(&found), "{found}");
     }
 

@@ -1,4 +1,4 @@
-//! A model's base regressor, with exact derivatives for the search of a motion.
+//! Base regressor of a model with exact derivatives, for the search of an exciting motion.
 
 use std::sync::Mutex;
 
@@ -11,13 +11,13 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// The base regressor of a model, compiled or not, and the derivatives of its function by reverse differentiation.
+/// The base regressor of a model, with derivatives of its function by reverse differentiation.
 pub(crate) struct RegressorSlope<'a> {
     model: &'a Model,
     slope: Slope,
 }
 
-/// The torques of a model with fixed numbers for its parameters, evaluated by a tape.
+/// The torques of a model with fixed parameter values, with derivatives by reverse differentiation.
 struct TorqueSlope {
     tapes: ThreadTapes,
     slope: Slope,
@@ -39,7 +39,7 @@ impl Slope {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
         let mut work = idle.unwrap_or_else(|| self.adjoint.workspace());
         self.adjoint.pull_back(states, weights, &mut work, gradient);
-        // If a panic poisoned the lock, the workspace is dropped.
+        // If a panic poisoned the lock, the workspace is dropped instead of being reused.
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(work);
         }
@@ -47,7 +47,7 @@ impl Slope {
 }
 
 impl<'a> RegressorSlope<'a> {
-    /// Fails if a loop of the robot is closed numerically: the function does not contain how the passive joints depend on q.
+    /// Fails if a loop is closed numerically, because the function then lacks the dependence of the passive joints on q.
     pub(crate) fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
             None => Ok(RegressorSlope { model, slope: Slope::new(&model.base_regressor) }),
@@ -92,8 +92,8 @@ impl DifferentiableRegressor for RegressorSlope<'_> {
         self.slope.pull_back(states, weights, gradient);
     }
 
-    /// Standard parameters give the same torques if those with a column in the base regressor have the values of the base
-    /// parameters and all others are zero.
+    /// Uses the torque function of standard parameters: each base parameter is written to the standard parameter of its column,
+    /// all others are zero. This gives the same torques.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_> {
         let mut standard = vec![0.0; self.model.parameters.standard.len()];
         self.model.parameters.base.iter().zip(parameters).for_each(|(base, x)| standard[base.column] = *x);

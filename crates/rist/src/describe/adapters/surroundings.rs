@@ -1,4 +1,4 @@
-//! Gaps between the bodies of a model, and from them to floors and walls, for the search and the proof of a motion.
+//! Gaps between the bodies of a model, and from bodies to floors and walls. The search and the proof of a motion use them.
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -25,24 +25,24 @@ pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     /// The gaps, in a fixed order.
     pub(crate) gaps: Vec<Gap>,
-    /// Requirements that the gaps do not cover.
+    /// Requirements that no gap covers, each with its reason.
     pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// Number of random poses by which it is decided which pairs of links always touch. Such pairs are not checked.
+/// Number of random poses that decide which pairs of links always touch. Such pairs are not checked.
 const SAMPLED_POSES: u64 = 1000;
-/// Seed of these random poses. The poses depend on the description alone, so a motion file cannot change which pairs are
-/// checked.
+/// Seed of the random poses that decide which pairs of links always touch. They depend only on the description, so a motion
+/// file cannot change which pairs are checked.
 const POSES_SEED: u64 = 39;
-/// A coordinate without limits is sampled from minus this value to plus this value: rad for a turning joint, m for a sliding
-/// one.
+/// Positions of a coordinate without limits are drawn from minus this value to plus this value: rad for a revolute joint, m for
+/// a prismatic joint.
 const UNLIMITED_HALF_RANGE: (f64, f64) = (std::f64::consts::PI, 0.25);
 /// Number of instants of a motion at which the lowest point is searched.
 const LOWEST_POINT_INSTANTS: u32 = 2000;
 
 impl RobotSurroundings {
-    /// The gaps that `user` requires of the model. `own`: the requirements in the motion's own file, which can only be tighter.
-    /// `limits`: one per coordinate, already narrowed by `margins`.
+    /// Builds the gaps that the user's limits `user` require. `own`: the limits in the motion's own file, which can only be
+    /// stricter. `limits`: one per coordinate, already narrowed by `margins`.
     ///
     /// Fails if `user` names a link that does not exist, has a wall without direction, or asks for a distance that the robot
     /// cannot keep. Fails also if nothing bounds how far an error of a joint (`margins`) moves a body.
@@ -56,8 +56,8 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// Does what [`RobotSurroundings::new`] does. `assumes_floor`: the plane of the base is the floor, if no file says
-    /// otherwise.
+    /// Does what [`RobotSurroundings::new`] does. If `assumes_floor` is set and no file gives a floor, the floor is the plane
+    /// of the base.
     pub(crate) fn on_floor(
         model: &Model,
         user: &SpaceLimits,
@@ -100,7 +100,7 @@ impl RobotSurroundings {
         })
     }
 
-    /// The largest extent of a body beyond the hull of its mesh, m, and the link of this body.
+    /// Largest distance by which a body exceeds the hull of its mesh, m, and the link of this body. `None` without meshes.
     pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
     }
@@ -139,7 +139,7 @@ impl RobotSurroundings {
         self.clearance.moved_by(gap)
     }
 
-    /// These surroundings for a proof; `None` if there are no gaps.
+    /// Returns these surroundings for the proof of a motion; `None` if there are no gaps.
     pub(crate) fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }
@@ -162,8 +162,8 @@ impl Surroundings for RobotSurroundings {
     }
 }
 
-/// The poses and moving coordinates from which the default floor and the always touching pairs of links are decided: rest pose
-/// and zero pose, as near to zero as the limits allow, and random poses within the limits of the description.
+/// Poses for two decisions: the height of the default floor, and which pairs of links always touch. They are the rest pose and
+/// the zero pose (moved into the limits), and random poses within the limits of the description.
 fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     let place = |k: usize| {
         let half = if model.regressor().is_prismatic(k) { UNLIMITED_HALF_RANGE.1 } else { UNLIMITED_HALF_RANGE.0 };
@@ -184,8 +184,8 @@ fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     }
 }
 
-/// Largest position errors of the bodies that the margins of joints and bodies allow. Fails if a sliding joint with a margin
-/// has no limits of position.
+/// Largest position error of each body if joints and bodies have the errors in `margins`. Fails if a sliding joint with a
+/// margin has no limits of position.
 fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargins) -> Result<BodyErrors, String> {
     let names = model.regressor().coordinates();
     let joints = margins.of_joints(names);
@@ -198,7 +198,7 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user asked for the requirement `matter`, which the gaps do not cover.
+/// Whether the user asked for the requirement `matter`. No gap covers it.
 fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
         LeftOutTopic::Distance => user.distance.is_some(),
@@ -212,7 +212,7 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<ClearanceRules
     let numbered = |what: &str, k: usize, count: usize| {
         if count == 1 { format!("the {what}") } else { format!("{what} {}", k + 1) }
     };
-    // A requirement in the motion's file counts only if it is at least as strict as the user's.
+    // A limit in the motion's file counts only if it is at least as strict as the user's limit.
     let space = own.map_or_else(|| user.clone(), |own| own.held_to(user));
     let mut half_spaces = Vec::new();
     for (k, wall) in space.walls.iter().enumerate() {
@@ -223,8 +223,7 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<ClearanceRules
         let sides = HalfSpace::sides_of_box(&numbered("box", k, space.boxes.len()), cell.low, cell.high)?;
         half_spaces.extend(sides.into_iter().map(|side| HalfSpace { links: cell.links.clone(), ..side }));
     }
-    // The user's floor has priority. Otherwise the floor is the plane of the base, at the height in the motion's file if it has
-    // one.
+    // The user's floor has priority. Otherwise the floor is the plane of the base, or the height that the motion's file gives.
     let floor = match space.floor {
         Some(Floor::At(height)) => FloorRule::At(height),
         Some(Floor::Word(_)) => FloorRule::Nowhere,

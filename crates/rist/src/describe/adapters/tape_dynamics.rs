@@ -1,6 +1,7 @@
 //! Inertia matrix A and bias torque h of a robot, evaluated by tapes.
 //!
-//! The regressor Y also gives A and h, by n + 1 evaluations; the functions derived for A and h take a tenth of that time.
+//! A and h could also be computed from the regressor Y, with n + 1 evaluations of Y. The functions derived for A and h take a
+//! tenth of that time.
 
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use expr::Tape;
@@ -80,7 +81,8 @@ mod tests {
                 let (found, expected) = (of(tapes.as_ref(), &q, &dq), of(&regressor, &q, &dq));
                 for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
                     let largest = expected.abs().max(1.0);
-                    // Rounding of sums of a few hundred terms of order one; the regressor's A is a difference of torques.
+                    // Tolerance: rounding of sums of a few hundred terms of order one, since A by the regressor is a difference
+                    // of torques.
                     assert!((found - expected).abs() < 1e-10 * largest, "{name}: {found} {expected}");
                 }
             }

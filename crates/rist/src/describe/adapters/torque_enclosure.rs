@@ -47,7 +47,7 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         let nodes = self.function.graph().nodes();
         let mut values = vec![Jet::constant(Interval::ZERO); nodes.len()];
         let constants = self.values.iter().map(|x| Jet::constant(Interval::point(*x)));
-        // The inputs in their order: q, dq, ddq, then the standard parameters, which are intervals of width zero.
+        // Values of the inputs in their order: q, dq, ddq, then the standard parameters, which are intervals of width zero.
         let given = q.iter().chain(dq).chain(ddq).copied().chain(constants);
         for (e, jet) in self.function.inputs.iter().flat_map(|i| &i.entries).zip(given) {
             values[e.node()] = jet;
@@ -90,7 +90,7 @@ mod tests {
         let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
         let model = Model::read(format!("{models}/ur5.urdf")).unwrap();
         let described = model.nominal_parameters().unwrap();
-        // Both formulas give the same torques.
+        // Both forms of the function, tau(X_standard) and Y X, must enclose the same torques.
         for enclosure in [TorqueEnclosure::new(&model), TorqueEnclosure::identified(&model, &described)] {
             hold(&model, &enclosure.unwrap(), &described);
         }

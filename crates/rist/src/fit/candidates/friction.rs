@@ -26,8 +26,8 @@ use crate::fit::search::{
     Decisions, Evidence, Fitted, KeptParameters, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO,
 };
 
-/// Proposes the friction terms of the request. If it says `auto`, they are chosen here. Friction that grows with the load also
-/// gets the parameters that predict the load.
+/// Proposes the friction terms of the request, or chooses them if the request says `auto`. Friction that grows with the load
+/// also gets the base parameters that predict the load.
 pub(crate) fn asked_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request, kept) = (tried.model, tried.asked.logs, tried.asked.request, tried.asked.kept);
     let (mut options, mut found) = (tried.options.clone(), Decisions::default());
@@ -45,14 +45,14 @@ pub(crate) fn asked_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
     Ok(Some(Proposal::given(options, found)))
 }
 
-/// If the request does not mention friction: proposes additional terms of single joints, if they reduce the error on held-out
-/// data by far, and much more than any fault of the log that explains the residual.
+/// Proposes additional friction terms of single joints, if the request does not mention friction. They must lower the error on
+/// held-out data by far, and much more than any log fault that would explain the residual.
 pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs) = (tried.model, tried.asked.logs);
     if !tried.asked.request.leaves_friction_open() {
         return Ok(None);
     }
-    // Logs that are too long for memory would have to be read again.
+    // Logs that are too long for memory are skipped, because they would have to be read again.
     if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
         let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
                         ([friction=auto] looks for it)";
@@ -62,7 +62,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
     let mut options = tried.options.clone();
     let Fitted { fit, faults } = tried.fitted()?;
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
-    // If a joint moves too little to identify its friction, additional terms would fit the noise of this log.
+    // If a joint moves too little to identify its viscous and Coulomb friction, additional terms would fit noise.
     let coordinates = model.regressor().coordinates();
     let is_weak = |name: &String| {
         let ids = [FrictionParameter::Viscous, FrictionParameter::Coulomb].map(|f| ParameterId::friction(f, name));
@@ -75,8 +75,8 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
     let found = found_joint_terms(model, logs, load, &speed, &mut options, fit.of_rows())?;
     let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
-    // A fault has one parameter, the terms have several: so the logarithm of their error ratio has to be twice the logarithm
-    // for any fault.
+    // A log fault has one parameter, the friction terms have several. So the logarithm of the error ratio must be twice as
+    // large for the terms as for any fault.
     let of_faults = faults.iter().filter_map(HypothesisTest::gain).fold(1.0, f64::min);
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
     let sentence = format!(
@@ -94,7 +94,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
     }))
 }
 
-/// Words for a friction term, for a sentence to the user.
+/// Names a friction term in a sentence to the user.
 fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
     match term {
         FrictionTerm::At(number, term) => term.sentence(&coordinates[number - 1]),
@@ -102,7 +102,7 @@ fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
     }
 }
 
-/// Chooses the set of terms for all joints with the smallest error on held-out data, and writes it into the options.
+/// Chooses the friction terms for all joints by the smallest error on held-out data, and writes them into the options.
 ///
 /// Fails if a log cannot be read.
 fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
@@ -115,14 +115,14 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     Ok(selection)
 }
 
-/// Whether the friction of some joint grows with its load.
+/// Whether a friction term in the options grows with the load of its joint.
 fn grows_with_load(options: &Options) -> bool {
     options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
 }
 
-/// Results of a fit without friction that grows with the load, from which this load is predicted.
+/// Results of a fit without load-dependent friction. The load is predicted from them.
 struct Predicted {
-    /// The base parameters that predict the load.
+    /// The base parameters from which the load (torque) of each joint is predicted.
     load: Vec<f64>,
     /// The largest speed of each joint, rad/s or m/s.
     speed: Vec<f64>,
@@ -153,9 +153,9 @@ fn predicted_load(
     Ok(Predicted { load: load[..model.regressor().parameters().len()].to_vec(), speed, x, robust })
 }
 
-/// Chooses additional terms of single joints, and writes them into the options. `load`: the base parameters that predict the
-/// load; `speed`: the largest speed of each joint, rad/s or m/s; `robust_rows`: parameters of a robust fit and weights of its
-/// rows.
+/// Chooses additional friction terms of single joints, and writes them into the options. `load`: the base parameters that
+/// predict the load; `speed`: the largest speed of each joint, rad/s or m/s; `robust_rows`: parameters and row weights of a
+/// robust fit.
 fn found_joint_terms(
     model: &Model,
     logs: &[LogSource],

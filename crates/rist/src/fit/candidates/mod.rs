@@ -1,4 +1,4 @@
-//! Candidates of the search for the best variant of model and options: one decision per file.
+//! Candidates of the search for the best model and options, one decision per file.
 
 pub(crate) mod delay;
 pub(crate) mod friction;

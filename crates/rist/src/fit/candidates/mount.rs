@@ -1,4 +1,4 @@
-//! Finds a small tilt of the base that the description does not have: kept if held-out data are predicted better with it.
+//! Finds a small tilt of the base relative to the description. It is kept if it lowers the error on held-out data.
 
 use std::f64::consts::PI;
 
@@ -17,11 +17,11 @@ use crate::fit::search::{
 };
 use crate::request::{SamplesRequest, UnknownKind};
 
-/// Largest tilt that counts as an error of the fixture. For a larger tilt, the log check searches another mount.
+/// Largest tilt that counts as an error of the fixture, rad. For larger tilts, the log check searches another mount.
 const LARGEST_TILT_RAD: f64 = 15.0 * PI / 180.0;
 
 /// Proposes the direction of gravity that the fit identifies. `None` if the user gives the mount, or if the tilt is not
-/// significant.
+/// significant or too large.
 pub(crate) fn mount(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, asked) = (tried.model, tried.asked);
     let is_free = model.description.as_ref().is_none_or(|description| description.base.is_none());
@@ -35,7 +35,7 @@ pub(crate) fn mount(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     }
     let without = error(model, fitted, &options);
     let request = SamplesRequest { unknowns: vec![UnknownKind::Mount], ..asked.request.clone() };
-    // If the base parameters or the fit fail with the tilt, it is not taken; the claim names it.
+    // No tilt is proposed if the base parameters or the fit fail with it.
     let Ok(unknowns) = Unknowns::find(model, asked.logs, &request) else { return Ok(None) };
     let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
     let [from, to] = [model, &turned].map(|model| Vector3::from(model.robot.gravity_number()));
@@ -69,7 +69,7 @@ pub(crate) fn mount(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     Ok(Some(proposal))
 }
 
-/// Relative error of a fit on held-out data.
+/// Relative torque error of a fit on held-out segments of its logs.
 fn error(model: &Model, Fitted { fit, .. }: &Fitted, options: &Options) -> f64 {
     cross_validate(&options.linear_model(model.regressor()), &fit.observation, options.weights).total
 }

@@ -1,11 +1,12 @@
-//! Restricts the parameters to physically possible bodies if the logs are poor: least squares then fits weakly identified
-//! parameters to the noise, and predicts other motions badly.
+//! Restricts the parameters to physically possible bodies if the logs are poor. Otherwise least squares would fit weakly
+//! identified parameters to the noise and predict other motions badly.
 //!
-//! A log is poor if the error of least squares on held-out data is much larger than on the fitted data, or about as large as
-//! the error of the description (noise then dominates). Possible bodies are kept if they predict held-out quarters of the
-//! record better, in the first case by far. Measured errors on another motion, without -> with possible bodies: 0.501 -> 0.177
-//! (KUKA KR300, a fit to log B predicts log A), 0.114 -> 0.064 (cobot6, a fit to log 1 predicts log 2). A fit to A would
-//! predict B with 0.144 instead of 0.351, but the held-out quarters of A worse: not kept.
+//! A log is poor if the error of least squares on held-out data is much larger than on the fitted data. It is poor too if that
+//! error is about as large as the error of the description, because noise then dominates. The restriction is kept if it lowers
+//! the error on held-out quarters of the record, in the first case by far. Measured errors on another motion, without -> with
+//! the restriction: 0.501 -> 0.177 (KUKA KR300, fitted to log B, predicts log A), 0.114 -> 0.064 (cobot6, fitted to log 1,
+//! predicts log 2). Counterexample: a fit to log A would predict B with 0.144 instead of 0.351, but its error on held-out
+//! quarters is larger, so the restriction is not kept.
 
 use identification::estimate::consistent::errors_on_quarters;
 use identification::estimate::identify::Fit;
@@ -19,13 +20,13 @@ use crate::fit::search::{
     Decisions, Evidence, Fitted, KeptParameters, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO,
 };
 
-/// A log is poor if the error on held-out tenths, divided by the error of the fit, is at least this value. Rich logs of a UR10e
-/// have 1.09 to 1.12; a log of five harmonics, which predicts other motions worse, has 1.17.
+/// A log is poor if the error on held-out tenths of the log, divided by the error of the fit, is at least this value. Rich logs
+/// of a UR10e have 1.09 to 1.12. A log of five harmonics has 1.17, and its fit predicts other motions worse.
 const POOR_ERROR_RATIO: f64 = 1.15;
-/// Noise dominates if the error of the description with fitted friction, divided by the error on held-out tenths, is at most
-/// this value.
+/// Noise dominates if the error of the description with fitted friction, divided by the fit's error on held-out tenths of the
+/// log, is at most this value.
 const NOISY_ERROR_RATIO: f64 = 1.1;
-/// Largest number of coordinates for which possible bodies are tried: with more, the solver takes too long.
+/// Largest number of coordinates for which physically possible bodies are tried. With more, the solver takes too long.
 const MOST_COORDINATES: usize = 12;
 
 /// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to their residual.
@@ -34,8 +35,8 @@ pub(crate) fn nominal_error(model: &Model, fit: &Fit, options: &Options, paramet
     nominal_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
 }
 
-/// Proposes the fit with physically possible bodies. `None` if the log is rich, if a quarter cannot be fitted, or if the
-/// request decides.
+/// Proposes a fit with physically possible bodies. `None` if the log is rich, if a quarter of the record cannot be fitted, or
+/// if the request already decides about the bodies.
 pub(crate) fn possible_bodies(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, options) = (tried.model, tried.options.clone());
     if tried.asked.kept != KeptParameters::All || model.robot.n_coordinates() > MOST_COORDINATES {

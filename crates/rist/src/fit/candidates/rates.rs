@@ -1,10 +1,11 @@
-//! Replaces velocity and acceleration columns that are not the derivatives of the positions by such derivatives.
+//! Replaces velocity and acceleration columns of a log by derivatives of the positions, if the columns contradict the
+//! positions.
 
 use crate::error::Error;
 use crate::fit::search::{Decisions, Proposal, TriedVariant};
 use crate::fit::signal_sources::sources;
 
-/// Proposes derivatives of the positions for the velocity and acceleration columns that the log check rejects.
+/// Proposes derivatives of the positions instead of the velocity and acceleration columns that the log check rejects.
 pub(crate) fn rates(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let mut options = tried.options.clone();
     let sentences = sources(&tried.looked()?.log_check, &mut options);

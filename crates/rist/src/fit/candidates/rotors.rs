@@ -1,5 +1,5 @@
-//! Adds rotor inertias that a description does not give, if held-out data are predicted better with them, or if one of them is
-//! significant.
+//! Adds rotor inertias that a description does not give. They are kept if they lower the error on held-out data, or if one of
+//! them is significant.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;
@@ -10,8 +10,8 @@ use crate::error::Error;
 use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO};
 use crate::fit::undetermined::{lack, may_lack_rotors, rotating};
 
-/// Proposes rotor inertias of all joints, if the errors on held-out data are smaller with them. If they are rejected, the rows
-/// without them are kept for the fit.
+/// Proposes rotor inertias of all joints, if they lower the error on held-out data. If they are rejected, the fit uses the rows
+/// without rotor columns, which are already computed.
 pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     if !may_lack_rotors(model) {
@@ -35,8 +35,8 @@ pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, E
     proposal(tried, evidence, sentence)
 }
 
-/// Proposes rotor inertias of all joints, if one of them is significant in the fit, although the errors on held-out data hardly
-/// fall.
+/// Proposes rotor inertias of all joints, if one of them is significant in the fit and they lower the error on held-out data at
+/// all.
 pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     let fitted = tried.fitted()?;
@@ -55,7 +55,7 @@ pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<
     proposal(tried, evidence, sentence)
 }
 
-/// Proposes the model with rotors, which is derived anew; `None` if the evidence is too weak.
+/// Proposes the model with rotor inertias, derived again; `None` if the evidence is too weak.
 fn proposal(tried: &TriedVariant<'_>, evidence: Evidence, sentence: String) -> Result<Option<Proposal>, Error> {
     if !evidence.is_enough() {
         return Ok(None);

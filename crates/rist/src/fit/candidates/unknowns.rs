@@ -1,15 +1,15 @@
-//! Identifies unknowns in addition to the parameters: mount, encoder zeros, torque scales, springs.
+//! Identifies unknowns in addition to the parameters: mount of the base, encoder zeros, torque scales, springs.
 //!
 //! Method: Gauss-Newton. The model and the options hold a guess of the unknowns. A step of
 //! [`step`](identification::estimate::claims::unknowns::step) estimates the error of the guess, and the logs are evaluated
-//! again with the corrected guess. This repeats until each step is below a tenth of its standard deviation. The final
-//! identification is an ordinary one with the unknowns found; its standard deviations include the uncertainty of the unknowns.
+//! again with the corrected guess. This repeats until each step is below a tenth of its standard deviation. Then an ordinary
+//! identification uses the unknowns found, and its standard deviations include their uncertainty.
 //!
-//! The mount is described by the direction of gravity in the frame of the base: a unit vector, with two small rotations across
-//! it as unknowns ([`axes`]), since roll and pitch are singular for an arm on a wall. Roll and pitch are computed from the
-//! direction and rounded to the printed digits, so that the printed line gives exactly this model. A spring is kept if it is at
-//! least [`FOUND_FAULT_SIGMAS`] standard deviations from zero: otherwise the least significant one is removed, and the search
-//! is repeated.
+//! The mount is given by the direction of gravity in the frame of the base: a unit vector. The unknowns are two small rotations
+//! about axes perpendicular to it ([`axes`]), because roll and pitch are singular for an arm on a wall. Roll and pitch are
+//! computed from the direction and rounded to the printed digits, so that the printed option gives exactly this model. A spring
+//! is kept if it is at least [`FOUND_FAULT_SIGMAS`] standard deviations from zero. Otherwise the least significant spring is
+//! removed, and the search is repeated.
 
 use identification::estimate::claims::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis, UndeterminedMechanics};
 use identification::estimate::claims::unknowns::{UnknownStep, ZERO_PRIOR_RAD, step};
@@ -32,22 +32,22 @@ use crate::fit::search::{FitQuestion, KeptParameters, TriedVariant, VariantPropo
 use crate::fit::undetermined::with_undetermined;
 use crate::request::{SamplesRequest, UnknownKind, WordChoice};
 
-/// Largest number of steps; errors of 30 degrees took five.
+/// Largest number of Gauss-Newton steps. Initial errors of 30 degrees took five.
 const MOST_STEPS: usize = 12;
 /// A step below this share of its standard deviation counts as zero: the iteration then ends.
 const SETTLED_SHARE: f64 = 0.1;
-/// A step below this share of the unknown (1, or the spring's stiffness) counts as zero, if the log has no noise: it is the
-/// rounding of a derivative by differences.
+/// For a log without noise: a step below this share of the unknown (1, or the spring's stiffness) counts as zero, because
+/// derivatives by differences have rounding errors.
 const ROUNDED_STEP_SHARE: f64 = 1e-6;
 /// Largest step of an angle for which the linearisation is good enough, rad; larger steps are cut to it.
 const LARGEST_ANGLE_STEP_RAD: f64 = 0.5;
 /// Largest relative step of a scale for which the linearisation is good enough; larger steps are cut to it.
 const LARGEST_SCALE_STEP: f64 = 0.5;
 
-/// The decisions that are taken before a fit in which unknowns are tested.
+/// Decisions made before the fit in which unknowns are tested.
 pub(crate) const BEFORE_THE_FIT: [VariantProposer; 4] = [gains, rates, rotors, delay];
 
-/// The values of the unknowns that are assumed until the next step.
+/// The assumed values of the unknowns, which each Gauss-Newton step corrects.
 struct Guess {
     /// Gravity in the frame of the base, m/s^2.
     gravity: Vector3<f64>,
@@ -72,7 +72,8 @@ impl Guess {
         }
     }
 
-    /// Corrects the guess by `steps`. `gravity`: the vector with which the steps were computed, m/s^2 in the frame of the base.
+    /// Corrects the guess by `steps`. `gravity`: the gravity vector with which the steps were computed, m/s^2 in the frame of
+    /// the base.
     fn take(&mut self, steps: &[UnknownStep], gravity: Vector3<f64>) {
         let mut turn = Vector3::zeros();
         for UnknownStep { of, identified, .. } in steps {
@@ -109,7 +110,7 @@ impl Guess {
         true
     }
 
-    /// Whether a step is negligible compared with its standard deviation or with rounding.
+    /// Whether a step is below a tenth of its standard deviation, or below rounding.
     fn is_settled(&self, step: &UnknownStep) -> bool {
         let Some((by, deviation)) = step.identified else { return true };
         let scale = if let Hypothesis::Spring(k) = step.of { self.springs[k].abs() } else { 1.0 };
@@ -140,8 +141,8 @@ impl Guess {
         rounded_rpy(&base(model, &self.gravity), 7)
     }
 
-    /// Repeats steps until one is negligible. Returns the last step of each unknown, and whether these steps were negligible.
-    /// `described`: the zeros of the description, rad or m.
+    /// Repeats Gauss-Newton steps until they are negligible. Returns the last step of each unknown, and whether it was
+    /// negligible. `described`: the encoder zeros of the description, rad or m.
     ///
     /// Fails if a log cannot be read.
     fn settle(
@@ -177,7 +178,7 @@ impl Guess {
     }
 }
 
-/// The result for the unknowns that a request asks for.
+/// The identified unknowns of a request.
 pub(crate) struct Unknowns {
     /// The model with the identified mount; `None` if the mount was not an unknown.
     pub model: Option<Model>,
@@ -199,8 +200,8 @@ impl Unknowns {
         let turns = request.unknowns.contains(&UnknownKind::Mount);
         let mut guess = Guess::of(model, request);
         if turns {
-            // A step is accurate only for small rotations: so the guess starts at the direction of gravity with which the
-            // described bodies fit best.
+            // A Gauss-Newton step is accurate only for small rotations. Therefore the guess starts at the direction of gravity
+            // with which the described bodies fit best.
             let mut options = guess.request(request).options();
             drive_gains(model, logs, &request.gain, &mut options)?;
             let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -252,7 +253,7 @@ fn kind(of: &Hypothesis) -> Option<UnknownKind> {
 /// A sentence on each kind of unknown: the values found, and the option that sets them.
 fn remarks(model: &Model, guess: &Guess, steps: &[UnknownStep], unknowns: &[UnknownKind]) -> Vec<String> {
     let of_kind = |unknown: UnknownKind| {
-        // Identifiable rotations of gravity are shown together, as a direction.
+        // Identifiable rotations of gravity are printed as one direction, so they are not listed one by one.
         let is_shown = |s: &&UnknownStep| {
             kind(&s.of) == Some(unknown) && (unknown != UnknownKind::Mount || s.identified.is_none())
         };

@@ -14,7 +14,6 @@ use crate::inertial::Pose;
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
-/// A body of the model.
 pub(super) struct MjcfBody<'a> {
     pub name: String,
     pub element: &'a MjcfElement,

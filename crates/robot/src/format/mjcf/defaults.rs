@@ -89,7 +89,7 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// The element without defaults.
+    /// A view of an element that ignores the defaults of its class.
     pub(super) fn bare(element: &'a MjcfElement) -> View<'a> {
         View { element, default: None }
     }

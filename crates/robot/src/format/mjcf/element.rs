@@ -13,7 +13,7 @@ use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml::document;
 
-/// Largest depth of nested elements; no real robot needs more. The readers of elements are recursive.
+/// Largest depth of nested elements; no real robot needs more. It bounds the recursion of the functions that read elements.
 const MAX_ELEMENT_DEPTH: usize = 300;
 /// Largest total size of all included files, bytes.
 const MAX_INCLUDED_BYTES: u64 = 16 << 20;

@@ -1,7 +1,8 @@
 //! Reads the joints of the bodies: hinges and slides, each about a point and an axis of its body.
 //!
-//! Several joints of one body are in series; the first is nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ... Between two
-//! consecutive joints there is a massless link. The position of a joint equals its `ref` at the pose in the file.
+//! Several joints of one body are in series; the first is nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ... T: pose of the
+//! body in its parent; T_0: its pose in the file; M_i: motion of joint i. Between two consecutive joints there is a massless
+//! link. The position of a joint equals its `ref` at the pose in the file.
 
 use super::bodies::MjcfBody;
 use super::compiler::{Compiler, direction};
@@ -28,7 +29,7 @@ pub(super) struct MjcfJoint<'a> {
     pub armature: f64,
 }
 
-/// The note if `damping` has several numbers.
+/// Text of the note on a joint with several numbers in `damping`.
 pub(super) const POLYNOMIAL_DAMPING: &str = "is damped by a polynomial of its speed; the first coefficient is read";
 
 /// All joints of the model, and the bodies relative to the frames of these joints.

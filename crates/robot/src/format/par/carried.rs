@@ -23,7 +23,7 @@ const PARALLEL_SINE: f64 = 1e-12;
 pub(super) struct LumpedFrames {
     /// Number of the link that carries each frame; zero for the base.
     pub link: Vec<usize>,
-    /// For each frame, the twins between the frame and its link, the nearest first, as indices from zero.
+    /// For each frame, the twin frames between it and its link, as indices from zero; the twin nearest to the frame is first.
     pub through: Vec<Vec<usize>>,
 }
 
@@ -105,7 +105,7 @@ mod tests {
         ModifiedDh { gamma, b, alpha, d, theta, r }
     }
 
-    /// One placement equals the product of two: if any one of the groups is the identity, and if none is.
+    /// The single placement equals the product of the two placements, whether or not one of the three groups is the identity.
     #[test]
     fn two_placements_are_one() {
         let a = [0.3, 0.2, 0.7, 0.4, -0.5, 0.6];

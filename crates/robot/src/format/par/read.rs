@@ -157,7 +157,7 @@ struct Frames {
 /// The keys of the lists with the geometry of the frames.
 const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
-/// The variables of the joints, in the order of q.
+/// Names of the joint variables, in the order of q: first the coordinates, then the passive coordinates.
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,

@@ -6,7 +6,7 @@ use crate::format::node::{DescriptionFile, Node, NodeValue};
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// What a list has one item for: each frame, each link, each joint, or each axis; or the 16 entries of a matrix.
+/// The objects for which a list has one item each: frames, links, joints or axes. `Sixteen`: the 16 entries of a matrix.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Per {
     Frame,
@@ -16,7 +16,7 @@ enum Per {
     Sixteen,
 }
 
-/// The keys of lists, grouped by what they have one item for.
+/// The keys of lists, grouped by the objects for which a list has one item each.
 const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Frame, "ant sigma mu gamma b alpha d theta r"),
     (Per::Link, "XX XY XZ YY YZ ZZ MX MY MZ M IA FV FS FX FY FZ CX CY CZ"),
@@ -25,7 +25,7 @@ const LIST_KEYS: [(Per, &str); 5] = [
     (Per::Sixteen, "Z"),
 ];
 
-/// All keys of lists, each with what the list has one item for.
+/// All keys of lists, each with the objects for which the list has one item each.
 fn list_keys() -> impl Iterator<Item = (&'static str, Per)> {
     LIST_KEYS.into_iter().flat_map(|(per, keys)| keys.split_whitespace().map(move |key| (key, per)))
 }

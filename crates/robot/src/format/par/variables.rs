@@ -58,7 +58,7 @@ pub(super) fn own_variables(
                     return Err(source.at(mover.variable, message));
                 }
                 ([], _) => None,
-                // A joint that follows others may contain an additional name: a constant angle.
+                // The expression of a joint that follows other joints may contain an additional name: a constant angle.
                 ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
                 ([name], _) => Some((*name).clone()),
                 _ => match numbered() {

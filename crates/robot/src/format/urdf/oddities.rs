@@ -169,8 +169,8 @@ mod tests {
         }
     }
 
-    /// No findings: a full turn, leading blanks, a continuous joint, and limits that are all zero (the reader adds a
-    /// note on them).
+    /// These texts give no findings: a full turn, leading blanks, a continuous joint, and limits that are all zero (the reader
+    /// adds a note on such limits).
     #[test]
     fn what_is_usual_is_not_told() {
         for (old, new) in [

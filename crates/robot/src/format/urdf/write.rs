@@ -237,7 +237,7 @@ fn unique(names: impl Iterator<Item = String>, taken: &str) -> Vec<String> {
     all.split_off(1)
 }
 
-/// Replaces characters that XML forbids by underscores, and line breaks too, because XML reads them as blanks.
+/// Replaces control characters (also line breaks, which XML reads as blanks) and characters that XML forbids by underscores.
 fn carried(name: &str) -> String {
     name.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { '_' } else { c }).collect()
 }

@@ -325,7 +325,7 @@ mod tests {
         }
     }
 
-    /// Values in the form in which Python 3 prints them.
+    /// Each expected text is the value as Python 3 prints it.
     #[test]
     fn expressions_are_those_of_python() {
         for (text, printed) in [

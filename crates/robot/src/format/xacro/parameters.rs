@@ -6,7 +6,7 @@ use crate::format::shown::shown;
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether the value is taken from the name with the same spelling in the scope of the caller, if there is one.
+    /// Whether the parameter gets the caller's value of the same name (`^`), if the caller has a value with this name.
     pub forwards: bool,
     pub default: Option<String>,
 }

@@ -44,7 +44,7 @@ pub(super) struct Convention {
     millimetres: bool,
 }
 
-/// The values of the key `convention`. Those after the third are other names of the table `denavit-hartenberg`.
+/// The values of the key `convention`. The values after the third are other names of the table `denavit-hartenberg`.
 const CONVENTIONS: [(&str, DhTable); 7] = [
     ("khalil-kleinfinger", DhTable::KhalilKleinfinger),
     ("craig", DhTable::Craig),

@@ -1,8 +1,8 @@
 //! Reads the numbers of a record batch (a group of rows) of an Arrow table.
 //!
-//! A batch has one node for every column and for each child of a column; the node contains the length. It also has buffers:
-//! validity of the rows, one bit each; then numbers, or the offsets of lists. A missing number becomes NaN. Buffers may be
-//! compressed; then each starts with its uncompressed length.
+//! A batch has a node (its length) for every column and for each child of a column. It also has buffers: one bit per row for its
+//! validity; then numbers, or the offsets of lists. A missing number becomes NaN. A buffer may be compressed; then it starts with
+//! its uncompressed length.
 
 use std::borrow::Cow;
 
@@ -14,10 +14,10 @@ use logs::reading::Compression;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS};
 use logs::reading::{NumberType, Numbers};
 
-/// Memory per list while it is read, bytes: its range, and its range if it is valid.
+/// Memory per list during reading, bytes: its range, and its range if the list is valid.
 const LIST_BYTES: usize = size_of::<[usize; 2]>() + size_of::<Option<[usize; 2]>>();
 
-/// A batch in its encoded form.
+/// A batch, not decoded yet.
 pub(crate) struct Batch {
     pub rows: usize,
     /// Number of elements of each node.
@@ -30,17 +30,17 @@ pub(crate) struct Batch {
     body: Vec<u8>,
 }
 
-/// A column of the table. A column of lists gives one column of the log for each element of its lists.
+/// A column of the table. A column of lists gives one column of the log per list element.
 pub(crate) struct BatchColumn {
     pub name: String,
     numbers: Numbers,
     is_list: bool,
-    /// Number of elements of each list, once it is known; 1 for a plain column.
+    /// Number of elements of each list; 1 for a plain column; `None` until it is known.
     width: Option<usize>,
     /// The reason why the column has no numbers; `None` if it has numbers.
     pub text: Option<String>,
     pub wanted: bool,
-    /// The values that were read and not yet returned, one series per list element.
+    /// The values that were read but not returned yet, one series per list element.
     pub series: Vec<Vec<f64>>,
 }
 
@@ -77,12 +77,12 @@ impl BatchColumn {
         self.width.unwrap_or(1)
     }
 
-    /// Marks the column as a column without numbers, with the reason `why`.
+    /// Marks the column as a column without numbers. `why`: the reason.
     fn refuse(&mut self, why: String) {
         (self.text, self.series) = (Some(why), Vec::new());
     }
 
-    /// Adds the lists of some rows. Each list is given by its range in `values`; `None`: it is missing.
+    /// Adds the lists of some rows. Each list is given by its range in `values`; `None` if the list is missing.
     fn push_lists(&mut self, lists: &[Option<[usize; 2]>], values: &[f64], budget: &mut Budget) -> Result<(), String> {
         let lengths = || lists.iter().flatten().map(|[from, to]| to - from).filter(|length| *length > 0);
         let Some(width) = self.width.or_else(|| lengths().next()) else {
@@ -132,7 +132,7 @@ impl Batch {
         Ok(Batch { rows, nodes, buffers, view_buffers: words(message.elements(4, 8)?)?, compression, body })
     }
 
-    /// Adds the rows of the batch to the columns that are read. `columns` are the columns of `fields`, depth first.
+    /// Adds the rows of the batch to the columns that are read. `columns`: the columns of `fields`, depth first.
     pub(crate) fn read(
         &self,
         fields: &[ArrowField],
@@ -154,7 +154,7 @@ struct BatchCursor<'a> {
     budget: &'a mut Budget,
 }
 
-/// Validity of each row. `None`: all rows are valid.
+/// For each row, whether it is valid. `None`: all rows are valid.
 type Present = Option<Vec<bool>>;
 
 impl<'a> BatchCursor<'a> {
@@ -195,7 +195,7 @@ impl<'a> BatchCursor<'a> {
                 Ok(())
             }
             (Layout::Lists { length, offset_bytes }, [ArrowField { layout: Layout::Numbers { bytes, .. }, .. }]) => {
-                // The ranges of the lists are checked before the elements are read.
+                // The ranges of the lists are checked before their elements are read.
                 self.budget.draw(rows.saturating_mul(LIST_BYTES))?;
                 let places = match length {
                     Some(length) => (0..rows).map(|r| [r * length, (r + 1) * length]).collect(),
@@ -212,7 +212,7 @@ impl<'a> BatchCursor<'a> {
                     places.into_iter().enumerate().map(|(r, list)| is_there(r).then_some(list)).collect();
                 column.push_lists(&lists, &values, self.budget)
             }
-            // Other layouts were refused when the schema was read.
+            // Other layouts were already refused when the schema was read.
             _ => Err("it holds no numbers".into()),
         }
     }
@@ -266,7 +266,7 @@ impl<'a> BatchCursor<'a> {
         }
     }
 
-    /// Validity of the rows; a row is also invalid if the structure that contains it is invalid.
+    /// For each row, whether it is valid. `within`: validity of the structure that contains the rows.
     fn present(&mut self, rows: usize, within: Option<&[bool]>) -> Result<Present, String> {
         let bits = self.bytes()?;
         if bits.is_empty() {
@@ -279,7 +279,7 @@ impl<'a> BatchCursor<'a> {
         Ok(Some((0..rows).map(is_there).collect()))
     }
 
-    /// The range of each list in its elements.
+    /// For each list, the range of its elements.
     fn offsets(&mut self, rows: usize, bytes: usize) -> Result<Vec<[usize; 2]>, String> {
         let offsets = self.bytes()?;
         if offsets.len() / bytes < rows + usize::from(rows > 0) {
@@ -315,7 +315,7 @@ fn short(rows: usize) -> String {
     format!("it does not hold the {rows} values that it claims: the file is damaged")
 }
 
-/// The number in these bytes, which are little-endian.
+/// The number in these little-endian bytes.
 fn number(word: &[u8], numbers: &mut Numbers) -> f64 {
     let signed = matches!(numbers.kind, NumberType::Integer { signed: true } | NumberType::Time { .. });
     match (&numbers.kind, word) {

@@ -1,8 +1,8 @@
 //! Reads an Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
 //!
-//! Memory holds only one batch and the rows that were not yet returned. A null value becomes NaN.
+//! Only one batch and the rows that were not returned yet are in memory. A null value becomes NaN.
 //!
-//! Not here: dictionary-encoded values, tensors, big-endian files.
+//! Not supported: dictionary-encoded values, tensors, big-endian files.
 
 use std::io::Read;
 
@@ -17,7 +17,7 @@ use logs::Table;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS, RowReader, check_header};
 use logs::reading::{time_note, without_unit};
 
-/// A reader of the rows of an Arrow file or stream.
+/// Reads the rows of an Arrow file or stream.
 pub(crate) struct ArrowReader<'a> {
     file: String,
     messages: Messages<'a>,
@@ -27,21 +27,21 @@ pub(crate) struct ArrowReader<'a> {
     columns: Vec<BatchColumn>,
     header: Vec<String>,
     notes: Vec<String>,
-    /// Number of rows in the series of the columns; `taken`: how many of them were returned.
+    /// Number of rows in the series of the columns. `taken`: number of these rows that were returned already.
     rows: usize,
     taken: usize,
-    /// Number of all rows that were returned so far.
+    /// Number of rows that were returned in total.
     handed: usize,
     ended: bool,
 }
 
 impl<'a> ArrowReader<'a> {
-    /// Opens a file of `length` bytes: reads its index, and its first rows.
+    /// Opens a file of `length` bytes: reads its index and its first rows.
     pub(crate) fn of_file(file: &str, pieces: ReadRange<'a>, length: u64) -> Result<ArrowReader<'a>, Error> {
         ArrowReader::new(file, Messages::of_file(pieces, length))
     }
 
-    /// Opens a stream: reads its schema, and its first rows.
+    /// Opens a stream: reads its schema and its first rows.
     pub(crate) fn of_stream(file: &str, source: impl Read + Send + 'a) -> Result<ArrowReader<'a>, Error> {
         ArrowReader::new(file, Messages::of_stream(Box::new(source)))
     }
@@ -59,7 +59,7 @@ impl<'a> ArrowReader<'a> {
         ArrowReader::of_file(file, Box::new(piece), bytes.len() as u64)
     }
 
-    /// Reads the first rows, because they determine the lengths of lists.
+    /// Reads the first rows, because they determine the lengths of the lists.
     fn new(file: &str, begun: Result<(Messages<'a>, Vec<ArrowField>), String>) -> Result<ArrowReader<'a>, Error> {
         let at = |e: String| Error::at(file, 0, e);
         let (messages, fields) = begun.map_err(at)?;
@@ -92,7 +92,7 @@ impl<'a> ArrowReader<'a> {
         Ok(reader)
     }
 
-    /// Reads the next message and, if it is a batch, adds its rows.
+    /// Reads the next message. If it is a batch, adds its rows.
     fn next_batch(&mut self) -> Result<(), String> {
         let Some(message) = self.messages.next()? else {
             self.ended = true;
@@ -105,7 +105,7 @@ impl<'a> ArrowReader<'a> {
         let added = (|| {
             let description = Description::root(&message.description)?.table(2)?.ok_or("it has no description")?;
             let batch = Batch::new(&description, message.body)?;
-            // Rows that were returned are dropped before the new rows are added.
+            // Rows that were returned already are removed before new rows are added.
             for series in self.columns.iter_mut().flat_map(|column| &mut column.series) {
                 series.drain(..self.taken.min(series.len()));
             }
@@ -140,7 +140,7 @@ impl<'a> ArrowReader<'a> {
             for k in 0..column.width() {
                 let numbers = match column.series.get(k) {
                     Some(series) if column.is_read() => series[rows.clone()].to_vec(),
-                    // The column has no number in any row.
+                    // The column has no number, so all its rows are NaN.
                     _ if column.wanted => {
                         self.budget.draw(count.saturating_mul(size_of::<f64>()))?;
                         vec![f64::NAN; count]
@@ -165,7 +165,7 @@ fn leaves(fields: &[ArrowField], columns: &mut Vec<BatchColumn>) {
     }
 }
 
-/// The names of the log's columns that this column gives.
+/// The names of the log columns that this column gives.
 fn headers(column: &BatchColumn) -> Vec<String> {
     let name = if column.is_timed() { without_unit(&column.name) } else { &column.name };
     match column.is_list() {

@@ -1,11 +1,11 @@
-//! Reads the fields of a flatbuffer (flatbuffers.dev, "Internals"), the format of Arrow's message descriptions.
+//! Reads the fields of a flatbuffer (flatbuffers.dev, "Internals"), the format in which Arrow describes its messages.
 //!
 //! A table begins with the distance back to its index (vtable), 4 bytes. The index contains its own length and the length of the
 //! table, 2 bytes each, and for every field the distance from the start of the table, or 0 if the field has its default. If a
 //! field is a table, a text or a vector, it contains the distance to that object. Numbers are little-endian. Every position is
 //! checked before it is read.
 
-/// Greatest number of elements of a vector of tables; a log never has more columns.
+/// Largest number of elements of a vector of tables. A log never has more columns.
 const MAX_TABLES: usize = 10_000;
 
 /// A table of a flatbuffer.
@@ -13,7 +13,7 @@ const MAX_TABLES: usize = 10_000;
 pub(crate) struct FlatTable<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Position and length of the index, bytes.
+    /// Position and length of the index of the table, bytes.
     index: (usize, usize),
 }
 
@@ -26,7 +26,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], String> {
     found.copied().map_or_else(damaged, Ok)
 }
 
-/// The position to which the relative offset at `at` leads.
+/// The position to which the relative offset at `at` points.
 fn target(bytes: &[u8], at: usize) -> Result<usize, String> {
     let distance = u32::from_le_bytes(number(bytes, at)?) as usize;
     at.checked_add(distance).filter(|end| *end < bytes.len()).map_or_else(damaged, Ok)
@@ -49,7 +49,7 @@ impl<'a> FlatTable<'a> {
         Ok(FlatTable { bytes, at, index: (index, length) })
     }
 
-    /// The position of field number `id`. `None` if the field has its default.
+    /// The position of the field with the number `id`. `None` if the field has its default.
     fn field(&self, id: usize) -> Result<Option<usize>, String> {
         let (index, length) = self.index;
         let entry = 4 + 2 * id;
@@ -60,22 +60,22 @@ impl<'a> FlatTable<'a> {
         Ok((distance > 0).then_some(self.at + distance))
     }
 
-    /// A field that is a number of N bytes. `None` if the field has its default.
+    /// Reads the field `id` as a number of N bytes. `None` if the field has its default.
     pub(crate) fn number<const N: usize>(&self, id: usize) -> Result<Option<[u8; N]>, String> {
         self.field(id)?.map(|at| number(self.bytes, at)).transpose()
     }
 
-    /// A field that is a number of two bytes, or its default.
+    /// Reads the field `id` as a number of two bytes, or returns its default.
     pub(crate) fn short(&self, id: usize, default: i16) -> Result<i16, String> {
         Ok(self.number(id)?.map_or(default, i16::from_le_bytes))
     }
 
-    /// A field that is a number of four bytes, or its default.
+    /// Reads the field `id` as a number of four bytes, or returns its default.
     pub(crate) fn int(&self, id: usize, default: i32) -> Result<i32, String> {
         Ok(self.number(id)?.map_or(default, i32::from_le_bytes))
     }
 
-    /// A field that is a length or count of eight bytes; 0 by default.
+    /// Reads the field `id` as a length or count of eight bytes; 0 by default.
     pub(crate) fn length(&self, id: usize) -> Result<usize, String> {
         let length = self.number(id)?.map_or(0, i64::from_le_bytes);
         usize::try_from(length).or_else(|_| damaged())
@@ -85,14 +85,14 @@ impl<'a> FlatTable<'a> {
         self.field(id)?.map(|at| FlatTable::at(self.bytes, target(self.bytes, at)?)).transpose()
     }
 
-    /// A field that is a vector: number of elements, and position of the first one.
+    /// Reads the field `id` as a vector: number of elements, and position of the first element.
     fn vector(&self, id: usize) -> Result<(usize, usize), String> {
         let Some(at) = self.field(id)? else { return Ok((0, 0)) };
         let at = target(self.bytes, at)?;
         Ok((u32::from_le_bytes(number(self.bytes, at)?) as usize, at + 4))
     }
 
-    /// A field that is a vector of elements with `size` bytes each: the bytes of all elements.
+    /// Reads the field `id` as a vector of elements with `size` bytes each: the bytes of all elements.
     pub(crate) fn elements(&self, id: usize, size: usize) -> Result<&'a [u8], String> {
         let (count, first) = self.vector(id)?;
         let end = count.checked_mul(size).and_then(|length| first.checked_add(length));
@@ -117,13 +117,13 @@ impl<'a> FlatTable<'a> {
 mod tests {
     use super::*;
 
-    /// A table whose field 0 is 7 in two bytes, field 1 has its default, field 2 is the text `ab`, field 3 is a vector of the
+    /// A table with four fields: 0 is the number 7 in two bytes, 1 has its default, 2 is the text `ab`, 3 is a vector of the
     /// table itself.
     fn buffer() -> Vec<u8> {
         let mut bytes = vec![16, 0, 0, 0];
-        // The index: its length, the length of the table, distances of four fields.
+        // The index: its length, the length of the table, and the distances of the four fields.
         bytes.extend([12u16, 16, 4, 0, 8, 12].iter().flat_map(|x| x.to_le_bytes()));
-        // The table, at position 16; its index is 12 bytes before.
+        // The table starts at position 16. Its index is 12 bytes before.
         bytes.extend(12i32.to_le_bytes());
         bytes.extend([7, 0, 0, 0]);
         bytes.extend(8u32.to_le_bytes()); // at 24: to 32
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(table.tables(3).unwrap().len(), 0);
     }
 
-    /// Any content of a buffer is read or refused, without a panic.
+    /// Any content of a buffer is read or refused; reading never panics.
     #[test]
     fn damage_is_no_panic() {
         let whole = buffer();

@@ -1,8 +1,8 @@
 //! Reads the messages of an Arrow stream, or the messages that the index of an Arrow file lists.
 //!
 //! A message consists of four bytes 0xff, the length of its description in four bytes, the description (`flatbuffer`), and its
-//! body. Before Arrow 0.15 the first four bytes were missing. A stream begins with the schema. A file has the schema and the
-//! positions of the batches in the index at its end; this is used because some writers omit the schema message.
+//! body. Before Arrow 0.15, the bytes 0xff were missing. A stream begins with the schema. A file has an index at its end, with
+//! the schema and the positions of the batches. The index is used because some writers omit the schema message.
 
 use std::io::{self, Read};
 
@@ -10,16 +10,16 @@ use crate::arrow::flatbuffer::FlatTable;
 use crate::arrow::schema::ArrowField;
 use logs::reading::MAX_FILE_BYTES;
 
-/// The first bytes of a file. Without the two zeros they are also its last bytes.
+/// The first bytes of a file. Its last bytes are the same without the two zeros.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
 /// Number of bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 10;
 /// The first bytes of every message since Arrow 0.15.
 const CONTINUED: [u8; 4] = [0xff; 4];
-/// Greatest length of the description of a message, bytes.
+/// Largest length of the description of a message, bytes.
 const MAX_DESCRIPTION_BYTES: usize = 1 << 26;
 
-/// Kinds of messages: the schema of a table.
+/// Kinds of messages: `SCHEMA` is the schema of a table, `RECORD_BATCH` a group of rows.
 const SCHEMA: u8 = 1;
 pub(crate) const RECORD_BATCH: u8 = 3;
 
@@ -30,7 +30,7 @@ pub(crate) struct Message {
     pub body: Vec<u8>,
 }
 
-/// Reads bytes of a file. Arguments: position, and number of bytes.
+/// A function that reads bytes of a file. Arguments: position and number of bytes.
 pub(crate) type ReadRange<'a> = Box<dyn Fn(u64, usize) -> io::Result<Vec<u8>> + Send + 'a>;
 
 /// The source of the messages: a stream or a file.
@@ -39,7 +39,7 @@ pub(crate) enum Messages<'a> {
         source: Box<dyn Read + Send + 'a>,
         at: u64,
     },
-    /// A file, with positions and lengths of the batches that are not yet read.
+    /// A file, and the positions and lengths of the batches that are not read yet.
     File {
         pieces: ReadRange<'a>,
         batches: std::vec::IntoIter<MessageRange>,
@@ -50,7 +50,7 @@ pub(crate) enum Messages<'a> {
 /// Position and lengths of a message in a file.
 pub(crate) struct MessageRange {
     at: u64,
-    /// Number of bytes of the description with its prefix; `body`: number of bytes of the body.
+    /// Number of bytes of the description with its prefix. `body`: number of bytes of the body.
     description: usize,
     body: usize,
 }
@@ -79,7 +79,7 @@ impl<'a> Messages<'a> {
         let index = pieces(start, size).map_err(failed)?;
         let index = FlatTable::root(&index)?;
         let fields = ArrowField::all(&index.table(1)?.ok_or("its schema is empty")?)?;
-        // Entry of the index: position, 8 bytes; length of the description, 4 of 8 bytes; length of the body, 8 bytes.
+        // An entry of the index: position, 8 bytes; length of the description, 4 of 8 bytes; length of the body, 8 bytes.
         let place = |block: &[u8]| {
             let word = |at: usize| block[at..].first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
             let [description, body] = [word(8) & 0xffff_ffff, word(16)];
@@ -95,7 +95,7 @@ impl<'a> Messages<'a> {
         Ok((Messages::File { pieces, batches: batches.into_iter(), all }, fields))
     }
 
-    /// Reads the next message. `None` at the end.
+    /// Reads the next message. `None` at the end of the file or stream.
     pub(crate) fn next(&mut self) -> Result<Option<Message>, String> {
         match self {
             Messages::Stream { source, at } => streamed(source, at),
@@ -103,7 +103,7 @@ impl<'a> Messages<'a> {
         }
     }
 
-    /// Describes the position of the last message, for error messages.
+    /// Describes the position of the message that was read last, for error messages.
     pub(crate) fn place(&self) -> String {
         match self {
             Messages::Stream { at, .. } => format!("batch before byte {at}"),
@@ -123,7 +123,7 @@ fn placed(pieces: &ReadRange, place: &MessageRange) -> Result<Message, String> {
 }
 
 fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, String> {
-    // Memory is allocated only for bytes that are available.
+    // Memory is allocated only for bytes that exist.
     let mut piece = |count: u64, may_end: bool| {
         let mut piece = Vec::new();
         (&mut *source).take(count).read_to_end(&mut piece).map_err(|e| format!("cannot be read: {e}"))?;

@@ -1,15 +1,16 @@
-//! The columns of an Arrow table from its schema, and their layouts in a batch.
+//! Determines the columns of an Arrow table, and their layout in a batch, from its schema.
 //!
-//! Columns are in depth-first order: a structure is followed by its fields, a list by its elements. A list column `q` becomes q_1
-//! .. q_k. A field of a structure becomes `struct.field`. A column without numbers is a text column; using it is an error.
+//! The columns are in depth-first order: the fields of a structure follow the structure, the elements of a list follow the list.
+//! A list column `q` becomes q_1 .. q_k. A field of a structure becomes `struct.field`. A column without numbers is a text
+//! column; using it is an error.
 
 use crate::arrow::flatbuffer::FlatTable;
 use logs::reading::NumberType;
 
-/// Greatest depth of nested structures.
+/// Largest depth of nested structures.
 const MAX_DEPTH: usize = 8;
 
-/// The layout of a column in a batch: its buffers, in their order.
+/// The layout of a column in a batch: the order of its buffers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Layout {
     /// Validity, then numbers of `bytes` bytes each.
@@ -18,11 +19,12 @@ pub(crate) enum Layout {
     Structure,
     /// Validity; for lists of variable length also offsets of `offset_bytes` bytes each. The buffers of the elements follow.
     Lists { length: Option<usize>, offset_bytes: usize },
-    /// Buffers without numbers; if `views` is set, the batch states how many more there are. The buffers of the children follow.
+    /// `buffers` buffers without numbers. If `views` is set, the batch states how many more there are. The buffers of the
+    /// children follow.
     Other { buffers: usize, views: bool, what: String },
 }
 
-/// A column, or a child of a column.
+/// A column, or a child of a column (a field of a structure, or the element of a list).
 pub(crate) struct ArrowField {
     /// Name of the field, preceded by the names of the structures that contain it.
     pub name: String,
@@ -46,14 +48,14 @@ impl ArrowField {
         let own = field.text(0)?;
         let name = if path.is_empty() { own.to_string() } else { format!("{path}.{own}") };
         let layout = layout(field)?;
-        // The element of a list has a name without meaning, so it is not used.
+        // The name of a list element has no meaning, so it is not used.
         let path = if layout == Layout::Structure { &name } else { path };
         let below =
             field.tables(5)?.iter().map(|below| ArrowField::of(below, path, depth + 1)).collect::<Result<_, _>>()?;
         Ok(ArrowField { name, layout, below })
     }
 
-    /// The reason why the field has no numbers of its own. `None` if it has numbers.
+    /// The reason why the field has no numbers; `None` if it has numbers.
     pub(crate) fn text(&self) -> Option<String> {
         match (&self.layout, &self.below[..]) {
             (Layout::Other { what, .. }, _) => Some(what.clone()),
@@ -63,7 +65,7 @@ impl ArrowField {
         }
     }
 
-    /// The kind of the field's numbers, or of the numbers in its lists. `None` if it has none.
+    /// The type of the numbers in the field or in its lists; `None` if it has none.
     pub(crate) fn kind(&self) -> Option<&NumberType> {
         match (&self.layout, &self.below[..]) {
             (Layout::Numbers { kind, .. }, _) => Some(kind),
@@ -73,7 +75,7 @@ impl ArrowField {
     }
 }
 
-/// The layout of a field, by the types of Schema.fbs.
+/// The layout of a field, determined by its type in Schema.fbs.
 fn layout(field: &FlatTable) -> Result<Layout, String> {
     let other = |buffers, what: &str| Layout::Other { buffers, views: false, what: what.into() };
     let views = |what: &str| Layout::Other { buffers: 2, views: true, what: what.into() };
@@ -84,7 +86,7 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
     let kind = field.number(2)?.map_or(0, u8::from_le_bytes);
     let Some(of) = field.table(3)? else { return Ok(other(0, "nothing")) };
     Ok(match kind {
-        // Types with numbers; decimals and times state their width in bits.
+        // Types with numbers. Decimals and times state their width in bits.
         2 => numbers(NumberType::Integer { signed: of.number(1)? == Some([1]) }, of.int(0, 0)?),
         3 => match of.short(0, 0)? {
             0 => numbers(NumberType::Half, 16),
@@ -105,7 +107,7 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
         21 => Layout::Lists { length: None, offset_bytes: 8 },
         16 => Layout::Lists { length: Some(usize::try_from(of.int(0, 0)?).unwrap_or(0)), offset_bytes: 0 },
         13 => Layout::Structure,
-        // Other types are skipped, so only the number of their buffers matters.
+        // Other types are skipped, so only the number of their buffers is needed.
         11 => other(2, "intervals of the calendar"),
         14 if of.short(0, 0)? == 0 => other(1, "a union"),
         14 => other(2, "a union"),
@@ -124,7 +126,7 @@ fn layout(field: &FlatTable) -> Result<Layout, String> {
     })
 }
 
-/// The kind of a time. `unit`: 0 for seconds, then milliseconds, microseconds, nanoseconds.
+/// The type of a time. `unit`: 0 for seconds, 1 for milliseconds, 2 for microseconds, 3 for nanoseconds.
 fn time(unit: i16) -> NumberType {
     NumberType::Time { per_second: 1e3f64.powi(i32::from(unit)) }
 }

@@ -1,4 +1,4 @@
-//! Least squares in which each joint is weighted by the residual of its torques.
+//! Weighted least squares: the weight of each joint follows from the residual of its torques.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::solve_within;
@@ -8,9 +8,9 @@ use rist::Error;
 
 /// A value with its standard deviation. `None` if the postures do not determine it.
 pub type ValueWithSigma = Option<(f64, f64)>;
-/// Number of fits with updated weights.
+/// Number of fits, each with weights from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 5;
-/// Least standard deviation of a joint's torque, as a share of the rms of this torque.
+/// Smallest standard deviation of a joint's torque, as a fraction of the rms of this torque.
 const LEAST_DEVIATION_SHARE: f64 = 1e-9;
 
 /// Result of the fit over all joints.
@@ -23,8 +23,8 @@ pub(super) struct PostureFit {
 }
 
 impl PostureFit {
-    /// Fits `torques` to the columns `joints`. A direction is not identifiable if its relative singular value is below
-    /// `not_identifiable`.
+    /// Fits `torques` to the columns of each joint. A direction is not identifiable if its singular value is below
+    /// `not_identifiable` times the largest one.
     pub(super) fn of(
         joints: &[DMatrix<f64>],
         torques: &[DVector<f64>],

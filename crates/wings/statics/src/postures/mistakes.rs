@@ -1,13 +1,14 @@
-//! Mistakes in the columns that explain postures: wrong signs, exchanged torques, wrong units; also a zero or a mount that is far
-//! off. If several mistakes explain the postures, all are named.
+//! Finds mistakes in the columns of a table of postures: wrong signs, exchanged torques, wrong units, a large error of a zero
+//! position or of the base orientation (mount). If several mistakes explain the postures, all are named.
 //!
 //! T: torque of the nominal bodies at the changed positions; tau: changed torque; both without their means:
 //! ```text
 //! residual^2 = mean over joints of min_s |tau_j - s T_j|^2 / |tau_j|^2     s from one half to two
 //! ```
-//! over the joints for which some candidate explains most of the torque. A mistake is named if its residual is much smaller than
-//! the residual of the unchanged postures, and nearly as small as the best one. If the nominal bodies do not explain the torques,
-//! free bodies are fitted: after a mistake is undone, their residual must be much smaller than before.
+//! over the joints for which some candidate explains most of the torque; s: scale factor of joint j. A mistake is named if its
+//! residual is much smaller than the residual of the unchanged postures, and nearly as small as the smallest one. If the nominal
+//! bodies do not explain the torques, bodies with free parameters are fitted: their residual must be much smaller after the
+//! mistake is corrected.
 
 use claims::significant;
 use identification::estimate::hypothesis::Hypothesis::{
@@ -20,55 +21,55 @@ use nalgebra::{DVector, Vector3};
 
 use crate::postures::turned_joint::turned_joint;
 
-/// A mistake explains the postures if undoing it reduces the squared residual below this ratio.
+/// A mistake explains the postures if correcting it reduces the squared residual below this fraction.
 const EXPLAINED_RATIO: f64 = 0.16;
-/// A mistake does not explain the postures if the residual after undoing it exceeds this share of the torque.
+/// A mistake does not explain the postures if the residual after its correction exceeds this fraction of the torque.
 pub(super) const EXPLAINED: f64 = 0.25;
-/// A mistake explains the postures as well as the best one if its squared relative residual is larger by less than this: errors
-/// of the bodies are as large.
+/// A mistake explains the postures as well as the best one if its squared relative residual is larger by less than this. Errors
+/// of the nominal bodies have the same size.
 const EQUAL_RESIDUAL: f64 = 0.002;
-/// With free bodies, a mistake is needed if undoing it reduces the squared residual of a joint below this ratio.
+/// With free bodies, a mistake is necessary if correcting it reduces the squared residual of a joint below this fraction.
 const NEEDED_RATIO: f64 = 0.64;
-/// The same ratio for a wrong scale, because a scale absorbs a part of any other fault; and for the nominal bodies with a zero
-/// that is far off.
+/// The same fraction for two other cases: for a wrong scale, because a scale also reduces the residual of any other fault; and
+/// for the nominal bodies with a large zero error.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
-/// A joint counts if some candidate reduces the squared relative residual of its torque to at most this; other joints are mostly
-/// noise.
+/// A joint is considered if some candidate reduces the squared relative residual of its torque to at most this. The torques of
+/// other joints are mostly noise.
 const COUNTED_RESIDUAL: f64 = 0.2;
-/// With free bodies, two possibilities are distinguishable if the ratio of their squared residuals, multiplied over the joints,
-/// is below this.
+/// With free bodies, two candidates are distinguishable if the ratio of their squared residuals, multiplied over the joints, is
+/// below this.
 const DISTINGUISHED_BY_FREE: f64 = 0.01;
-/// A zero larger than this cannot be an error of the centres of mass, rad.
+/// A zero error above this cannot be caused by errors of the centres of mass, rad.
 const FAR_ZERO_RAD: f64 = 0.7;
-/// A common scale within this range may be an error of the nominal bodies.
+/// A common scale of all torques in this range may be caused by errors of the nominal bodies.
 const NOMINAL_SCALES: std::ops::Range<f64> = 0.25..4.0;
-/// The scale of one joint relative to the other joints may be an error of the nominal bodies if it is within this range. A common
-/// scale within this range of a power of ten counts as this power of ten.
+/// The scale of one joint relative to the other joints may be caused by errors of the nominal bodies if it is in this range. A
+/// common scale that differs from a power of ten by a factor in this range counts as this power of ten.
 const NOMINAL_JOINT_SCALES: std::ops::Range<f64> = 0.6..1.67;
 
-/// A mistake that explains the postures.
+/// A mistake in the table that explains the postures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
     /// Description of what is wrong.
     pub fault: String,
-    /// The option that corrects it.
+    /// The option that corrects the mistake.
     pub remedy: String,
-    /// Residuals as shares of the torques: [without a change, with the mistake undone].
+    /// Relative residuals of the torques: [without a change, with the mistake corrected].
     pub left: [f64; 2],
-    /// Whether the residuals are with free bodies instead of the nominal bodies.
+    /// Whether the residuals are for free bodies instead of the nominal bodies.
     pub by_free_bodies: bool,
 }
 
-/// Torques of the nominal bodies, N m (N) for each joint, from the position and from gravity in the frame of the base.
+/// A function for the torques of the nominal bodies, N m (N) for each joint. Arguments: position, and gravity in the base frame.
 pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
-/// Fits free bodies to torques at positions; gives for each joint the squared residual over the squared torque.
+/// A function that fits free bodies to torques at positions. It returns, for each joint, the squared relative residual.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
 /// The postures, and the models with which they are compared.
 pub(super) struct MistakeSearch<'a> {
     pub postures: &'a Postures,
-    /// Torques of each joint, one per posture, N m (N).
+    /// For each joint, its torques at all postures, N m (N).
     pub torques: &'a [DVector<f64>],
     pub described: Described<'a>,
     pub free: Free<'a>,
@@ -76,19 +77,19 @@ pub(super) struct MistakeSearch<'a> {
     pub options: &'a Options,
     /// Whether each joint is revolute.
     pub turns: &'a [bool],
-    /// Nominal gravity, m/s^2.
+    /// Nominal gravity in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
-    /// The other mount that explains the torques best, and the option that sets it. `None`: zeros and mount are examined
-    /// elsewhere.
+    /// The other orientation of the base that explains the torques best, as gravity, and the option that sets it. `None` if zeros
+    /// and base orientation are estimated elsewhere.
     pub mount: Option<(Vector3<f64>, String)>,
 }
 
-/// A possible mistake.
+/// A possible mistake, with the residuals after its correction.
 struct MistakeCandidate {
-    /// The changes that undo it; empty for a wrong mount.
+    /// The changes that correct the mistake; empty for a wrong orientation of the base.
     changes: Vec<Change>,
     fault: String,
-    /// Squared residual over squared torque, by joint, with the mistake undone.
+    /// For each joint, the squared relative residual with the mistake corrected.
     shares: Vec<f64>,
 }
 
@@ -106,7 +107,7 @@ impl MistakeSearch<'_> {
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = residual(&as_it_is);
-        // A fault in addition to a wrong unit is needed only if it explains more than the unit alone.
+        // A mistake in addition to a wrong unit is named only if it reduces the residual more than the unit alone.
         let with_unit = |one: &MistakeCandidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&MistakeCandidate| {
             let of =
@@ -138,7 +139,8 @@ impl MistakeSearch<'_> {
         tried.into_iter().map(|one| mistake(one, [before, residual(one)])).collect()
     }
 
-    /// The options that correct a mistake. Gravity upside down is not a change of columns, so it is corrected by the mount.
+    /// The option that corrects a mistake. Gravity upside down is not a change of columns, so the option sets the orientation of
+    /// the base.
     fn remedy(&self, one: &MistakeCandidate) -> String {
         let of_mount = self.mount.as_ref().filter(|_| one.changes.is_empty()).map(|(_, line)| line.clone());
         let said =
@@ -146,10 +148,10 @@ impl MistakeSearch<'_> {
         of_mount.or_else(said).unwrap_or_else(|| "[base=3.14159,0,0]".into())
     }
 
-    /// Whether free bodies fail to explain the unchanged postures equally well. If all torques change in the same way, free
-    /// bodies explain any sign and unit, by negative masses or masses of tons. They also explain a joint or base that is rotated
-    /// far, by unrealistic centres of mass. For a wrist alone, a centimetre of its centre of mass is equivalent to a rotation, so
-    /// a zero that is far off must show in other joints too.
+    /// Whether the mistake is necessary: free bodies do not explain the unchanged postures equally well. If all torques change in
+    /// the same way, free bodies can explain any sign or unit, by negative or very large masses. They can also explain a large
+    /// rotation of a joint or of the base, by unrealistic centres of mass. For a wrist alone, a centimetre of its centre of mass
+    /// is equivalent to a rotation, so a large zero error must reduce the residuals of other joints too.
     fn is_needed(&self, one: &MistakeCandidate, as_it_is: &MistakeCandidate, counted: &[usize]) -> bool {
         let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {
@@ -166,9 +168,9 @@ impl MistakeSearch<'_> {
         ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().product::<f64>() < 1.0
     }
 
-    /// The squared residuals of the unchanged postures with free bodies; and the candidates that explain the postures about as
-    /// well as the best one, the best first, with their residuals. `most`: greatest accepted ratio to the unchanged residuals,
-    /// multiplied over the joints.
+    /// With free bodies: the squared residuals of the unchanged postures; and the candidates that explain the postures nearly as
+    /// well as the best one, sorted by their residuals. `most`: largest accepted ratio to the unchanged residuals, multiplied
+    /// over the joints.
     fn identifiable_by_free<'b>(
         &self,
         all: Vec<&'b MistakeCandidate>,
@@ -188,7 +190,7 @@ impl MistakeSearch<'_> {
         (as_it_is, tried.into_iter().map(|(_, one, shares)| (one, shares)).collect())
     }
 
-    /// If all torques have another unit than the nominal one: the changes that undo this, and the scale.
+    /// If the torques have another unit than the nominal torques: the changes that correct this, and the scale. Otherwise `None`.
     fn unit(&self) -> Option<(Vec<Change>, f64)> {
         let scale = self.common_scale();
         let power = 10f64.powf(scale.log10().round());
@@ -197,7 +199,7 @@ impl MistakeSearch<'_> {
         (!NOMINAL_SCALES.contains(&scale)).then_some((changes, scale))
     }
 
-    /// All possible mistakes, each with the changes that undo it and its residuals.
+    /// All candidates: each with the changes that correct it, and its residuals.
     fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<MistakeCandidate> {
         let n = self.torques.len();
         let change = |of: Hypothesis, size: f64| Change { of, size };
@@ -222,7 +224,7 @@ impl MistakeSearch<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
-        // If only one joint shows the unit, it may be the unit of this joint.
+        // If only one joint is loaded enough to show the unit, only this joint may have another unit.
         let counted: Vec<usize> = (0..n).filter(|k| self.slope(*k) > 0.0).collect();
         if let ([k], Some(_)) = (&counted[..], unit) {
             let size = self.slope(*k) - 1.0;
@@ -230,7 +232,7 @@ impl MistakeSearch<'_> {
             all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
         if unit.is_none() {
-            // Smaller zeros are estimated together, in the estimation of zeros and mount.
+            // Smaller zero errors are estimated together with the base orientation, elsewhere.
             let is_meant = |one: &MistakeCandidate| self.mount.is_some() || one.changes[0].size.abs() > FAR_ZERO_RAD;
             let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
             all.extend(zeros.filter(is_meant));
@@ -245,7 +247,7 @@ impl MistakeSearch<'_> {
         all
     }
 
-    /// Adds possible mistakes of one joint or of two joints. `scale`: common scale of all torques.
+    /// Adds candidates that concern one joint or two joints. `scale`: common scale of all torques.
     fn of_joints(&self, scale: f64, push: &mut impl FnMut(Vec<Change>, String)) {
         let n = self.torques.len();
         let names: Vec<&str> = self.postures.coordinates.iter().map(String::as_str).collect();
@@ -265,7 +267,7 @@ impl MistakeSearch<'_> {
         }
     }
 
-    /// The zero of a joint that explains the torques better than no zero. `None` if there is none.
+    /// The zero error of joint k that reduces the residual most. `None` if no zero error reduces it enough.
     fn zero(&self, k: usize) -> Option<MistakeCandidate> {
         let residual = |size: f64| {
             let (q, torques) = undone(&[Change { of: Zero(k), size }], &self.postures.q, self.torques, self.turns);
@@ -283,14 +285,14 @@ impl MistakeSearch<'_> {
         MistakeCandidate { changes, fault, shares }
     }
 
-    /// The ratio of measured to nominal torque: median over the joints that determine it.
+    /// The ratio of measured to nominal torque: median over the joints whose torque determines it.
     fn common_scale(&self) -> f64 {
         let mut sizes: Vec<f64> = (0..self.torques.len()).map(|k| self.slope(k).abs()).filter(|s| *s > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// The ratio of measured to nominal torque of a joint; 0 if the nominal bodies explain less than half of the torque.
+    /// The ratio of measured to nominal torque of joint k; 0 if the nominal bodies explain less than half of its squared torque.
     fn slope(&self, k: usize) -> f64 {
         let (described, measured) = (&self.at(&self.postures.q, &self.gravity)[k], centred(&self.torques[k]));
         let (square, both) = (described.norm_squared(), described.dot(&measured));
@@ -298,15 +300,15 @@ impl MistakeSearch<'_> {
         if is_told { both / square } else { 0.0 }
     }
 
-    /// The nominal torques at these positions, without their means, one vector per joint.
+    /// The nominal torques at these positions, with their means removed, one vector per joint.
     fn at(&self, postures: &[Vec<f64>], gravity: &Vector3<f64>) -> Vec<DVector<f64>> {
         let rows: Vec<Vec<f64>> = postures.iter().map(|q| (self.described)(q, gravity)).collect();
         let joint = |j: usize| centred(&DVector::from_iterator(rows.len(), rows.iter().map(|row| row[j])));
         (0..self.torques.len()).map(joint).collect()
     }
 
-    /// By joint: squared residual over squared torque, both without mean, after scaling the nominal torque by the best factor in
-    /// 0.5 to 2.
+    /// For each joint, the squared relative residual. The means are removed, and the nominal torque is scaled by the best factor
+    /// from 0.5 to 2.
     fn shares(&self, q: &[Vec<f64>], torques: &[DVector<f64>], gravity: &Vector3<f64>) -> Vec<f64> {
         let of_joint = |(described, torque): (&DVector<f64>, &DVector<f64>)| {
             let torque = centred(torque);
@@ -321,7 +323,7 @@ impl MistakeSearch<'_> {
     }
 }
 
-/// Positions and torques after undoing the changes.
+/// Positions and torques with the changes corrected.
 fn undone(
     changes: &[Change],
     q: &[Vec<f64>],
@@ -347,23 +349,26 @@ fn undone(
     (q, torques)
 }
 
-/// Whether the change is a wrong scale. The fit allows a factor of up to two, so a wrong scale changes its residual little.
+/// Whether the mistake is a wrong scale of one joint. The fit allows a scale of up to two, so such a mistake changes the residual
+/// little.
 fn is_scale(changes: &[Change]) -> bool {
     matches!(changes, [Change { of: Scale(_), .. }])
 }
 
-/// Ratio of the residual of each joint to its residual without the changes; only finite positive ratios.
+/// For each joint, the ratio of the residual with the changes to the residual without them. Only finite positive ratios are
+/// returned.
 fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
 
-/// Whether a fault applies to all joints that count.
+/// Whether a mistake concerns all joints that are considered.
 fn is_of_all(one: &MistakeCandidate, counted: &[usize]) -> bool {
     let of = |change: &Change, j: usize| matches!(change.of, TorqueSign(k) | Scale(k) if k == j);
     one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
 }
 
-/// The residual of the median joint. If a fault is of all joints, one joint with wrong nominal bodies must not decide.
+/// The median of the residuals over the joints. It is used for a mistake of all joints, so that one joint with wrong nominal
+/// bodies does not decide.
 fn median(one: &MistakeCandidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);

@@ -1,14 +1,15 @@
-//! Identification from a robot at rest: gravity parameters and, with the nominal bodies, also zeros and mount.
+//! Identification from a robot at rest: gravity parameters; with the nominal bodies also zero errors and the base orientation
+//! (mount).
 //!
 //! ```text
-//! tau_j = sum_c G_jc(q) X_c + OFF_j                            gravity parameters, one offset a joint
-//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal        zeros z and mount, nominal bodies
+//! tau_j = sum_c G_jc(q) X_c + OFF_j                            gravity parameters X, one offset OFF per joint
+//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal        zero errors z and gravity g, nominal bodies
 //! ```
-//! G is the base regressor at rest, without columns that are zero or linear combinations of other columns at every posture; the
-//! parameters of such columns are combined with the other parameters. T_i is the torque of the nominal bodies under gravity along
-//! axis i of the base. Each row is weighted by the residual of its joint, whose standard deviation includes friction at rest.
-//! Standard deviations are from least squares. With free bodies no zero is identifiable, because a rotated joint is equivalent to
-//! rotated first moments.
+//! G is the base regressor at rest, without columns that are zero or linear combinations of other columns at every posture. The
+//! parameters of such columns are combined with other parameters. T_i is the torque of the nominal bodies under gravity along
+//! axis i of the base. The rows of a joint are weighted by the standard deviation of its residual, which includes friction at
+//! rest. Standard deviations are from least squares. With free bodies no zero error is identifiable, because rotated first
+//! moments are equivalent to a rotated joint.
 
 mod fit;
 mod mistakes;
@@ -35,28 +36,29 @@ use crate::postures::placement::{looks_for_mistakes, placed};
 use rist::Error;
 use rist::Model;
 
-/// A share of a column in another column counts as zero if it is smaller than this.
+/// A dependent column is a sum of other columns. A coefficient of this sum counts as zero if it is below this.
 const ZERO_SHARE: f64 = 1e-8;
-/// A direction is not identifiable if its singular value is below this share of the largest.
+/// A direction is not identifiable if its singular value is below this fraction of the largest one.
 const NOT_IDENTIFIABLE: f64 = 1e-6;
-/// Least number of random postures; and number of rows per base parameter, for finding independent columns.
+/// Independent columns are found at random postures. The number of postures is at least this; `ROWS_PER_PARAMETER`: rows per
+/// parameter.
 const MIN_RANDOM_POSTURES: usize = 20;
 const ROWS_PER_PARAMETER: usize = 4;
-/// Range of prismatic joints at these postures, m.
+/// Range of prismatic joints at the random postures, m.
 const SLIDING_RANGE_M: f64 = 0.5;
 
-/// A gravity parameter: a base parameter, possibly combined with others.
+/// A gravity parameter: a base parameter, or a combination of base parameters.
 pub struct GravityParameter {
-    /// The base parameter, followed by the parameters that postures cannot separate from it, with their factors.
+    /// The base parameter, then the parameters that no posture can separate from it, with their factors.
     pub name: String,
     /// The SI unit: `kg m` or `kg`.
     pub unit: String,
     column: usize,
-    /// Indices of the other columns, with their factors.
+    /// Indices of the other columns in the combination, with their factors.
     with: Vec<(usize, f64)>,
 }
 
-/// The gravity parameters of a model: all parameters that postures can determine.
+/// The gravity parameters of a model: all parameters that holding torques at rest can determine.
 ///
 /// Fails if the base regressor has no finite value at rest.
 pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error> {
@@ -84,7 +86,8 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
     let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
     let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
     let mut kept: Vec<GravityParameter> = kept.collect();
-    // A dependent column c is a sum of kept columns times shares, so its parameter joins their parameters with these shares.
+    // A dependent column c is a sum of kept columns times shares. So its parameter is added to their parameters with these
+    // shares.
     for (c, shares) in &columns.dependent {
         for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > ZERO_SHARE) {
             let sign = if *share < 0.0 { '-' } else { '+' };
@@ -95,7 +98,7 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
     Ok(kept)
 }
 
-/// The regressor at rest, Y(q, 0, 0), row by row.
+/// The base regressor at rest, Y(q, 0, 0), row by row.
 fn at_rest(model: &Model, q: &[f64]) -> Vec<f64> {
     let (n, p) = (q.len(), model.regressor().parameters().len());
     let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
@@ -109,11 +112,11 @@ pub struct PostureEstimate {
     pub parameters: Vec<GravityParameter>,
     /// Value and standard deviation of each gravity parameter.
     pub values: Vec<ValueWithSigma>,
-    /// Nominal value of each gravity parameter. `None` if the model has no inertial parameters.
+    /// Nominal value of each gravity parameter; `None` if the model has no inertial parameters.
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
-    /// Whether each joint is prismatic: its torque is a force, N, and its zero a length, m.
+    /// For each joint, whether it is prismatic. Its torque is then a force, N, and its zero error a length, m.
     pub slides: Vec<bool>,
     /// Offset of each joint's torque, with its standard deviation, N m (N).
     pub offsets: Vec<ValueWithSigma>,
@@ -125,13 +128,14 @@ pub struct PostureEstimate {
     pub postures: usize,
     /// Whether the postures are plateaus of a log.
     pub are_plateaus: bool,
-    /// Zeros and mount, estimated with the nominal bodies. `None` if this is not possible.
+    /// Zero errors and base orientation, estimated with the nominal bodies; `None` if this is not possible.
     pub placed: Option<ZerosAndMount>,
-    /// Mistakes in the columns that each explain the postures; one of them is present. Empty if there are none.
+    /// Mistakes in the columns. Each of them alone explains the postures. Empty if there are none.
     pub mistakes: Vec<Mistake>,
 }
 
-/// Identifies gravity parameters, zeros and mount. `options`: the transmission between the table and the joints.
+/// Identifies gravity parameters, zero errors and the base orientation. `options`: the transmission between the table and the
+/// joints.
 ///
 /// Fails if there are too few postures, if currents have no gains, or if joints are coupled.
 pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) -> Result<PostureEstimate, Error> {
@@ -162,7 +166,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
-    // Far zeros explain the postures only if, after they are applied, no far zeros remain.
+    // Large zero errors are accepted only if no large zero errors remain after they are corrected.
     let mut placed = placed(model, postures, &torques, &fit.deviations, options)?;
     if let Some(placed) = placed.as_mut().filter(|placed| placed.explains && !placed.is_near()) {
         placed.explains = mends(model, &parameters, (postures, &torques), placed, options)?;
@@ -184,8 +188,8 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     })
 }
 
-/// Whether no far zeros remain after the zeros `found` are applied. Free bodies explain far zeros badly, so standard deviations
-/// from free bodies include that error.
+/// Whether no large zero error remains after the zeros in `found` are corrected. Free bodies explain a large zero error badly, so
+/// the standard deviations of a fit of free bodies include it.
 fn mends(
     model: &Model,
     parameters: &[GravityParameter],
@@ -201,7 +205,7 @@ fn mends(
     Ok(again.is_some_and(|again| again.explains && again.is_near()))
 }
 
-/// Fits gravity parameters, and an offset of each joint's torque, to torques at positions.
+/// Fits gravity parameters and one offset per joint to the torques at positions.
 fn free_bodies(
     model: &Model,
     parameters: &[GravityParameter],
@@ -220,9 +224,10 @@ fn free_bodies(
     PostureFit::of(&joints, torques, NOT_IDENTIFIABLE)
 }
 
-/// Joint positions and torques from the motor values in the table: q = q_m / r + q_0, tau = r tau_m / s.
+/// Converts motor values of the table to joint positions and torques: q = q_m / r + q_0, tau = r tau_m / s. r: gear ratio; s:
+/// torque scale.
 ///
-/// Fails if motors are coupled to several joints.
+/// Fails if a motor moves several joints.
 fn at_the_joints(
     postures: &Postures,
     mut torques: Vec<DVector<f64>>,
@@ -246,7 +251,7 @@ fn at_the_joints(
     Ok((found, torques))
 }
 
-/// Torques of each joint, one per posture, N m (N), from torques or currents in the table.
+/// For each joint, its torques at all postures, N m (N), from the torques or currents in the table.
 fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<Vec<DVector<f64>>, Error> {
     let n = postures.coordinates.len();
     let gains = match (postures.effort_is, gains) {
@@ -292,7 +297,7 @@ impl PostureEstimate {
                 "residual": self.residuals[j],
                 "torque": self.torques[j],
             })).collect::<Vec<_>>(),
-            // "left" is the residual as a share of the torques, in [0, 1].
+            // "left" is the relative residual of the torques, in [0, 1].
             "mistakes": self.mistakes.iter().map(|mistake| json!({
                 "fault": mistake.fault,
                 "remedy": mistake.remedy,
@@ -345,7 +350,7 @@ impl fmt::Display for PostureEstimate {
             );
             writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
         }
-        // Mistakes of the columns; if there are any, zeros and mount have no meaning.
+        // Mistakes in the columns. If there are any, zero errors and base orientation have no meaning.
         for (k, mistake) in self.mistakes.iter().enumerate() {
             let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
             let bodies =
@@ -361,7 +366,7 @@ impl fmt::Display for PostureEstimate {
             return Ok(());
         }
         let Some(placed) = &self.placed else { return Ok(()) };
-        // Zeros and mount, estimated with the nominal bodies.
+        // Zero errors and base orientation, estimated with the nominal bodies.
         let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));
         writeln!(
             f,

@@ -1,11 +1,11 @@
-//! Estimates zeros and mount with which the nominal bodies explain the postures.
+//! Estimates the zero errors and the base orientation (mount) with which the nominal bodies explain the postures.
 //!
 //! ```text
 //! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| nominal
 //! ```
-//! T_i is the torque of the nominal bodies under gravity of 1 m/s^2 along axis i of the base. The method is Gauss-Newton in z and
-//! in two rotations of g about axes normal to g. A joint whose axis is along nominal gravity has no zero, because a rotation of
-//! the mount would be equivalent.
+//! T_i: torque of the nominal bodies under a gravity of 1 m/s^2 along axis i of the base; z: zero errors; g: gravity; OFF:
+//! offset. The method is Gauss-Newton for z and for two rotations of g about axes normal to g. A joint with an axis along nominal
+//! gravity gets no zero error, because a rotation of the base would be equivalent.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::Change;
@@ -22,49 +22,51 @@ use rist::describe::description::rounded_rpy;
 use rist::fit::gravity_direction::{base, mounted};
 use rist::fit::mount::{Tilt, axes};
 
-/// In the search for another mount, a joint has no weight if its torque is below this share of the largest torque.
+/// In the search for another base orientation, a joint has no weight if its torque is below this fraction of the largest torque.
 const SMALL_TORQUE: f64 = 1e-3;
-/// Greatest number of postures in the search for mistakes.
+/// Largest number of postures that are used in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// After zeros were applied, a remaining zero above this is not noise, rad (m).
+/// If a zero error above this remains after zero errors were corrected, it is not noise, rad (m).
 const FAR_ZERO: f64 = 0.1;
-/// Greatest number of steps in the search for zeros and mount.
+/// Largest number of steps in the search for zero errors and base orientation.
 const MAX_STEPS: usize = 50;
-/// Greatest change of a zero or angle in one step, rad (m).
+/// Largest change of a zero error or an angle in one step, rad (m).
 const LARGEST_STEP: f64 = 0.3;
-/// The nominal bodies explain postures if their residual is at most this times the standard deviation of free bodies.
+/// The nominal bodies explain the postures if their residual is at most this number of standard deviations of a fit of free
+/// bodies.
 const EXPLAINED_TIMES: f64 = 2.0;
-/// A zero or mount is significant if it exceeds this number of standard deviations.
+/// A zero error or a base rotation is significant if it exceeds this number of standard deviations.
 const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
-/// A combination of zeros and mount is not separable if its singular value is at most this share of the largest.
+/// A combination of zero errors and base rotation is not separable if its singular value is at most this fraction of the largest
+/// one.
 const NOT_SEPARABLE: f64 = 3e-5;
-/// Greatest number of halvings of a step that increases the residual.
+/// Largest number of times that a step is halved because it increases the residual.
 const MAX_HALVINGS: i32 = 8;
-/// The search ends if a step reduces the residual by less than this share.
+/// The search ends if a step reduces the residual by less than this fraction.
 const SETTLED_SHARE: f64 = 1e-9;
-/// Step of a difference quotient, rad; the torques keep nine digits at this step.
+/// Step of the difference quotient for derivatives of the torques, rad. With this step, nine digits of the torques remain.
 const DIFFERENCE_STEP: f64 = 1e-5;
-/// A joint does not change any torque if its column is below this share of the largest column.
+/// A zero error has no effect on any torque if its column is below this fraction of the largest column.
 const IDLE_SHARE: f64 = 1e-8;
 
-/// Zeros and mount with which the nominal bodies explain the postures.
+/// The zero errors and the base orientation with which the nominal bodies explain the postures.
 pub struct ZerosAndMount {
-    /// Zero of each joint, to be added to its positions, with the standard deviation, rad (m).
+    /// For each joint, the angle (length) that is added to its positions, with the standard deviation, rad (m).
     pub zeros: Vec<ValueWithSigma>,
     /// Orientation of the base: roll, pitch and yaw, rad.
     pub base: [f64; 3],
-    /// Angle between estimated and nominal gravity, with the standard deviation, rad.
+    /// Angle between the estimated and the nominal direction of gravity, with the standard deviation, rad.
     pub tilt: ValueWithSigma,
-    /// Residuals as shares of the torques: [with nominal zeros and mount, with these zeros and mount].
+    /// Relative residuals of the torques: [nominal zeros and orientation, these zeros and this orientation].
     pub left: [f64; 2],
-    /// Whether the residual with these zeros and mount is as small as free bodies allow.
+    /// Whether the residual with these values is as small as the residual of free bodies.
     pub explains: bool,
-    /// The options that set these zeros. `None` if no zero is significant.
+    /// The options that set these zeros; `None` if no zero error is significant.
     held: Option<String>,
 }
 
-/// Estimates zeros and mount, starting from the nominal ones. `None` if the model has no bodies, or has loops that are solved
-/// numerically.
+/// Estimates zero errors and base orientation, starting from the nominal values. `None` if the model has no bodies, or if its
+/// loops are solved numerically.
 pub(super) fn placed(
     model: &Model,
     postures: &Postures,
@@ -85,7 +87,8 @@ pub(super) fn placed(
     let SearchEnd { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
-    // The share is over all torques, unweighted, because a joint that free bodies explain badly has a large standard deviation.
+    // The relative residual of all torques without weights, because a joint that free bodies explain badly has a large standard
+    // deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
         let left: f64 =
             search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
@@ -115,9 +118,9 @@ pub(super) fn placed(
     }))
 }
 
-/// Mistakes in the columns, found with the nominal bodies. Empty if the model has no bodies, or has loops that are solved
-/// numerically. `placed`: the estimated zeros and mount; if they explain nothing or are not significant, wrong zeros and mounts
-/// are also examined here.
+/// Mistakes in the columns, found with the nominal bodies. Empty if the model has no bodies, or if its loops are solved
+/// numerically. `placed`: the estimated zero errors and base orientation. If they explain nothing or are not significant, wrong
+/// zeros and base orientations are also examined here.
 pub(super) fn looks_for_mistakes(
     model: &Model,
     (postures, torques): (&Postures, &[DVector<f64>]),
@@ -130,12 +133,13 @@ pub(super) fn looks_for_mistakes(
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes.filter(|_| is_described && model.robot.passive.is_empty()) else { return Ok(Vec::new()) };
-    // Large tables would take long and add no information.
+    // Only some of the postures are used, because a large table would take long and give no more information.
     let step = postures.q.len().div_ceil(MAX_SEARCHED_POSTURES);
     let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
     let torques: Vec<DVector<f64>> =
         torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
-    // Before a fit there are no standard deviations, so joints have equal weights, except joints that gravity does not load.
+    // There are no standard deviations before a fit, so all joints have equal weights, except joints with nearly no gravity
+    // torque.
     let sizes: Vec<f64> = torques.iter().map(|x| x.add_scalar(-x.mean()).norm()).collect();
     let least = SMALL_TORQUE * sizes.iter().fold(0.0, |m: f64, x| m.max(*x));
     let deviations: Vec<f64> = sizes.iter().map(|x| x.max(least).max(f64::MIN_POSITIVE)).collect();
@@ -158,16 +162,16 @@ fn turns(model: &Model) -> Vec<bool> {
     (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
 
-/// The columns of each joint, and the residuals of its torques.
+/// For each joint, its columns and the residuals of its torques.
 type JointColumns = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
 
-/// The end of a search for zeros and mount.
+/// The result of a search for zero errors and gravity.
 struct SearchEnd {
     zeros: Vec<f64>,
     gravity: Vector3<f64>,
-    /// The last step, which gives the standard deviations.
+    /// The last Gauss-Newton step, from which the standard deviations follow.
     fit: PostureFit,
-    /// Sums of squared residuals over variances: [nominal placement, final placement].
+    /// Sums of squared residuals divided by variances: [at the nominal values, at the result].
     left: [f64; 2],
 }
 
@@ -181,7 +185,7 @@ struct PlacementSearch<'a> {
 }
 
 impl PlacementSearch<'_> {
-    /// Searches zeros and gravity by steps that reduce the residual, starting from the nominal gravity.
+    /// Searches zero errors and gravity by steps that reduce the residual. `described`: nominal gravity, where the search starts.
     fn found(&self, described: Vector3<f64>) -> Result<SearchEnd, Error> {
         let n = self.torques.len();
         let (mut zeros, mut gravity) = (vec![0.0; n], described);
@@ -189,13 +193,15 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling is equivalent to one with a shoulder zero of half a turn, so the mount alone is tried first.
+        // A robot on a ceiling is equivalent to a robot with a shoulder zero of half a turn. So a change of the base orientation
+        // alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
         }
-        // Then each single joint is tried, because steps from far away end at a local minimum.
+        // Then a zero error of each single joint is tried, because Gauss-Newton from a distant start would end at a local
+        // minimum.
         if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
             for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
                 let alone = |zero: f64| (0..n).map(|j| if j == k { zero } else { 0.0 }).collect::<Vec<_>>();
@@ -209,7 +215,7 @@ impl PlacementSearch<'_> {
             }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
-        // Gauss-Newton; a step that increases the residual is halved.
+        // Gauss-Newton. If a step increases the residual, it is halved.
         for _ in 0..MAX_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
             let [first, second] = axes(&gravity).map(|(_, axis)| axis);
@@ -231,20 +237,20 @@ impl PlacementSearch<'_> {
         Ok(SearchEnd { zeros, gravity, fit, left: [before, left] })
     }
 
-    /// One Gauss-Newton step for zeros, mount, and offsets of the torques.
+    /// One Gauss-Newton step for zero errors, gravity direction and torque offsets. `idle`: joints that get no zero error.
     fn step(&self, zeros: &[f64], gravity: &Vector3<f64>, idle: &[usize]) -> Result<PostureFit, Error> {
         let (mut columns, left) = self.look(zeros, gravity);
         columns.iter_mut().for_each(|c| idle.iter().for_each(|&k| c.column_mut(k).fill(0.0)));
         PostureFit::weighted(&columns, &left, self.deviations, NOT_SEPARABLE)
     }
 
-    /// Torques of each joint at position `q` under gravity, N m (N).
+    /// For each joint, its torque at the position `q` under gravity, N m (N).
     fn under(&self, q: &[f64], gravity: &Vector3<f64>) -> Vec<f64> {
         let by_axis: Vec<Vec<f64>> = self.axes.iter().map(|tilt| tilt.torques(q)).collect();
         (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
     }
 
-    /// Residuals of the torques of each joint, for at most `most` postures.
+    /// For each joint, the residuals of its torques, at no more than `most` postures.
     fn residuals(&self, zeros: &[f64], gravity: &Vector3<f64>, most: usize) -> Vec<DVector<f64>> {
         let step = self.postures.q.len().div_ceil(most).max(1);
         let rows = self.postures.q.iter().step_by(step);
@@ -254,7 +260,7 @@ impl PlacementSearch<'_> {
         (0..zeros.len()).map(joint).collect()
     }
 
-    /// The columns of the zeros, of the two rotations, and of the offsets; and the residuals.
+    /// The columns of the zero errors, of the two rotations of gravity, and of the offsets; and the residuals.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> JointColumns {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
@@ -279,18 +285,20 @@ impl PlacementSearch<'_> {
         (columns, self.residuals(zeros, gravity, usize::MAX))
     }
 
-    /// The sum of squares; each joint is divided by its standard deviation.
+    /// The sum of squares of the residuals, each divided by the standard deviation of its joint.
     fn squares(&self, left: &[DVector<f64>]) -> f64 {
         left.iter().zip(self.deviations).map(|(x, d)| x.norm_squared() / (d * d)).sum()
     }
 
-    /// The sum of squared residuals over variances, after removing the mean of each joint.
+    /// The sum of squares of the residuals, each divided by the standard deviation of its joint, after removing the mean of each
+    /// joint.
     fn residual_squares(&self, left: &[DVector<f64>]) -> f64 {
         let without_offset: Vec<DVector<f64>> = left.iter().map(|x| x.add_scalar(-x.mean())).collect();
         self.squares(&without_offset)
     }
 
-    /// The direction of gravity in the frame of the base, with nominal zeros. The torques are linear in this direction.
+    /// The direction of gravity in the base frame with nominal zeros, by linear least squares: the torques are linear in this
+    /// direction.
     fn gravity_alone(&self) -> Result<Vector3<f64>, Error> {
         let n = self.torques.len();
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 3 + n); n];
@@ -306,7 +314,7 @@ impl PlacementSearch<'_> {
     }
 }
 
-/// Indices of the joints that do not change any torque.
+/// Indices of the joints whose zero error has no effect on any torque.
 fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
     let size = |k: usize| columns.iter().map(|c| c.column(k).norm_squared()).sum::<f64>().sqrt();
     let sizes: Vec<f64> = (0..n).map(size).collect();
@@ -314,23 +322,23 @@ fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
     (0..n).filter(|&k| sizes[k] <= IDLE_SHARE * largest).collect()
 }
 
-/// Whether a value is significant.
+/// Whether a value differs significantly from zero.
 fn is_identifiable(value: &ValueWithSigma) -> bool {
     value.is_some_and(|(value, deviation)| value.abs() > SIGNIFICANT_DEVIATIONS * deviation)
 }
 
 impl ZerosAndMount {
-    /// Whether a zero or the mount differs significantly from the nominal value.
+    /// Whether a zero error or the base orientation differs significantly from the nominal value.
     pub fn differs(&self) -> bool {
         self.zeros.iter().chain([&self.tilt]).any(is_identifiable)
     }
 
-    /// Whether no significant zero exceeds [`FAR_ZERO`].
+    /// Whether no significant zero error exceeds [`FAR_ZERO`].
     pub(super) fn is_near(&self) -> bool {
         !self.zeros.iter().any(|value| is_identifiable(value) && value.is_some_and(|(zero, _)| zero.abs() > FAR_ZERO))
     }
 
-    /// The options that set the zeros and the mount; the mount comes first.
+    /// The options that set the base orientation and the zeros.
     pub fn remedy(&self) -> String {
         let mount = is_identifiable(&self.tilt).then(|| mounted(self.base));
         mount.into_iter().chain(self.held.clone()).collect::<Vec<_>>().join("; and ")

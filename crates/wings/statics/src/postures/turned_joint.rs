@@ -1,17 +1,17 @@
-//! Finds the angle of a joint with the smallest residual: grid search, then golden section search.
+//! Finds the zero error of a joint that minimises a residual: grid search, then golden section search.
 
 use std::f64::consts::TAU;
 
-/// Number of angles of the grid in a turn.
+/// Number of grid angles per turn.
 const GRID_ANGLES: u32 = 24;
-/// Interval width at which the golden section search ends, rad.
+/// The golden section search ends at this interval width, rad.
 const PRECISION_RAD: f64 = 1e-4;
-/// An angle smaller than this is not a mistake, rad.
+/// A smaller angle does not count as a mistake, rad.
 const LEAST_ANGLE_RAD: f64 = 0.1;
-/// An angle must remove at least this share of the residual.
+/// The angle must reduce the residual by at least this fraction.
 const LEAST_IMPROVEMENT: f64 = 0.02;
 
-/// The angle from -pi to pi with the smallest `residual`, rad. `None` if it is nearly zero or improves little.
+/// The angle in (-pi, pi] with the smallest `residual`, rad. `None` if it is nearly zero, or if it hardly reduces the residual.
 pub(super) fn turned_joint(residual: &impl Fn(f64) -> f64) -> Option<f64> {
     let step = TAU / f64::from(GRID_ANGLES);
     let grid = (0..GRID_ANGLES).map(|k| step * f64::from(k)).map(|angle| (residual(angle), angle));
