@@ -54,11 +54,16 @@ pub use table::{Lines, Table};
 pub mod reading {
     pub use gate::budget::Budget;
 
+    pub use crate::columns::words::is_clock;
     pub use crate::formats::compression::Compression;
+    pub use crate::formats::json::add_document;
     pub use crate::formats::message::{Channel, Message, ReadOutcome, Receiver};
+    pub use crate::formats::number::number;
+    pub use crate::formats::records::{Records, named};
     pub use crate::formats::registered::{
         LogFormat, LogReader, ReadBytes, ReadMessages, RowIterator, WantedChannels, register,
     };
     pub use crate::formats::stored_number::{NumberType, Numbers, time_note, without_unit};
+    pub use crate::formats::text_shapes::{IsShape, TextHead, rows};
     pub use crate::table::{MAX_CELLS, MAX_COLUMNS, MAX_FILE_BYTES, RowReader, check_header};
 }

@@ -175,7 +175,7 @@ impl Table {
             Some(LogReader::Recording { .. }) => {
                 return crate::formats::rosbag::recording::from_bytes(file, bytes, budget);
             }
-            Some(LogReader::Absent { .. }) | None => {}
+            Some(LogReader::Text { .. } | LogReader::Absent { .. }) | None => {}
         }
         match content {
             FileFormat::Numpy => crate::formats::npz::read(file, bytes, budget),

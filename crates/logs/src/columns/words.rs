@@ -284,7 +284,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
 }
 
 /// Whether a header is that of a clock.
-pub(crate) fn is_clock(header: &str) -> bool {
+pub fn is_clock(header: &str) -> bool {
     let header = header.to_lowercase();
     [parse(&header, &[]), parse(&unqualified(&header), &[])].concat().iter().any(|(quantity, ..)| *quantity == Time)
 }

@@ -41,24 +41,18 @@ impl Table {
         for (key, array) in arrays {
             match array.shape[..] {
                 [n] if n == rows && n > 1 => push(&mut table, key, array.values),
-                [n, k] if n == rows && n > 1 => {
+                // (k, N) is the order of MATLAB and HDF5: a row per signal.
+                [n, k] | [k, n] if n == rows && n > 1 && k > 0 => {
                     if table.header.len() + k > MAX_COLUMNS {
-                        let shape = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({n}, {k})");
-                        return Err(Error::at(file, 0, shape));
+                        let shape = format!("{:?}", array.shape);
+                        let message = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape {shape}");
+                        return Err(Error::at(file, 0, message));
                     }
+                    let is_transposed = array.shape[0] != rows;
                     for c in 0..k {
-                        let column = array.values.iter().skip(c).step_by(k).copied().collect();
+                        let values = array.values.iter().skip(if is_transposed { c * n } else { c });
+                        let column = values.step_by(if is_transposed { 1 } else { k }).take(n).copied().collect();
                         push(&mut table, format!("{key}_{}", c + 1), column);
-                    }
-                }
-                // As MATLAB and HDF5 store it: a row per signal.
-                [k, n] if n == rows && k > 0 => {
-                    if table.header.len() + k > MAX_COLUMNS {
-                        let shape = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({k}, {n})");
-                        return Err(Error::at(file, 0, shape));
-                    }
-                    for (c, column) in array.values.chunks_exact(n).enumerate() {
-                        push(&mut table, format!("{key}_{}", c + 1), column.to_vec());
                     }
                 }
                 [n] | [n, _] if n > 1 => table.notes.push(format!(

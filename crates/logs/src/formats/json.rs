@@ -51,7 +51,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     }
     for (k, line) in all {
         let mut reader = serde_json::Deserializer::from_slice(line);
-        let outcome = Place { rows: &mut rows, name: String::new() }.deserialize(&mut reader);
+        let outcome = add_document(&mut rows, &mut reader);
         outcome.and_then(|()| reader.end()).map_err(|e| Error::at(file, k + 1, format!("this is no JSON: {e}")))?;
         rows.end_row(k + 1).map_err(|e| Error::at(file, k + 1, e))?;
     }
@@ -101,10 +101,15 @@ impl<'de> Visitor<'de> for &mut Records<'_> {
     }
 }
 
+/// Adds a document of named values to the current row of records. Fails where it is damaged, or has too many values.
+pub fn add_document<'de, D: Deserializer<'de>>(rows: &mut Records, document: D) -> Result<(), D::Error> {
+    Place { rows, name: String::new() }.deserialize(document)
+}
+
 /// A value of a row, with the name that leads to it.
-pub(super) struct Place<'a, 'b> {
-    pub rows: &'a mut Records<'b>,
-    pub name: String,
+struct Place<'a, 'b> {
+    rows: &'a mut Records<'b>,
+    name: String,
 }
 
 impl<'de> DeserializeSeed<'de> for Place<'_, '_> {

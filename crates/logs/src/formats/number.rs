@@ -3,7 +3,7 @@
 /// The number in a cell; NaN if the cell denotes a missing number; `None` for other text.
 ///
 /// If the delimiter is not a comma, a comma is a decimal point. A date with a time is converted to s since 1970.
-pub(super) fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
+pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
     }

@@ -18,7 +18,8 @@ const MAX_NAME_BYTES: usize = 256;
 const NAMES: &str = "name";
 
 /// Rows that were read.
-pub(super) struct Records<'a> {
+pub struct Records<'a> {
+    /// The memory that the rows may still take.
     pub budget: &'a mut Budget,
     places: BTreeMap<String, usize>,
     header: Vec<String>,
@@ -38,7 +39,8 @@ enum RowValue {
 }
 
 impl Records<'_> {
-    pub(super) fn new(budget: &mut Budget) -> Records<'_> {
+    /// No rows yet.
+    pub fn new(budget: &mut Budget) -> Records<'_> {
         Records {
             budget,
             places: BTreeMap::new(),
@@ -52,12 +54,12 @@ impl Records<'_> {
     }
 
     /// Adds a number to the current row. Fails when the row has too many values.
-    pub(super) fn set(&mut self, name: &str, x: f64) -> Result<(), String> {
+    pub fn set(&mut self, name: &str, x: f64) -> Result<(), String> {
         self.add(name, RowValue::Number(x))
     }
 
     /// Adds a text to the current row: a name of a joint, or a cell without a number.
-    pub(super) fn set_text(&mut self, name: &str, text: &str) -> Result<(), String> {
+    pub fn set_text(&mut self, name: &str, text: &str) -> Result<(), String> {
         self.add(name, RowValue::Text(text.chars().take(MAX_NAME_BYTES).collect()))
     }
 
@@ -72,7 +74,7 @@ impl Records<'_> {
     /// Ends the current row, which begins at `line` of the file; 0: without a line.
     ///
     /// Fails when there are too many columns, or the budget is spent.
-    pub(super) fn end_row(&mut self, line: usize) -> Result<(), String> {
+    pub fn end_row(&mut self, line: usize) -> Result<(), String> {
         let mut row = std::mem::take(&mut self.row);
         name_by_joints(&mut row);
         for (name, value) in row {
@@ -111,7 +113,7 @@ impl Records<'_> {
     }
 
     /// The table of all rows. Fails where no row holds a number; `expected`: an example of a row.
-    pub(super) fn into_table(mut self, file: &str, expected: &str) -> Result<Table, Error> {
+    pub fn into_table(mut self, file: &str, expected: &str) -> Result<Table, Error> {
         let missing = self.columns.iter().map(|column| self.count - column.len().min(self.count)).sum::<usize>();
         self.budget.draw(missing.saturating_mul(size_of::<f64>())).map_err(|e| Error::at(file, 0, e))?;
         let is_empty = self.columns.iter().all(Vec::is_empty);
@@ -149,7 +151,7 @@ fn name_by_joints(row: &mut [(String, RowValue)]) {
 }
 
 /// A name below another. Fails when it is too long.
-pub(super) fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
+pub fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
     let all = if above.is_empty() { name.to_string() } else { format!("{above}{separator}{name}") };
     (all.len() <= MAX_NAME_BYTES).then_some(all).ok_or(format!("a name is longer than {MAX_NAME_BYTES} bytes"))
 }

@@ -9,6 +9,7 @@ use gate::source::RandomAccessFile;
 
 use crate::Error;
 use crate::formats::message::{Channel, ReadOutcome, Receiver};
+use crate::formats::text_shapes::IsShape;
 use crate::table::{RowReader, Table};
 
 /// A format of log files.
@@ -53,6 +54,13 @@ pub enum LogReader {
         /// Reads a stream from memory after it was decompressed.
         of_bytes: ReadBytes,
     },
+    /// A text that its first rows determine; it has no magic bytes.
+    Text {
+        /// Whether a text has this shape.
+        is_so: IsShape,
+        /// Reads the text.
+        read: ReadBytes,
+    },
     /// The file contains the messages of a ROS recording.
     Recording {
         /// Reads the messages of a file on disk.
@@ -91,7 +99,15 @@ pub fn format_names() -> Vec<&'static str> {
 
 /// The index of the format with these first bytes; `None` if no registered format has them.
 pub(crate) fn of_head(head: &[u8]) -> Option<usize> {
-    FORMATS.get()?.iter().position(|format| head.starts_with(format.magic))
+    FORMATS.get()?.iter().position(|format| !format.magic.is_empty() && head.starts_with(format.magic))
+}
+
+/// The shapes of texts, and their readers.
+pub(crate) fn text_shapes() -> impl Iterator<Item = (IsShape, ReadBytes)> {
+    FORMATS.get().into_iter().flatten().filter_map(|format| match format.reader {
+        LogReader::Text { is_so, read } => Some((is_so, read)),
+        _ => None,
+    })
 }
 
 /// The reader of a zip with these files; `None`: no format has one of them.

@@ -3,23 +3,19 @@
 //! | shape | first lines |
 //! |---|---|
 //! | UTF-16 | a byte order mark |
-//! | documents of YAML, as `ros2 topic echo` prints them | `---` or `header:`, `---` between messages |
-//! | elements of XML, as KUKA RSI sends them | `<Rob ..> .. </Rob>` per sample |
-//! | assignments, as robots' scripts print them | `[0.000] angles=[1, 2], torques=[3, 4]` |
-//! | lists in cells, as pandas writes them | `0.0,"[1, 2]","[3, 4]"` |
-//! | a row per joint | `timestamp,joint,position`, the joints in turn |
 //! | a row per signal | `q1,0.1,0.2,..`: far more cells than rows |
 //! | lines above the header, as oscilloscopes and PLCs write them | lines with fewer cells than the numbers below |
 //!
-//! The first [`HEAD_BYTES`] determine the shape; other texts are read by `delimited`, some rows at a time.
+//! Other packages register more ([`LogReader::Text`](crate::reading::LogReader)). The first [`HEAD_BYTES`] determine the shape; other
+//! texts are read by `delimited`, some rows at a time.
 
 use gate::budget::Budget;
 
 use crate::Error;
 use crate::formats::delimited::{TableReader, delimiter};
 use crate::formats::number::number;
+use crate::formats::registered::{ReadBytes, text_shapes};
 use crate::formats::rows::Dialect;
-use crate::formats::{assignments, documents, list_cells, per_joint};
 use crate::table::{RowReader, Table, check_header};
 
 /// Bytes of a text that determine its shape.
@@ -31,57 +27,52 @@ const HEAD_ROWS: usize = 200;
 /// Rows of numbers below the header that show where a table begins.
 const ROWS_OF_A_TABLE: usize = 3;
 
-/// Reads a text in a shape of its own. Fails where it does not have the shape after all.
-pub(crate) type ReadText = fn(&str, &[u8], &mut Budget) -> Result<Table, Error>;
+/// Whether a text has a shape, by its first rows.
+pub type IsShape = fn(&TextHead) -> bool;
 
 /// The reader of a text with these first bytes; `None` for a table with a row per sample.
-pub(crate) fn reader(head: &[u8]) -> Option<ReadText> {
-    let shapes: [(fn(&Head) -> bool, ReadText); 8] = [
-        (is_utf16, utf16),
-        (documents::is_yaml, documents::read_yaml),
-        (documents::is_xml, documents::read_xml),
-        (assignments::is_so, assignments::read),
-        (list_cells::is_so, list_cells::read),
-        (per_joint::is_so, per_joint::read),
-        (is_row_per_signal, row_per_signal),
-        (has_lines_above, below_lines),
-    ];
-    let head = Head::of(head);
-    shapes.iter().find(|(is_so, _)| is_so(&head)).map(|(_, read)| *read)
+pub(crate) fn reader(head: &[u8]) -> Option<ReadBytes> {
+    let own: [(IsShape, ReadBytes); 3] =
+        [(is_utf16, utf16), (is_row_per_signal, row_per_signal), (has_lines_above, below_lines)];
+    let head = TextHead::of(head);
+    text_shapes().chain(own).find(|(is_so, _)| is_so(&head)).map(|(_, read)| read)
 }
 
 /// The first rows of a text.
-pub(super) struct Head<'a> {
+pub struct TextHead<'a> {
+    /// The first bytes, without a byte order mark of UTF-8.
     pub bytes: &'a [u8],
     /// The whole lines with text; a comment is none.
     pub lines: Vec<&'a str>,
     /// The first lines as cells.
     pub rows: Vec<Vec<String>>,
+    /// The delimiter of cells; `None`: blanks.
     pub delimiter: Option<u8>,
 }
 
-impl Head<'_> {
-    fn of(bytes: &[u8]) -> Head<'_> {
+impl TextHead<'_> {
+    /// From the first bytes of a text, at most 64 KiB.
+    pub fn of(bytes: &[u8]) -> TextHead<'_> {
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let is_cut = bytes.len() >= HEAD_BYTES - 3;
         let whole = if is_cut { memchr::memrchr(b'\n', bytes).map_or(bytes.len(), |end| end + 1) } else { bytes.len() };
         let text = std::str::from_utf8(&bytes[..whole]).unwrap_or_default();
         let lines: Vec<&str> =
             text.lines().filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#')).collect();
-        let delimiter = Head::delimiter_of(bytes);
+        let delimiter = TextHead::delimiter_of(bytes);
         let rows = rows(text.as_bytes(), delimiter).take(HEAD_ROWS).map(|(_, row)| row).collect();
-        Head { bytes, lines, rows, delimiter }
+        TextHead { bytes, lines, rows, delimiter }
     }
 
     /// The delimiter of a text, by its first line with text.
-    pub(super) fn delimiter_of(bytes: &[u8]) -> Option<u8> {
+    pub fn delimiter_of(bytes: &[u8]) -> Option<u8> {
         let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
         lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).and_then(delimiter)
     }
 }
 
 /// The rows of a text, each with its line, as cells.
-pub(super) fn rows(bytes: &[u8], delimiter: Option<u8>) -> impl Iterator<Item = (usize, Vec<String>)> {
+pub fn rows(bytes: &[u8], delimiter: Option<u8>) -> impl Iterator<Item = (usize, Vec<String>)> {
     let dialect = Dialect { delimiter, wanted: Vec::new() };
     let (mut at, mut ends) = (0, 0);
     std::iter::from_fn(move || {
@@ -96,7 +87,7 @@ fn is_number(cell: &str, delimiter: Option<u8>) -> bool {
     !cell.is_empty() && number(cell.as_bytes(), delimiter).is_some()
 }
 
-fn is_utf16(head: &Head) -> bool {
+fn is_utf16(head: &TextHead) -> bool {
     head.bytes.starts_with(b"\xff\xfe") || head.bytes.starts_with(b"\xfe\xff")
 }
 
@@ -113,7 +104,7 @@ fn utf16(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> 
 }
 
 /// Whether the first row holds the samples of a signal: more numbers than a table has columns, after a name at most.
-fn is_row_per_signal(head: &Head) -> bool {
+fn is_row_per_signal(head: &TextHead) -> bool {
     let first = head.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let cells = rows(first, head.delimiter.or(delimiter(first))).next().map(|(_, cells)| cells).unwrap_or_default();
     cells.len() >= MIN_CELLS_OF_A_SIGNAL && cells[1..cells.len() - 1].iter().all(|cell| is_number(cell, head.delimiter))
@@ -184,7 +175,7 @@ fn below(text: &[u8]) -> Option<Below> {
     })
 }
 
-fn has_lines_above(head: &Head) -> bool {
+fn has_lines_above(head: &TextHead) -> bool {
     // A table whose header misses a name is no table below other lines.
     below(head.lines.join("\n").as_bytes()).is_some_and(|below| below.numbers > 2 || below.first_width == 1)
 }

@@ -15,6 +15,7 @@ mod mat;
 mod par;
 #[cfg(feature = "rosbag2-sqlite")]
 mod sqlite;
+mod text;
 mod workbook;
 
 use logs::reading::{LogFormat, LogReader};
@@ -27,7 +28,7 @@ pub use par::write_par;
 /// The readers and writers that this wing registers.
 pub fn wing() -> Wing {
     Wing {
-        log_formats: vec![
+        log_formats: [
             LogFormat { name: "Arrow", magic: arrow::messages::FILE_MAGIC, reader: arrow::FILE },
             LogFormat { name: "Arrow", magic: b"\xff\xff\xff\xff", reader: arrow::STREAM },
             LogFormat { name: ".mat", magic: b"MATLAB 5.0 MAT", reader: LogReader::Whole(mat::read) },
@@ -38,7 +39,10 @@ pub fn wing() -> Wing {
                 magic: b"SQLite format 3\0",
                 reader: LogReader::Recording { of_file: sqlite::read_file, of_bytes: sqlite::read_bytes },
             },
-        ],
+        ]
+        .into_iter()
+        .chain(text::SHAPES)
+        .collect(),
         mesh_formats: vec![MeshFormat { extension: "dae", vertices: Ok(collada::vertices) }],
         writers: vec![DescriptionWriter { format: DescriptionFormat::Par, write: Ok(write_par) }],
         ..Wing::default()

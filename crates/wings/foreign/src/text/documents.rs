@@ -3,16 +3,10 @@
 //! Of XML, an attribute is a column element.attribute (`AIPos.A1`) and the text of an element a column with its name (`IPOC`); the
 //! root is not part of the names.
 
-use gate::budget::Budget;
-use serde::de::DeserializeSeed;
-use serde_json::Value;
+use logs::reading::{Budget, Records, TextHead, add_document, named, number};
+use logs::{Error, Table};
 
-use crate::Error;
-use crate::formats::json::Place;
-use crate::formats::number::number;
-use crate::formats::records::{Records, named};
-use crate::formats::text_shapes::Head;
-use crate::table::Table;
+use serde_json::Value;
 
 /// The line between documents of YAML.
 const SEPARATOR: &str = "---";
@@ -22,7 +16,7 @@ const NOT_FINITE: [&str; 4] = ["-.inf", ".inf", ".nan", ".NaN"];
 const MEMORY_PER_BYTE: usize = size_of::<Value>();
 
 /// Whether documents of YAML follow each other.
-pub(super) fn is_yaml(head: &Head) -> bool {
+pub(crate) fn is_yaml(head: &TextHead) -> bool {
     let is_key = |line: &&&str| {
         line.split_once(':').is_some_and(|(key, _)| key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'))
     };
@@ -30,7 +24,7 @@ pub(super) fn is_yaml(head: &Head) -> bool {
 }
 
 /// Reads documents of YAML. Fails where one is no YAML, or none holds a number.
-pub(super) fn read_yaml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+pub(crate) fn read_yaml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = utf8(file, bytes)?;
     let mut rows = Records::new(budget);
     let mut documents = vec![(1, 0..0)];
@@ -49,7 +43,7 @@ pub(super) fn read_yaml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result
         rows.budget.clone().draw(document.len().saturating_mul(MEMORY_PER_BYTE)).map_err(failed)?;
         let document = NOT_FINITE.iter().fold(text[document].to_string(), |text, word| text.replace(word, "null"));
         let value: Value = serde_yaml::from_str(&document).map_err(|e| failed(e.to_string()))?;
-        Place { rows: &mut rows, name: String::new() }.deserialize(&value).map_err(|e| failed(e.to_string()))?;
+        add_document(&mut rows, &value).map_err(|e| failed(e.to_string()))?;
         rows.end_row(line).map_err(failed)?;
     }
     rows.into_table(file, "a message with numbers")
@@ -63,14 +57,14 @@ fn root(text: &str) -> Option<&str> {
 }
 
 /// Whether several elements with one name follow each other.
-pub(super) fn is_xml(head: &Head) -> bool {
+pub(crate) fn is_xml(head: &TextHead) -> bool {
     let Some(first) = head.lines.first().filter(|line| line.trim_start().starts_with('<')) else { return false };
     let text = head.lines.join("\n");
     root(first).or(root(&text)).is_some_and(|root| text.matches(&format!("</{root}>")).count() > 1)
 }
 
 /// Reads elements of XML. Fails where one is no XML, or none holds a number.
-pub(super) fn read_xml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+pub(crate) fn read_xml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = utf8(file, bytes)?;
     let end = format!("</{}>", root(text).unwrap_or_default());
     let mut rows = Records::new(budget);
@@ -119,7 +113,7 @@ mod tests {
     use super::*;
 
     fn table(text: &str) -> Result<Table, String> {
-        Table::from_bytes("x", text.as_bytes()).map_err(|e| e.to_string())
+        crate::text::table(text).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -149,7 +143,7 @@ mod tests {
         let broken = table(&format!("{}{}<Rob><A></Rob>", element(1.0, 4), element(1.0, 8))).unwrap_err();
         assert!(broken.contains("x:3: this is no element of XML"), "{broken}");
         // One element is a description, no log.
-        assert!(!is_xml(&Head {
+        assert!(!is_xml(&TextHead {
             bytes: b"",
             lines: vec!["<robot name=\"a\">", "</robot>"],
             rows: vec![],

@@ -3,21 +3,18 @@
 //! A number is a column with its name, a list the columns name_1 .. name_k; a number before the first name, in brackets or not, is
 //! the column `time`.
 
-use gate::budget::Budget;
+use logs::reading::{Budget, Records, TextHead};
+use logs::{Error, Table};
 
-use crate::Error;
-use crate::formats::list_cells::numbers_of_list;
-use crate::formats::records::Records;
-use crate::formats::text_shapes::Head;
-use crate::table::Table;
+use crate::text::list_cells::numbers_of_list;
 
 /// Whether the first lines are assignments.
-pub(super) fn is_so(head: &Head) -> bool {
+pub(crate) fn is_so(head: &TextHead) -> bool {
     head.lines.len() > 1 && head.lines[..2].iter().all(|line| !of_line(line).1.is_empty())
 }
 
 /// Reads lines of assignments. Fails where there are too many columns.
-pub(super) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = String::from_utf8_lossy(bytes);
     let mut rows = Records::new(budget);
     for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
@@ -78,7 +75,7 @@ mod tests {
     #[test]
     fn names_and_lists_become_columns() {
         let text = "[0.000] angles=[1, -2.5], mode=run, torque: 3\n\n[0.004] angles=[2, -3], torque: 4\n";
-        let found = Table::from_bytes("x", text.as_bytes()).unwrap();
+        let found = crate::text::table(text).unwrap();
         assert_eq!(found.header, ["time", "angles_1", "angles_2", "torque"]);
         assert_eq!((&found.columns[2], &found.columns[0], found.line(1)), (&vec![-2.5, -3.0], &vec![0.0, 0.004], 3));
         // Hours and minutes are no assignment, and a header is none.

@@ -3,16 +3,10 @@
 //! The rows from one joint to its next appearance are a sample. A column of such a text becomes the columns name_<joint>; the clock
 //! is that of the sample's first row.
 
+use logs::reading::{Budget, Records, TextHead, is_clock, number, rows};
+use logs::{Error, Table};
+
 use std::collections::BTreeSet;
-
-use gate::budget::Budget;
-
-use crate::Error;
-use crate::columns::words::is_clock;
-use crate::formats::number::number;
-use crate::formats::records::Records;
-use crate::formats::text_shapes::{Head, rows};
-use crate::table::Table;
 
 /// Headers of the column that names the joint of a row.
 const JOINT_HEADERS: [&str; 14] = [
@@ -37,7 +31,7 @@ fn joint_column(header: &[String]) -> Option<usize> {
 }
 
 /// Whether the first rows name several joints in turn, at least twice each.
-pub(super) fn is_so(head: &Head) -> bool {
+pub(crate) fn is_so(head: &TextHead) -> bool {
     let Some((header, rows)) = head.rows.split_first() else { return false };
     let Some(column) = joint_column(header) else { return false };
     let joints: Vec<&String> = rows.iter().filter_map(|row| row.get(column)).collect();
@@ -47,8 +41,8 @@ pub(super) fn is_so(head: &Head) -> bool {
 }
 
 /// Reads a text with a row per joint. Fails where there are too many columns.
-pub(super) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
-    let delimiter = Head::delimiter_of(bytes);
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+    let delimiter = TextHead::delimiter_of(bytes);
     let mut all = rows(bytes, delimiter);
     let header = all.next().map(|(_, cells)| cells).unwrap_or_default();
     let column = joint_column(&header).unwrap_or_default();
@@ -90,19 +84,17 @@ pub(super) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn rows_of_joints_become_columns() {
         let text = "t,joint,position,effort\n0,b,1,5\n0,a,2,6\n0.1,b,3,7\n0.1,a,4,8\n0.2,b,5,9\n";
-        let found = Table::from_bytes("x", text.as_bytes()).unwrap();
+        let found = crate::text::table(text).unwrap();
         assert_eq!(found.header, ["t", "position_b", "effort_b", "position_a", "effort_a"]);
         assert_eq!((&found.columns[0], &found.columns[1]), (&vec![0.0, 0.1, 0.2], &vec![1.0, 3.0, 5.0]));
         // The last sample lacks joint a.
         assert!(found.columns[3][..2] == [2.0, 4.0] && found.columns[3][2].is_nan());
         assert_eq!(found.line(1), 4);
         // Numbers of motors, and a clock that goes on between them.
-        let found = Table::from_bytes("x", b"time_ms,id,pos\n0,1,1\n1,2,2\n10,1,3\n11,2,4\n").unwrap();
+        let found = crate::text::table("time_ms,id,pos\n0,1,1\n1,2,2\n10,1,3\n11,2,4\n").unwrap();
         assert_eq!((found.header.join(" "), &found.columns[0]), ("time_ms pos_1 pos_2".into(), &vec![0.0, 10.0]));
     }
 }

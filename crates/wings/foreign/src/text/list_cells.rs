@@ -3,16 +3,11 @@
 //! A list is the columns name_1 .. name_k. The list may stand in quotation marks or not, and its numbers may be apart by commas or
 //! blanks.
 
-use gate::budget::Budget;
-
-use crate::Error;
-use crate::formats::number::number;
-use crate::formats::records::Records;
-use crate::formats::text_shapes::{Head, rows};
-use crate::table::Table;
+use logs::reading::{Budget, Records, TextHead, number, rows};
+use logs::{Error, Table};
 
 /// The numbers of a text such as `[1, 2]`, `array([1. 2.])` or `(1, 2)`; `None` where it is no list of numbers.
-pub(super) fn numbers_of_list(text: &str) -> Option<Vec<f64>> {
+pub(crate) fn numbers_of_list(text: &str) -> Option<Vec<f64>> {
     let open = text.find(['[', '('])?;
     let inner = text[open..].trim_matches(|c: char| matches!(c, '[' | ']' | '(' | ')') || c.is_whitespace());
     let all = inner.split(|c: char| matches!(c, ',' | ';') || c.is_whitespace()).filter(|word| !word.is_empty());
@@ -40,15 +35,15 @@ fn unbroken(cells: Vec<String>, delimiter: Option<u8>) -> Vec<String> {
 }
 
 /// Whether the row below the header holds a list.
-pub(super) fn is_so(head: &Head) -> bool {
+pub(crate) fn is_so(head: &TextHead) -> bool {
     let [header, row, ..] = head.rows.as_slice() else { return false };
     let row = unbroken(row.clone(), head.delimiter);
     row.len() == header.len() && row.iter().any(|cell| is_list(cell))
 }
 
 /// Reads a text with lists in cells. Fails where there are too many columns.
-pub(super) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
-    let delimiter = Head::delimiter_of(bytes);
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+    let delimiter = TextHead::delimiter_of(bytes);
     let mut all = rows(bytes, delimiter);
     let header = all.next().map(|(_, cells)| cells).unwrap_or_default();
     let mut found = Records::new(budget);
@@ -73,8 +68,6 @@ pub(super) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn lists_become_columns_however_they_are_written() {
         for text in [
@@ -83,7 +76,7 @@ mod tests {
             "t,q,mode\n0,[1, -2.5],a\n0.1,[2, -3],a\n",
             "t;q;mode\n0;array([1, -2.5]);a\n0.1;array([2, -3]);a\n",
         ] {
-            let found = Table::from_bytes("x", text.as_bytes()).unwrap();
+            let found = crate::text::table(text).unwrap();
             assert_eq!(found.header, ["t", "q_1", "q_2", "mode"], "{text}");
             assert_eq!((&found.columns[0], &found.columns[2]), (&vec![0.0, 0.1], &vec![-2.5, -3.0]), "{text}");
         }

@@ -1,0 +1,27 @@
+//! Logs as text in shapes of their own.
+
+use logs::reading::{LogFormat, LogReader};
+
+mod assignments;
+mod documents;
+mod list_cells;
+mod per_joint;
+
+/// The shapes, in the order of the search.
+pub(crate) const SHAPES: [LogFormat; 5] = [
+    shape("messages of `ros2 topic echo`", documents::is_yaml, documents::read_yaml),
+    shape("XML of KUKA RSI", documents::is_xml, documents::read_xml),
+    shape("lines of assignments", assignments::is_so, assignments::read),
+    shape("CSV with lists in cells", list_cells::is_so, list_cells::read),
+    shape("CSV with a row per joint", per_joint::is_so, per_joint::read),
+];
+
+const fn shape(name: &'static str, is_so: logs::reading::IsShape, read: logs::reading::ReadBytes) -> LogFormat {
+    LogFormat { name, magic: b"", reader: LogReader::Text { is_so, read } }
+}
+
+#[cfg(test)]
+fn table(text: &str) -> Result<logs::Table, logs::Error> {
+    logs::reading::register(SHAPES.into());
+    logs::Table::from_bytes("x", text.as_bytes())
+}
