@@ -19,10 +19,18 @@ pub(crate) struct Arguments {
     /// The log
     #[arg(value_name = "LOG")]
     log: PathBuf,
+
+    /// Rows per second of a log without a clock; by default from the velocities, if the log has them
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or("a positive number of Hz is expected".into())
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let found = rist::propose_columns(&arguments.model.read()?, &arguments.log)?;
+    let found = rist::propose_columns(&arguments.model.read()?, &arguments.log, arguments.rate)?;
     print_lines(&found, || Ok(found.to_json()))?;
     match found.is_whole() {
         true => Ok(()),

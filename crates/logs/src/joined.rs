@@ -103,7 +103,8 @@ fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table,
         let rows: Vec<String> =
             tables.iter().zip(names).map(|(table, name)| format!("{name} has {}", table.rows())).collect();
         let message = format!(
-            "files without a clock are joined row by row, and need as many rows: {}; add a column of the time to each file",
+            "files without a clock are joined row by row, and need as many rows: {}; add a column of the time to each file, or \
+             cut the rows that only one file has",
             rows.join(", ")
         );
         return Err(Error::at(file, 0, message));

@@ -150,7 +150,7 @@ const RATIO_TOLERANCE: f64 = 0.1;
 const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
 /// Proposes columns of a table for the coordinates of a robot.
-pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
+pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
     if let Ok(mapping) = Columns::find(table, coordinates, &ColumnNames::default()) {
         return of_names(table, coordinates, mapping);
     }
@@ -193,7 +193,7 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
         }
     }
     if names.time.is_none() {
-        row_rate((table, coordinates), &mut proposal, &mut names);
+        row_rate((table, coordinates), rate, &mut proposal, &mut names);
     }
     if names.torque.is_none() && names.current.is_none() && names.position.is_some() {
         goals((table, coordinates), &patterns, &mut proposal, &mut names);
@@ -236,8 +236,18 @@ fn says_si(header: &str) -> bool {
 }
 
 /// Proposes the rows per second of a log without a clock, where it has velocities.
-fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
+fn row_rate(
+    (table, coordinates): (&Table, &[String]),
+    given: Option<f64>,
+    proposal: &mut Proposal,
+    names: &mut ColumnNames,
+) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
+    if let Some(rate) = given {
+        proposal.columns.insert(0, Proposed { key: "rate", value: rate.to_string(), reason: "Hz, as given".into() });
+        names.rate = Some(rate);
+        return;
+    }
     // Any rate serves to find the columns.
     let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
     let found = Columns::find(table, coordinates, &with_rate).ok();
@@ -666,7 +676,7 @@ mod tests {
 
     #[test]
     fn what_is_found_by_name_needs_no_words() {
-        let proposal = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
+        let proposal = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints(), None);
         assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
     }
 
@@ -682,7 +692,7 @@ mod tests {
             for (column, f) in [(4, 13.0), (5, 17.0)] {
                 table.columns[column] = (0..400).map(|k| (f * 0.005 * f64::from(k)).cos()).collect();
             }
-            propose(&table, &joints())
+            propose(&table, &joints(), None)
         };
         let degrees = 180.0 / std::f64::consts::PI;
         let named = "q1,q2,dq1,dq2,tau1,tau2";
@@ -696,6 +706,8 @@ mod tests {
         for line in ["rate: 200 ", "position: [\"c1\", \"c2\"]", "torque: [\"c5\", \"c6\"]"] {
             assert!(unnamed.contains(line), "{line}\n{unnamed}");
         }
+        let given = propose(&table("x,a1,a2,dq1,dq2,tau1,tau2", [0.0, 1.0, 1.0, 1.0]), &joints(), Some(125.0));
+        assert!(given.to_string().contains("rate: 125 "), "{given}");
         for scale in [1.37, -1.0] {
             let found = without_clock(named, [1.0, 1.0, scale, 1.0]);
             assert!(found.mapping.is_none() && found.missing[0].contains("[rate=HZ]"), "{found} {:?}", found.missing);
@@ -706,17 +718,17 @@ mod tests {
     #[test]
     fn degrees_without_a_unit_in_the_header_are_proposed() {
         let degrees = 180.0 / std::f64::consts::PI;
-        let found = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints());
+        let found = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints(), None);
         let shown = found.to_string();
         assert!(shown.contains("position: \"deg\"") && shown.contains("velocity: \"deg/s\""), "{shown}");
-        let said = propose(&table("t,q1_rad,q2_rad,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints());
+        let said = propose(&table("t,q1_rad,q2_rad,dq1,dq2,tau1,tau2", [1.0, degrees, degrees, 1.0]), &joints(), None);
         assert!(!said.to_string().contains("position:"), "{said}");
     }
 
     /// `A1` would be an acceleration by its name: a column is one signal.
     #[test]
     fn names_of_joints_alone_are_positions_and_nothing_else() {
-        let proposal = propose(&table("t,A1,A2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
+        let proposal = propose(&table("t,A1,A2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints(), None);
         assert_eq!(
             (proposal.columns[1].key, proposal.columns[1].value.as_str()),
             ("position", "\"A{}\""),
@@ -730,7 +742,7 @@ mod tests {
     fn words_and_numbers_make_a_proposal_that_is_read() {
         let trace = "Takt,A1 Ist,A2 Ist,A1 Geschwindigkeit,A2 Geschwindigkeit,A1 Moment,A2 Moment";
         let degrees = 180.0 / std::f64::consts::PI;
-        let proposal = propose(&table(trace, [1e3, degrees, degrees, 1.0]), &joints());
+        let proposal = propose(&table(trace, [1e3, degrees, degrees, 1.0]), &joints(), None);
         let shown = proposal.to_string();
         for line in [
             "time: \"Takt\"",
@@ -747,14 +759,14 @@ mod tests {
         assert!((mapping.position[0].factor * degrees - 1.0).abs() < 1e-12);
         // The columns are found by joint names; set points are ignored.
         let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
-        let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
+        let shown = propose(&table(named, [1.0; 4]), &joints(), None).to_string();
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");
     }
 
     #[test]
     fn joints_in_other_letters_are_found() {
         let trace = "Sample time,Shoulder joint angle,Elbow joint angle,Shoulder speed,Elbow speed,Shoulder drive load,Elbow drive load";
-        let proposal = propose(&table(trace, [1.0; 4]), &joints());
+        let proposal = propose(&table(trace, [1.0; 4]), &joints(), None);
         let shown = proposal.to_string();
         assert!(shown.contains("position: [\"Shoulder joint angle\", \"Elbow joint angle\"]"), "{shown}");
         assert!(proposal.mapping.is_some() && shown.contains("torque: [\"Shoulder drive load\""), "{shown}");
@@ -769,14 +781,14 @@ mod tests {
         table.header.extend(["timestamp_fine".to_string(), "row".to_string()]);
         table.columns.extend([fine, (0..400).map(f64::from).collect()]);
         table.texts.extend([None, None]);
-        let shown = propose(&table, &["a".to_string(), "b".to_string()]).to_string();
+        let shown = propose(&table, &["a".to_string(), "b".to_string()], None).to_string();
         assert!(shown.contains("time: \"timestamp_fine\"") && shown.contains("by 0.005 a row"), "{shown}");
     }
 
     #[test]
     fn goals_of_servos_are_proposed_where_no_torque_is() {
         let header = "timestamp,observation.state_1,observation.state_2,speed_1,speed_2,action_1,action_2";
-        let shown = |table: &Table| propose(table, &joints()).to_string();
+        let shown = |table: &Table| propose(table, &joints(), None).to_string();
         let degrees = 180.0 / std::f64::consts::PI;
         let in_degrees = shown(&table(header, [1.0, degrees, 1.0, degrees]));
         for line in ["position: \"observation.state_{}\"", "goal: \"action_{}\"", "position: \"deg\""] {
@@ -792,7 +804,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_told_is_said() {
-        let proposal = propose(&table("t,a,b,c,d,e,f", [1.0; 4]), &joints());
+        let proposal = propose(&table("t,a,b,c,d,e,f", [1.0; 4]), &joints(), None);
         assert!(proposal.mapping.is_none());
         let said = proposal.missing.join("; ");
         assert!(said.contains("named like positions") && said.contains("torques or currents"), "{said}");

@@ -21,12 +21,13 @@ pub struct ColumnProposal {
 }
 
 /// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived.
+/// `rate`: rows per second, Hz, of a log without a clock; `None`: from the velocities, if the log has them.
 ///
 /// Fails if the log cannot be read.
-pub fn propose_columns(robot: &Robot, path: &Path) -> Result<ColumnProposal, Error> {
+pub fn propose_columns(robot: &Robot, path: &Path, rate: Option<f64>) -> Result<ColumnProposal, Error> {
     let table = Table::glance(path, READ_ROWS)?;
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
-    Ok(ColumnProposal { proposal: propose(&table, &coordinates), header: table.header })
+    Ok(ColumnProposal { proposal: propose(&table, &coordinates, rate), header: table.header })
 }
 
 impl ColumnProposal {
