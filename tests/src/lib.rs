@@ -29,6 +29,7 @@ pub mod recursion;
 pub mod remedies;
 pub mod rules;
 pub mod running_error;
+pub mod scrambled;
 pub mod snapshot;
 pub mod tape_robot;
 pub mod urdf_text;

@@ -15,6 +15,7 @@ use crate::columns::mapping::Columns;
 use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::relations::{Relations, relations};
 use crate::columns::row_rate::{rate, usual};
+use crate::columns::source::ColumnSource;
 use crate::columns::units::given_unit;
 use crate::columns::words::{Quantity, with_underscores};
 use crate::table::Table;
@@ -146,6 +147,8 @@ const MIN_TICKS: f64 = 100.0;
 const MAX_RANGE_DEG: f64 = 800.0;
 /// Largest relative difference between a measured velocity and the derivative of the position, for a known unit.
 const RATIO_TOLERANCE: f64 = 0.1;
+/// Units of a velocity, and the number of them in a rad/s.
+const VELOCITY_UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
 /// Smallest squared correlation between a velocity and the derivative of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
@@ -168,7 +171,7 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
         if is_found {
             continue;
         }
-        let score = |pattern: &str| score(pattern, words);
+        let score = |pattern: &str| score(pattern, quantity, words);
         let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
         let Some((pattern, columns)) = best else {
             if quantity == Quantity::Position
@@ -187,7 +190,7 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
         let reason = format!("{first} .. {last}: one per joint, named like a {key}");
         proposal.columns.push(Proposed { key, value, reason });
         *names_of(&mut names, quantity) = Some(given);
-        if let Some((unit, reason)) = unit(table, columns, quantity, clock, &names) {
+        if let Some((unit, reason)) = unit(table, columns, quantity, clock, factor_of(&names)) {
             proposal.units.push(Proposed { key, value: quoted(&unit), reason });
             set_unit(&mut names, quantity, unit);
         }
@@ -213,26 +216,37 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
 fn of_names(table: &Table, coordinates: &[String], mapping: Columns) -> Proposal {
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
-    let clock = mapping.rate.is_none().then_some((mapping.time.column, mapping.time.factor));
+    let column = mapping.time.column;
+    let is_judged = mapping.rate.is_none() && mapping.time_fraction.is_none() && !names_unit(&mapping.time);
+    let factor =
+        if is_judged { clock_unit(&table.columns[column], &mut proposal, &mut names) } else { mapping.time.factor };
+    let clock = mapping.rate.is_none().then_some((column, factor));
+    let mut position_factor = mapping.position[0].factor;
     let groups = [(Quantity::Position, Some(&mapping.position)), (Quantity::Velocity, mapping.velocity.as_ref())];
     for (quantity, sources) in groups {
         // A header with a unit is believed.
-        let Some(sources) = sources.filter(|all| all.iter().all(|of| !says_si(&of.header) && of.factor == 1.0)) else {
-            continue;
-        };
+        let Some(sources) = sources.filter(|all| !all.iter().any(names_unit)) else { continue };
         let columns: Vec<usize> = sources.iter().map(|source| source.column).collect();
-        if let Some((unit, reason)) = unit(table, &columns, quantity, clock, &names) {
+        if let Some((unit, reason)) = unit(table, &columns, quantity, clock, position_factor) {
             proposal.units.push(Proposed { key: key(quantity), value: quoted(&unit), reason });
             set_unit(&mut names, quantity, unit);
+            position_factor = factor_of(&names);
         }
     }
     proposal.mapping = Columns::find(table, coordinates, &names).ok().or(Some(mapping));
     proposal
 }
 
-/// Whether a header names the unit of SI.
-fn says_si(header: &str) -> bool {
-    words(header).iter().any(|word| matches!(word.as_str(), "rad" | "radians" | "radps"))
+/// Whether the header of a column names its unit.
+fn names_unit(source: &ColumnSource) -> bool {
+    let is_of_si = |word: &String| matches!(word.as_str(), "rad" | "radians" | "radps" | "s" | "sec" | "seconds");
+    source.factor != 1.0 || words(&source.header).iter().any(is_of_si)
+}
+
+/// The factor to rad of the positions.
+fn factor_of(names: &ColumnNames) -> f64 {
+    let unit = names.units.position.as_deref().unwrap_or("rad");
+    given_unit(Quantity::Position, unit).map_or(1.0, |unit| unit.factor)
 }
 
 /// Proposes the rows per second of a log without a clock, where it has velocities.
@@ -251,46 +265,40 @@ fn row_rate(
     // Any rate serves to find the columns.
     let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
     let found = Columns::find(table, coordinates, &with_rate).ok();
-    let factor_of_deg = std::f64::consts::PI / 180.0;
-    let rate = found.as_ref().and_then(|found| {
+    // The rate for each unit that the velocities may have.
+    let rates = found.as_ref().and_then(|found| {
         let velocities = found.velocity.as_ref()?;
-        let of = |to_rad_s: Option<f64>| {
+        let of = |per_rad_s: f64| {
             let pairs = found.position.iter().zip(velocities).map(|(q, dq)| {
-                let velocity = (table.columns[dq.column].as_slice(), to_rad_s.unwrap_or(dq.factor));
+                let velocity = (table.columns[dq.column].as_slice(), dq.factor / per_rad_s);
                 ((table.columns[q.column].as_slice(), q.factor), velocity)
             });
             rate(pairs)
         };
-        let as_named = of(None)?;
-        let in_degrees =
-            velocities.iter().all(|dq| dq.factor == 1.0 && !says_si(&dq.header)).then(|| of(Some(factor_of_deg)));
-        Some((as_named, in_degrees.flatten()))
+        let is_said = velocities.iter().any(names_unit);
+        let units = VELOCITY_UNITS.into_iter().filter(|(unit, _)| *unit == "rad/s" || !is_said);
+        units.map(|(unit, per_rad_s)| Some((unit, of(per_rad_s)?))).collect::<Option<Vec<(&str, f64)>>>()
     });
-    let said = match rate.map(|(as_named, in_degrees)| (as_named, usual(as_named), in_degrees.and_then(usual))) {
-        Some((_, Some(rate), None)) => {
-            Some((rate, "the velocities are the derivatives of the positions at this rate", None))
-        }
-        Some((_, None, Some(rate))) => {
-            Some((rate, "the velocities, in deg/s, are the derivatives of the positions at this rate", Some("deg/s")))
-        }
-        Some((rate, None, None)) => {
+    let usual: Vec<(&str, f64)> =
+        rates.iter().flatten().filter_map(|(unit, rate)| Some((*unit, usual(*rate)?))).collect();
+    let (unit, rate) = match (usual.as_slice(), rates.as_deref()) {
+        (&[found], _) => found,
+        (all, Some(&[(_, rate), ..])) => {
+            let what = if all.is_empty() { "which is no usual rate" } else { "if they are in SI units" };
             proposal.missing.push(format!(
-                "{NO_CLOCK}, and the velocities are the derivatives of the positions at {rate:.3} Hz, which is no usual rate: say \
-                 the rows per second, [rate=HZ]"
+                "{NO_CLOCK}, and the velocities are the derivatives of the positions at {rate:.3} Hz, {what}: say the rows per \
+                 second, [rate=HZ]"
             ));
             return;
         }
-        _ => None,
+        _ => return proposal.missing.push(format!("{NO_CLOCK}: say the rows per second, [rate=HZ]")),
     };
-    let Some((rate, reason, unit)) = said else {
-        return proposal.missing.push(format!("{NO_CLOCK}: say the rows per second, [rate=HZ]"));
-    };
-    proposal
-        .columns
-        .insert(0, Proposed { key: "rate", value: rate.to_string(), reason: format!("Hz; {NO_CLOCK}; {reason}") });
+    let reason = format!("Hz; {NO_CLOCK}; the velocities are the derivatives of the positions at this rate");
+    proposal.columns.insert(0, Proposed { key: "rate", value: rate.to_string(), reason });
     names.rate = Some(rate);
-    if let Some(unit) = unit {
-        proposal.units.push(Proposed { key: "velocity", value: quoted(unit), reason: "as the rate says".into() });
+    if unit != "rad/s" {
+        let reason = "at no usual rate are they the derivatives in another unit".into();
+        proposal.units.push(Proposed { key: "velocity", value: quoted(unit), reason });
         set_unit(names, Quantity::Velocity, unit.into());
     }
 }
@@ -356,10 +364,14 @@ fn by_values(
     let Relations { positions, velocities, others } = found;
     let mut propose = |quantity: Quantity, columns: &[usize], reason: &str| {
         let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
-        let quoted: Vec<String> = headers.iter().map(|header| quoted(header)).collect();
-        let value = format!("[{}]", quoted.join(", "));
+        let each: Vec<String> = headers.iter().map(|header| quoted(header)).collect();
+        let value = format!("[{}]", each.join(", "));
         proposal.columns.push(Proposed { key: key(quantity), value, reason: reason.into() });
         *names_of(names, quantity) = Some(NamePattern::Each(headers));
+        if let Some((unit, reason)) = unit(table, columns, quantity, clock, factor_of(names)) {
+            proposal.units.push(Proposed { key: key(quantity), value: quoted(&unit), reason });
+            set_unit(names, quantity, unit);
+        }
     };
     propose(Quantity::Position, &positions, "other columns are their derivatives");
     propose(Quantity::Velocity, &velocities, "the derivatives of the positions");
@@ -398,7 +410,7 @@ fn goals(
     names.goal = Some(given);
     // Goals have the unit of the positions, unless the ranges of the values indicate another unit.
     let of_positions = names.units.position.clone().unwrap_or_else(|| "rad".into());
-    let of_goals = unit(table, columns, Quantity::Position, None, names).map_or_else(|| "rad".into(), |unit| unit.0);
+    let of_goals = unit(table, columns, Quantity::Position, None, 1.0).map_or_else(|| "rad".into(), |unit| unit.0);
     if of_goals != of_positions {
         let reason = format!("they span other numbers than the positions, which are in {of_positions}");
         proposal.units.push(Proposed { key: "goal", value: quoted(&of_goals), reason });
@@ -456,9 +468,15 @@ fn words(header: &str) -> Vec<String> {
 }
 
 /// The rank of a pattern for the words of a quantity; the smallest rank is the best. `None` if no word matches.
-fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
+fn score(pattern: &str, quantity: Quantity, wanted: &[&str]) -> Option<(usize, usize)> {
     let own = words(&pattern.replace("{joint}", " "));
     if own.iter().any(|word| OTHERS.split_whitespace().any(|other| other == word)) {
+        return None;
+    }
+    // Words of positions such as `state` and `actual` also stand in headers of velocities and torques: `motor_state[0].dq`.
+    let is_of_others = |(_, words): &(Quantity, &[&str])| own.iter().any(|own| words.contains(&own.as_str()));
+    let others = WORDS.iter().filter(|(other, _)| quantity == Quantity::Position && *other != quantity);
+    if others.into_iter().any(is_of_others) {
         return None;
     }
     let rank = wanted.iter().position(|word| own.iter().any(|own| own == word))?;
@@ -547,29 +565,35 @@ fn clock(
     let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
         return None;
     };
-    let x = &table.columns[column];
-    let step = middle(x.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect());
     proposal.columns.push(Proposed {
         key: "time",
         value: quoted(&table.header[column]),
-        reason: format!("counts up, by {} a row", short(step)),
+        reason: format!("counts up, by {} a row", short(step(&table.columns[column]))),
     });
     names.time = Some(table.header[column].clone());
-    // The sampling rate must be 20 Hz to 4 kHz, which determines the unit.
+    Some((column, clock_unit(&table.columns[column], proposal, names)))
+}
+
+/// The median step forward of a clock, in its unit.
+fn step(clock: &[f64]) -> f64 {
+    middle(clock.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect())
+}
+
+/// Proposes the unit of a clock if its step is no sampling period in s; returns the factor to s.
+fn clock_unit(clock: &[f64], proposal: &mut Proposal, names: &mut ColumnNames) -> f64 {
+    let step = step(clock);
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     let unit = units.into_iter().find(|unit| LOG_PERIODS_S.contains(&(step * unit.1)));
-    let Some((unit, factor)) = unit else { return Some((column, 1.0)) };
-    if unit != "s" {
-        let reason = format!(
-            "{} a row would be {} Hz in s, and are {:.0} Hz so",
-            short(step),
-            short(1.0 / step),
-            1.0 / (step * factor)
-        );
-        proposal.units.push(Proposed { key: "time", value: unit.into(), reason });
-        names.units.time = Some(unit.into());
-    }
-    Some((column, factor))
+    let Some((unit, factor)) = unit.filter(|unit| unit.0 != "s") else { return 1.0 };
+    let reason = format!(
+        "{} a row would be {} Hz in s, and are {:.0} Hz so",
+        short(step),
+        short(1.0 / step),
+        1.0 / (step * factor)
+    );
+    proposal.units.push(Proposed { key: "time", value: unit.into(), reason });
+    names.units.time = Some(unit.into());
+    factor
 }
 
 /// The unit of the columns of a quantity, with the reason. `None` if it is the SI unit or the unit in the header.
@@ -578,7 +602,7 @@ fn unit(
     columns: &[usize],
     quantity: Quantity,
     clock: Option<(usize, f64)>,
-    names: &ColumnNames,
+    position_factor: f64,
 ) -> Option<(String, String)> {
     let words: Vec<RawWord> = columns.iter().filter_map(|&c| RawWord::of(&table.columns[c])).collect();
     let word = words.first().map(|word| match word {
@@ -604,11 +628,8 @@ fn unit(
             format!("they span {} and would be {:.0} turns in rad", short(widest), widest / std::f64::consts::TAU),
         )),
         Quantity::Velocity => {
-            let position = names.units.position.as_deref().unwrap_or("rad");
-            let to_si = given_unit(Quantity::Position, position).ok()?.factor;
-            let ratio = slope_ratio(table, columns, clock?, to_si)?;
-            let known = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
-            let (unit, _) = known.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < RATIO_TOLERANCE)?;
+            let ratio = slope_ratio(table, columns, clock?, position_factor)?;
+            let (unit, _) = VELOCITY_UNITS.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < RATIO_TOLERANCE)?;
             (unit != "rad/s")
                 .then(|| (unit.into(), format!("they are {} times the slope of the position", short(ratio))))
         }
@@ -639,6 +660,9 @@ fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64),
 /// The median of the numbers.
 fn middle(mut numbers: Vec<f64>) -> f64 {
     let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return f64::NAN;
+    }
     *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
