@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use rist::{Array, ColumnNames, LogSource, Table};
@@ -78,9 +79,17 @@ fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<LogArgument>
 }
 
 fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<LogArgument> {
+    let of = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
+        Ok((key, value))
+    };
+    of_arrays(given.iter().map(of).collect::<PyResult<_>>()?, name)
+}
+
+/// A table of named arrays of Python.
+fn of_arrays(given: Vec<(String, Bound<'_, PyAny>)>, name: &str) -> PyResult<LogArgument> {
     let (mut arrays, mut texts) = (Vec::new(), Vec::new());
     for (key, value) in given {
-        let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
         let in_seconds = seconds(&value)?;
         match RowMajor::of_log(&key, in_seconds.as_ref().unwrap_or(&value)) {
             // NumPy converts a single number to an array without dimensions.
@@ -92,8 +101,20 @@ fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<LogArgument> {
 }
 
 fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<LogArgument> {
+    let columns = match arrow::columns(given) {
+        // pandas needs pyarrow for its Arrow stream; its columns are arrays of NumPy without it.
+        Err(e) if e.is_instance_of::<PyImportError>(given.py()) && given.hasattr("columns")? => {
+            let column = |key: PyResult<Bound<'_, PyAny>>| {
+                let key = key?;
+                Ok((key.str()?.to_string(), given.get_item(&key)?.call_method0("to_numpy")?))
+            };
+            let columns = given.getattr("columns")?.try_iter()?.map(column).collect::<PyResult<Vec<_>>>()?;
+            return of_arrays(columns, name);
+        }
+        columns => columns?,
+    };
     let (mut arrays, mut texts) = (Vec::new(), Vec::new());
-    for column in arrow::columns(given)? {
+    for column in columns {
         match column.content {
             Ok(values) => arrays.push((column.name, Array { shape: vec![values.len()], values })),
             Err(format) => texts.push((column.name, format!("a value of the Arrow type {format}"))),

@@ -52,6 +52,31 @@ def test_arrays_and_frames_are_the_file(ur5, log, csv, estimate):
         np.testing.assert_array_equal(rist.identify(ur5, frame).values, estimate.values)
 
 
+class FrameWithoutPyarrow:
+    """A frame of pandas where pyarrow is absent: its Arrow stream raises an ImportError, its columns are arrays."""
+
+    def __init__(self, columns, error=ImportError("Missing optional dependency 'pyarrow'")):
+        self.data, self.columns, self.error = columns, list(columns), error
+
+    def __arrow_c_stream__(self, requested_schema=None):
+        raise self.error
+
+    def __getitem__(self, name):
+        class Series:
+            to_numpy = lambda _: np.asarray(self.data[name])
+
+        return Series()
+
+
+def test_a_frame_without_pyarrow_is_read_by_its_columns(ur5, log, estimate):
+    columns = {"t": log["t"]} | {f"{key}{k + 1}": log[key][:, k] for key in ("q", "dq", "tau") for k in range(6)}
+    found = rist.identify(ur5, FrameWithoutPyarrow(columns | {"note": ["x"] * len(log["t"])}))
+    np.testing.assert_array_equal(found.values, estimate.values)
+    # Any other error of the frame is its own.
+    with pytest.raises(RuntimeError, match="broken"):
+        rist.identify(ur5, FrameWithoutPyarrow(columns, RuntimeError("broken")))
+
+
 class Stream:
     """What has an Arrow stream of NumPy columns, without any library of frames: pandas and polars may be absent."""
 

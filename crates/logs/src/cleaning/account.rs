@@ -190,8 +190,9 @@ impl LeftOutRows {
             return refused(*first_backwards, message);
         }
         if *clock_repeated as f64 > MAX_REPEATED_SHARE * rows as f64 {
-            let message =
-                format!("column `{time}` stands still in {clock_repeated} of {rows} rows; it is not the time");
+            let message = format!(
+                "column `{time}` stands still in {clock_repeated} of {rows} rows; it is not the time: if the rows are equally spaced, say the rows per second, [rate=HZ]"
+            );
             return refused(None, message);
         }
         Ok(())

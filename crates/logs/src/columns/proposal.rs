@@ -155,7 +155,7 @@ const MIN_SQUARED_CORRELATION: f64 = 0.8;
 /// Proposes columns of a table for the coordinates of a robot.
 pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
     if let Ok(mapping) = Columns::find(table, coordinates, &ColumnNames::default()) {
-        return of_names(table, coordinates, mapping);
+        return of_names(table, coordinates, rate, mapping);
     }
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
@@ -213,10 +213,15 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
 }
 
 /// The proposal where all columns are found by their names: units that no header names and that the values contradict.
-fn of_names(table: &Table, coordinates: &[String], mapping: Columns) -> Proposal {
+fn of_names(table: &Table, coordinates: &[String], rate: Option<f64>, mapping: Columns) -> Proposal {
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
     let column = mapping.time.column;
+    if mapping.rate.is_none() && mapping.time_fraction.is_none() && !rises(&table.columns[column]) {
+        row_rate((table, coordinates), rate, &mut proposal, &mut names);
+        proposal.mapping = if names.rate.is_some() { Columns::find(table, coordinates, &names).ok() } else { None };
+        return proposal;
+    }
     let is_judged = mapping.rate.is_none() && mapping.time_fraction.is_none() && !names_unit(&mapping.time);
     let factor =
         if is_judged { clock_unit(&table.columns[column], &mut proposal, &mut names) } else { mapping.time.factor };
@@ -538,13 +543,6 @@ fn clock(
     proposal: &mut Proposal,
     names: &mut ColumnNames,
 ) -> Option<(usize, f64)> {
-    // A clock increases except at the start of each episode, and there are few episodes.
-    let rises = |column: &&usize| {
-        let x = &table.columns[**column];
-        let (up, back) =
-            x.windows(2).fold((0, 0), |(up, back), w| (up + usize::from(w[1] > w[0]), back + usize::from(w[1] < w[0])));
-        up > 0 && back * STEPS_PER_RESTART <= up
-    };
     let is_named = |column: &usize| {
         words(&table.header[*column]).iter().any(|w| CLOCKS.split_whitespace().any(|clock| clock == w))
     };
@@ -560,8 +558,9 @@ fn clock(
     // `c{}` matches all columns of a table without headers.
     let of_joints = patterns.iter().filter(|(pattern, columns)| pattern != "c{}" && columns.len() > 1);
     let of_joints: Vec<usize> = of_joints.flat_map(|(_, columns)| columns.iter().copied()).collect();
-    let rising = (0..table.header.len()).filter(|column| rises(&column));
-    let rising = rising.filter(|column| is_named(column) || !of_joints.contains(column));
+    let rising = (0..table.header.len()).filter(|column| rises(&table.columns[*column]));
+    let is_apart = |column: &usize| !of_joints.contains(column) && !is_counter(&table.columns[*column]);
+    let rising = rising.filter(|column| is_named(column) || is_apart(column));
     let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
         return None;
     };
@@ -572,6 +571,18 @@ fn clock(
     });
     names.time = Some(table.header[column].clone());
     Some((column, clock_unit(&table.columns[column], proposal, names)))
+}
+
+/// Whether a column increases as a clock does: in most rows, except at the start of each of a few episodes.
+fn rises(x: &[f64]) -> bool {
+    let steps = |holds: fn(f64, f64) -> bool| x.windows(2).filter(|w| holds(w[0], w[1])).count();
+    let (up, back) = (steps(|a, b| b > a), steps(|a, b| b < a));
+    2 * up >= x.len().saturating_sub(1).max(1) && back * STEPS_PER_RESTART <= up
+}
+
+/// Whether a column counts the rows: its steps are 1, in an unknown unit.
+fn is_counter(x: &[f64]) -> bool {
+    x.windows(2).all(|w| w[1] - w[0] == 1.0)
 }
 
 /// The median step forward of a clock, in its unit.
@@ -794,6 +805,25 @@ mod tests {
         let shown = proposal.to_string();
         assert!(shown.contains("position: [\"Shoulder joint angle\", \"Elbow joint angle\"]"), "{shown}");
         assert!(proposal.mapping.is_some() && shown.contains("torque: [\"Shoulder drive load\""), "{shown}");
+    }
+
+    /// A counter of rows, and stamps that stand still in most rows, are no clock: the velocities show the rate.
+    #[test]
+    fn counters_and_repeated_stamps_are_no_clock() {
+        let of = |header: &str, clock: &dyn Fn(usize) -> f64| {
+            let mut table = table(header, [1.0; 4]);
+            table.columns[0] = (0..400).map(clock).collect();
+            propose(&table, &joints(), None)
+        };
+        let named = ",q1,q2,dq1,dq2,tau1,tau2";
+        for found in [
+            of(&format!("cycle{named}"), &|row| row as f64 + 7.0),
+            of(&format!("t{named}"), &|row| 0.02 * (row / 4) as f64),
+        ] {
+            assert_eq!(found.mapping.as_ref().and_then(|mapping| mapping.rate), Some(200.0), "{found}");
+        }
+        let counted = of(&format!("time{named}"), &|row| 5.0 * row as f64);
+        assert_eq!(counted.mapping.as_ref().map(|mapping| mapping.time.factor), Some(1e-3), "{counted}");
     }
 
     #[test]
