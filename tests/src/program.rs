@@ -130,9 +130,23 @@ pub fn folder(name: &str) -> PathBuf {
     if !made.insert(folder.clone()) {
         return folder;
     }
+    remove_abandoned(name);
     std::fs::remove_dir_all(&folder).ok();
     std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     folder
+}
+
+/// Removes the folders with this name whose process has ended: up to 50 MB each. Does nothing on systems without /proc.
+fn remove_abandoned(name: &str) {
+    let processes = Path::new("/proc");
+    let is_abandoned = |folder: &Path| {
+        let last = folder.file_name().and_then(|last| last.to_str()).unwrap_or_default();
+        let process = last.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
+        let process = process.filter(|process| process.bytes().all(|b| b.is_ascii_digit()));
+        process.is_some_and(|process| processes.join("self").exists() && !processes.join(process).exists())
+    };
+    let folders = std::fs::read_dir(target().join("tmp")).into_iter().flatten().flatten().map(|entry| entry.path());
+    folders.filter(|folder| is_abandoned(folder)).for_each(|folder| drop(std::fs::remove_dir_all(folder)));
 }
 
 /// The folder target/debug, or its equivalent. The test program is in its subfolder `deps`.
