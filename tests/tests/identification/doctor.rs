@@ -53,6 +53,8 @@ fn every_fault_is_named() {
     };
     let computed = Machine::exact(robot, &described(robot), &[1.2; 6]).log();
     add("computed torques", computed, &[], |f| *f == Fault::Computed);
+    let absolute = changed(&good, |l| each(&mut l.tau, f64::abs));
+    add("absolute torques", absolute, &[], |f| *f == Fault::AbsoluteTorque);
     add("kN m", changed(&good, |l| each(&mut l.tau, |x| 1e-3 * x)), &[], |f| *f == Fault::TorqueUnit(-3));
     add("the base's position", mirrored(&good, 0, true, false), &[0], |f| *f == Fault::Of(MotionSign(0), 0.0));
     add("a joint the other way round", mirrored(&good, 2, true, true), &[2], |f| *f == Fault::Of(Reversed(2), 0.0));

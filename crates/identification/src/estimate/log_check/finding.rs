@@ -51,6 +51,8 @@ pub enum Fault {
     OtherLoad(Option<f64>),
     /// Torques were computed from the description, not measured.
     Computed,
+    /// The torques are absolute values: they lack their sign.
+    AbsoluteTorque,
     /// The torque of a joint never changes, so it is not measured.
     DeadTorque,
     /// The torques are too small for any machine, e.g. uninitialised memory. The number is the largest torque, N m (N).
@@ -175,6 +177,7 @@ impl Finding {
             }
             Fault::OtherLoad(mass) => format!("{of} carries another load than in the description{}", of_mass(mass)),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
+            Fault::AbsoluteTorque => "the torques are absolute values: their sign is missing".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),
             Fault::RawWords => format!("numbers of {of} were read without their sign"),

@@ -13,6 +13,7 @@
 //! The log check does not estimate parameters. Nominal inertials are wrong by tens of per cent, so a slope of 0.6 in a wrist
 //! is no fault of a log.
 
+mod absolute;
 mod change;
 mod columns;
 mod delay;

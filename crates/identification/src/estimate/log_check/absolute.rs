@@ -1,0 +1,95 @@
+//! Detects torques that were logged without their sign: |tau| in place of tau.
+//!
+//! A torque that is never negative may be right, for example that of a joint that always carries weight. It lacks its sign if the
+//! nominal torque takes both signs, and if signs s_i = +-1 of the samples exist with which the description explains it:
+//! ```text
+//! s_i |tau_i| = a T_i + b dq_i + c direction_i + d + e_i      s_i: sign of the right-hand side, from the previous pass
+//! ```
+//! T: nominal torque, N m (N); b: viscous friction, c: Coulomb friction, d: offset, e: residual.
+
+use linear_model::states::States;
+
+use crate::estimate::log_check::change::column;
+use crate::estimate::log_check::regression::{Basis, square};
+
+/// A nominal torque takes both signs if the smaller of the two parts has at least this share of its squares.
+const MIN_SHARE_OF_A_SIGN: f64 = 0.02;
+/// A torque counts as never negative up to this share of its squares: a filter overshoots where an absolute value turns.
+const ROUNDED_SHARE: f64 = 1e-3;
+/// The signs explain the torque if the squared residual is at most this share of the squared torque.
+const MAX_RESIDUAL_SHARE: f64 = 0.1;
+/// The signs are needed if the residual with them is at most this share of the residual without them.
+const MAX_SHARE_OF_SIGNED_RESIDUAL: f64 = 0.3;
+/// Passes of the search for the signs. Each lowers the residual; it settles after a few.
+const PASSES: usize = 10;
+
+/// Whether the torques at the samples `rows` lack their sign. `torques`: nominal torques of these samples, n per sample.
+pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64]) -> bool {
+    let n = states.n;
+    let measured = |j: usize| column(&states.tau, n, j, rows);
+    let negative = |x: &[f64]| x.iter().filter(|x| **x < 0.0).map(|x| x * x).sum::<f64>();
+    let has_sign = |j: usize| negative(&measured(j)) > ROUNDED_SHARE * square(&measured(j));
+    if (0..n).any(has_sign) {
+        return false;
+    }
+    let all: Vec<usize> = (0..rows.len()).collect();
+    let lacks_sign = |j: usize| {
+        let (tau, nominal) = (measured(j), column(torques, n, j, &all));
+        let (negative, whole) = (negative(&nominal), square(&nominal));
+        if negative.min(whole - negative) < MIN_SHARE_OF_A_SIGN * whole {
+            return false;
+        }
+        let basis = Basis::of(vec![
+            nominal.clone(),
+            column(&states.dq, n, j, rows),
+            column(&states.direction, n, j, rows),
+            vec![1.0; rows.len()],
+        ]);
+        let signed = square(&basis.without(tau.clone()));
+        let mut fit = nominal;
+        let mut residual = signed;
+        for _ in 0..PASSES {
+            let with_sign: Vec<f64> = tau.iter().zip(&fit).map(|(tau, fit)| tau * fit.signum()).collect();
+            let rest = basis.without(with_sign.clone());
+            residual = square(&rest);
+            fit = with_sign.iter().zip(rest).map(|(tau, rest)| tau - rest).collect();
+        }
+        residual < MAX_RESIDUAL_SHARE * square(&tau) && residual < MAX_SHARE_OF_SIGNED_RESIDUAL * signed
+    };
+    (0..n).any(lacks_sign)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_lost_signs_are_reported() {
+        let rows: Vec<usize> = (0..400).collect();
+        let of = |torque: &dyn Fn(f64) -> f64, nominal: &dyn Fn(f64) -> f64| {
+            let mut states = States { n: 1, ..States::default() };
+            let mut nominals = Vec::new();
+            for &row in &rows {
+                let t = 0.02 * row as f64;
+                let dq = 3.0 * (3.0 * t).cos();
+                states.dq.push(dq);
+                states.direction.push(dq.signum());
+                states.tau.push(torque(t) + 0.4 * dq + 0.3 * dq.signum());
+                nominals.push(nominal(t));
+            }
+            (states, nominals)
+        };
+        let swings = |t: f64| 5.0 * (2.0 * t).sin();
+        let lost = |(mut states, nominals): (States, Vec<f64>)| {
+            states.tau.iter_mut().for_each(|tau| *tau = tau.abs());
+            are_without_sign(&states, &rows, &nominals)
+        };
+        assert!(lost(of(&swings, &swings)));
+        // With its sign; a joint that always carries weight; a torque that the description does not explain.
+        let (states, nominals) = of(&swings, &swings);
+        assert!(!are_without_sign(&states, &rows, &nominals));
+        let weight = |t: f64| 9.0 + (2.0 * t).sin();
+        assert!(!lost(of(&weight, &weight)));
+        assert!(!lost(of(&|t| 5.0 * (7.3 * t).sin(), &swings)));
+    }
+}
