@@ -209,14 +209,15 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
     proposal
 }
 
-/// The proposal where all columns are found by their names: units that no header names and that the values contradict.
+/// The proposal for a table whose columns were all found by their headers. It contains only units: where no header names a unit
+/// and the values do not fit to the SI unit.
 fn of_names(table: &Table, coordinates: &[String], mapping: Columns) -> Proposal {
     let mut proposal = Proposal::default();
     let mut names = ColumnNames::default();
     let clock = mapping.rate.is_none().then_some((mapping.time.column, mapping.time.factor));
     let groups = [(Quantity::Position, Some(&mapping.position)), (Quantity::Velocity, mapping.velocity.as_ref())];
     for (quantity, sources) in groups {
-        // A header with a unit is believed.
+        // If a header names a unit, no unit is proposed.
         let Some(sources) = sources.filter(|all| all.iter().all(|of| !says_si(&of.header) && of.factor == 1.0)) else {
             continue;
         };
@@ -230,15 +231,15 @@ fn of_names(table: &Table, coordinates: &[String], mapping: Columns) -> Proposal
     proposal
 }
 
-/// Whether a header names the unit of SI.
+/// Whether a header names the SI unit.
 fn says_si(header: &str) -> bool {
     words(header).iter().any(|word| matches!(word.as_str(), "rad" | "radians" | "radps"))
 }
 
-/// Proposes the rows per second of a log without a clock, where it has velocities.
+/// Proposes the rows per second of a log without a clock. This is possible if the log has velocities.
 fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
-    // Any rate serves to find the columns.
+    // The rate is needed only as a substitute for the clock column; its value does not change which columns are found.
     let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
     let found = Columns::find(table, coordinates, &with_rate).ok();
     let factor_of_deg = std::f64::consts::PI / 180.0;
@@ -670,7 +671,8 @@ mod tests {
         assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
     }
 
-    /// Without a clock, the velocities show the rate; the proposal is read as printed, and other velocities show no rate.
+    /// Without a clock, the rate is proposed at which the velocities are the derivatives of the positions. The printed proposal
+    /// can be read again. If the velocities fit to no usual rate, the rate is reported as missing.
     #[test]
     fn the_rate_of_a_log_without_a_clock_is_proposed() {
         let without_clock = |header: &str, scales: [f64; 4]| {
@@ -678,7 +680,8 @@ mod tests {
             table.columns.remove(0);
             table.texts.remove(0);
             table.header.remove(0);
-            // A torque that equals a position would be one by its derivative.
+            // In the table the torques equal the positions, so the velocities would be their derivatives too. They are replaced
+            // by other signals.
             for (column, f) in [(4, 13.0), (5, 17.0)] {
                 table.columns[column] = (0..400).map(|k| (f * 0.005 * f64::from(k)).cos()).collect();
             }
@@ -702,7 +705,8 @@ mod tests {
         }
     }
 
-    /// The values contradict the unit that a header without one stands for; a header with a unit is believed.
+    /// If a header has no unit and the values do not fit to the SI unit, degrees are proposed. A unit in a header is not
+    /// changed.
     #[test]
     fn degrees_without_a_unit_in_the_header_are_proposed() {
         let degrees = 180.0 / std::f64::consts::PI;
@@ -713,7 +717,7 @@ mod tests {
         assert!(!said.to_string().contains("position:"), "{said}");
     }
 
-    /// `A1` would be an acceleration by its name: a column is one signal.
+    /// By its name, `A1` could also be an acceleration. Since it is used as a position, it is not used a second time.
     #[test]
     fn names_of_joints_alone_are_positions_and_nothing_else() {
         let proposal = propose(&table("t,A1,A2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
