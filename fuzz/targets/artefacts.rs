@@ -1,5 +1,5 @@
-//! Fuzz target for files between two steps (estimates, plans, motions, validations, comparisons) and files of users (options,
-//! limits, loads). Each file that can be read is used as in the program, on a two-link arm.
+//! Fuzz target for files that one command writes and another reads (estimates, plans, motions, validations, comparisons), and
+//! files that users write (options, limits, loads). Each file that can be read is used as in the program, on a two-link arm.
 //!
 //! Property: a file that was read is written, and the written text is read and written again without a change.
 #![no_main]

@@ -1,10 +1,10 @@
-//! Fuzz target for robot models: each text is read, derived and evaluated.
+//! Fuzz target for robot models: each text is read, the model is derived, and its functions are evaluated.
 //!
 //! ```text
 //! tau = Y_s X_s = Y X,    X = B X_s
 //! ```
-//! Property: the standard regressor Y_s and the base regressor Y give the same torques (n; N m, or N for a prismatic joint) for
-//! random standard parameters X_s. B: regrouping matrix.
+//! Property: the standard regressor Y_s and the base regressor Y give the same torques tau (N m, or N for a prismatic joint) for
+//! random standard parameters X_s. X: base parameters, B: matrix that computes them from the standard parameters.
 #![no_main]
 
 use std::path::Path;
@@ -15,11 +15,12 @@ use rist::describe::description::{check_values, parse_robot};
 use rist::describe::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};
 
-/// Largest size of a tested robot. Larger ones take seconds to derive and test nothing new.
+/// Largest numbers of coordinates and links of a tested robot. Larger robots take seconds to derive and test nothing new.
 const COORDINATES: usize = 4;
 const LINKS: usize = 6;
 
-/// Tolerance, relative to the sum of the magnitudes: a thousand operations of 1e-16, and lengths that cancel to three digits.
+/// Tolerance, relative to the sum of the magnitudes of all terms: a thousand operations with errors of 1e-16, and lengths that
+/// cancel to three digits.
 const ROUNDING: f64 = 1e-10;
 
 fuzz_target!(|data: &[u8]| {
@@ -56,7 +57,7 @@ fn torques_agree(model: &Model) {
         let row_s = &y_s[k * standard.len()..][..standard.len()];
         let row = &y[k * base.len()..][..base.len()];
         let (by_standard, by_base) = (sum(row_s, &standard), sum(row, &base));
-        // Each base parameter is a sum of terms itself, so their magnitudes count too.
+        // Each base parameter is itself a sum of terms. The magnitudes of these terms also count for the tolerance.
         let absorbed = row.iter().zip(&model.parameters.base).flat_map(|(y, b)| {
             b.terms.iter().map(|term| (y * term.coefficient * standard[term.parameter]).abs()).collect::<Vec<f64>>()
         });

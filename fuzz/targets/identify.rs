@@ -1,4 +1,5 @@
-//! Fuzz target for logs of a two-link arm: columns, log check, identification by every method, sums and page.
+//! Fuzz target for logs of a two-link arm: finding of columns, log check, identification by every method, sums of logs, and the
+//! HTML page.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -66,7 +67,7 @@ fn identified(model: &Model, logs: &[LogSource], which: usize) {
         ..PageRequest::default()
     });
     let text = found.estimate.to_yaml().expect("an estimate is written");
-    // An estimate that contains NaN or infinity is refused by the reader, which is correct.
+    // An estimate that contains NaN or infinity is refused by the reader. This is correct, so it is no finding.
     if let Ok(again) = Estimate::from_yaml("estimate.yaml", &text) {
         let _ = rist::validate(model, &again, logs);
     }

@@ -1,6 +1,7 @@
-//! Fuzz target for meshes, read as STL, OBJ and Collada, and for the convex solid around them.
+//! Fuzz target for meshes, read as STL, OBJ and Collada, and for the convex solid that encloses them.
 //!
-//! Properties: the solid contains every vertex; its distance from a ball is not larger than that of any vertex.
+//! Properties: the solid contains every vertex; the distance of the solid from a ball is not larger than the distance of any
+//! vertex.
 #![no_main]
 
 use std::path::Path;
@@ -24,7 +25,7 @@ fn held(vertices: &[[f64; 3]]) {
     let solid = Solid::around(vertices).expect("a mesh that was read has vertices");
     let (centre, ball) = solid.ball();
     let size = vertices.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
-    // Rounding of sums of three products.
+    // The tolerance for rounding errors of sums of three products.
     let rounding = 1e-12 * size;
     for along in [[0.3, -0.4, 0.87], [-0.8, 0.1, 0.2], [1.0, 0.0, 0.0]] {
         let outermost = vertices.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);

@@ -1,7 +1,7 @@
 //! Fuzz target for robot models, read as YAML, URDF and .par with every option of the reader.
 //!
-//! Property: a robot that was read is written as YAML; the text is read and written again without a change. The reader may only
-//! refuse it because of the limit on the length of an expression.
+//! Property: a robot that was read is written as YAML; the text is read and written again without a change. The reader may refuse
+//! the text only because an expression in it is too long.
 #![no_main]
 
 use std::path::Path;
@@ -33,11 +33,12 @@ fn written(robot: &Robot) {
     let (text, _) = write_yaml(robot);
     let again = match read_yaml(&text, "again.yaml") {
         Ok(again) => again,
-        // The written expression has blanks around its operators, so it may exceed the limit; `rist convert` reports this.
+        // The written expression has blanks around its operators, so it may be longer than the reader allows; `rist convert`
+        // reports this.
         Err(e) if e.message.contains("an expression of more than") => return,
         Err(e) => panic!("what was written is not read: {e}\n{text}"),
     };
-    // A value that the file lacked is written as a number with a note; when it is read again the note is gone.
+    // A value that the file lacked is written as a number with a note. When the text is read and written again, the note is gone.
     let generic = "   # generic: the description gave no value";
     assert_eq!(write_yaml(&again).0, text.replace(generic, ""));
     let _ = (write_urdf(robot), write_par(robot), robot::lint::lint(robot));

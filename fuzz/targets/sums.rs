@@ -1,8 +1,8 @@
-//! Fuzz target for the sums of logs, `.tri`: read, merged with themselves, solved, compared.
+//! Fuzz target for the sums of logs in `.tri` files: they are read, merged with themselves, solved and compared.
 //!
-//! Random bytes never match the digest in the first line, so the target computes the digest for the rest of the file. (The first
-//! line is tested by the reader's own tests.) Property: sums that were read are written, read and written again with the same
-//! bytes.
+//! The first line has a checksum of the rest of the file. Random bytes never match it, so the target computes the checksum. (The
+//! first line is tested by the reader's own tests.) Property: sums that were read are written, read and written again with the
+//! same bytes.
 #![no_main]
 
 use fleet::Accumulator;
@@ -11,11 +11,11 @@ use fleet::{Compared, compare};
 use libfuzzer_sys::fuzz_target;
 use rist::fit::verdict::estimate_verdict;
 
-/// Sums of another log of the same robot.
+/// Sums of another log of the same robot, with which the sums are compared.
 const REFERENCE: &[u8] = include_bytes!("../corpus/sums/reference.tri");
 
 fuzz_target!(|data: &[u8]| {
-    // The input is read unchanged, and again with a correct first line.
+    // The input is read as it is. Then it is read again with a correct first line.
     let _ = Accumulator::from_bytes("sums.tri", data);
     let Some(sums) = with_digest(data).and_then(|bytes| Accumulator::from_bytes("sums.tri", &bytes).ok()) else {
         return;
@@ -36,8 +36,8 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// The input with a first line that has the right lengths and digest of head and body. The length of the head is taken from the
-/// input.
+/// The input with a first line that has the right lengths and checksums of head and body. The length of the head is taken from
+/// the input.
 fn with_digest(data: &[u8]) -> Option<Vec<u8>> {
     let end = data.iter().position(|&b| b == b'\n')?;
     let line = std::str::from_utf8(&data[..end]).ok()?;

@@ -1,6 +1,7 @@
-//! Fuzz target for writing bodies, friction and rotor inertia into a file of a simulator: a URDF, and an MJCF of a known robot.
+//! Fuzz target for writing masses and inertias, friction and rotor inertias into a file of a simulator: a URDF, and an MJCF of a
+//! known robot.
 //!
-//! Properties: the written file can be read and has the written bodies; a second write gives the same text.
+//! Properties: the written file can be read and has the written parameters; a second write gives the same text.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,19 +1,19 @@
-//! Coverage of the intervals of `identify`: the share that contains the true value. `cargo bench -p tests --bench coverage
-//! [DRAWS]`.
+//! Coverage of the intervals of `rist identify`: the share of the 95 % intervals that contain the true value. Command: `cargo
+//! bench -p tests --bench coverage [DRAWS]`.
 //!
 //! The log: a UR5 with rotor inertias, a motion of 10 s repeated three times, 500 Hz. The program has its default options
-//! (viscous and Coulomb friction, an offset). Each draw has its own motion and noise. `lack_of_fit` lists the effects that are in
-//! the log but not in the fitted model.
+//! (viscous and Coulomb friction, an offset). Each draw has its own motion and noise. The function `lack_of_fit` lists the
+//! effects that are in the log but not in the fitted model.
 //!
 //! | column | meaning |
 //! |---|---|
 //! | residual | mean of norm(tau - W X) / norm(tau) |
 //! | held | coverage: share of the intervals x +- 1.96 sigma that contain the true value, over all parameters and draws |
-//! | base, friction | coverage for base parameters, and for FV, FS, OFF |
+//! | base, friction | coverage for base parameters, and for the friction parameters FV, FS, OFF (viscous, Coulomb, offset) |
 //! | worst | coverage for the parameter with the smallest coverage |
 //! | width | rms of sigma divided by the rms error, median over the parameters |
 //! | FS | relative rms error of FS over all joints |
-//! | sums | coverage of the intervals from `solve` for the sums of the same log |
+//! | sums | coverage of the intervals that `rist solve` computes from the stored sums of the same log |
 //! | chosen | coverage for the base parameters if the program itself chooses delay, source of the velocity and friction |
 //! | its width | width for the case `chosen` |
 //! | yes | number of draws for which the program trusts the estimate, with a second log of another motion |

@@ -15,7 +15,7 @@ use tests::benchmark::plans::{self, chosen, golden_plan, planned_and_random};
 use tests::benchmark::robots::{self, r3, with_load};
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-/// The drive gains: the third is known, the others are estimated.
+/// The drive gains: the gain of the third joint is known, the other gains are estimated.
 const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
 fn main() {
@@ -60,7 +60,8 @@ fn fixture<'a>(arm: &'a BenchmarkArm, scenario: Scenario, plan: &[ExcitingTrajec
     Fixture::new(arm, scenario, plan).expect("the arms of the benchmark are physical")
 }
 
-/// Prints the errors of the drive gains. In each draw, the friction model is chosen several times.
+/// Prints the errors of the estimated drive gains. In each draw, the friction model is chosen several times, since it depends on
+/// the gains.
 fn gains(title: &str, fixture: &Fixture, known: &[Gain], options: &HarmonicOptions, draws: usize) {
     match fixture.compare_gains(known, options, draws, 11, threads()) {
         Some(found) => println!("{title:<32} {found}"),
@@ -82,7 +83,7 @@ fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
         gains(&format!("{name} kt3 known, equation (5)"), &fixture, &THIRD, &equation_5(), draws);
         gains(&format!("{name} kt3 known"), &fixture, &THIRD, &HarmonicOptions::default(), draws);
     }
-    // A load of 2 kg needs 24 N m of the third drive, whose limit is 15 N m, so the limits are raised.
+    // A load of 2 kg needs 24 N m of the third drive. Its limit is 15 N m, so all torque limits are raised.
     arm.drives.greatest_torque.iter_mut().for_each(|t| *t *= 3.0);
     for s in Scenario::all(&arm).into_iter().filter(|s| s.name != "S1-PD" && scenario(s.name)) {
         let masses: &[f64] = if s.name == "S1" { &[0.25, 0.5, 1.0, 2.0] } else { &[1.0] };
@@ -97,7 +98,7 @@ fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
     println!();
 }
 
-/// Compares eight planned experiments with eight random ones, for eighteen parameters.
+/// Compares eight planned experiments with eight random ones, for the eighteen parameters of the robot RACE.
 fn race(draws: usize) {
     let robot = robots::race();
     let arm = race_arm(&robot);

@@ -1,4 +1,5 @@
-//! Power and errors of `rist compare` for fleets of 500 robots, of which 25 changed: `cargo bench -p tests --bench fleet`.
+//! Detection rate and false discovery rate of `rist compare` for fleets of 500 robots, of which 25 changed: `cargo bench -p tests
+//! --bench fleet`.
 //!
 //! Arguments: model (path relative to the repository), robots (500), fleets (10), logs of each robot (16), duration of a log, s
 //! (8), sizes of the changes in standard deviations (2, 4, .. 10). A rate is the mean over the fleets, because the false

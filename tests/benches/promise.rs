@@ -1,6 +1,6 @@
-//! Compares motions of `rist excite` with their predicted accuracy: errors of the base parameters divided by the predicted
-//! standard deviations, and the coverage of the intervals. `cargo bench -p tests --bench promise -- 50` (number of draws).
-//! `encoders=0.1`: encoders with a tenth of the quantum and noise.
+//! Compares the accuracy that `rist excite` predicts for its motions with simulated identifications: errors of the base
+//! parameters divided by the predicted standard deviations, and the coverage of the intervals. `cargo bench -p tests --bench
+//! promise -- 50` (number of draws). `encoders=0.1`: encoders with a tenth of the quantum and noise.
 
 use rist::Model;
 use rist::request::{ExciteRequest, FrictionChoice};
@@ -31,7 +31,8 @@ fn main() {
     }
 }
 
-/// The standard deviation of the rms error over all parameters. Draws are independent, but the parameters of one draw are not.
+/// The standard deviation of the rms normalised error over all parameters. Draws are independent, but the parameters of one draw
+/// are not.
 fn deviation(kept: &[Kept], draws: u64) -> f64 {
     let of_draw = |d: usize| kept.iter().map(|k| k.errors[d].powi(2)).sum::<f64>() / kept.len() as f64;
     let squares: Vec<f64> = (0..draws as usize).map(of_draw).collect();

@@ -7,14 +7,14 @@
 //!
 //! | column | meaning |
 //! |---|---|
-//! | yes, care, no, error | answers of the program |
-//! | yes: torque > 5 % | of "yes": torque on another motion more than 5 % wrong, including friction |
+//! | yes, care, no, error | number of situations with this answer of the program |
+//! | yes: torque > 5 % | of the "yes": the predicted torque on another motion, including friction, is more than 5 % wrong |
 //! | as logged > 5 % | the same in the unit of the logged torques, if these have a wrong scale |
-//! | bodies > 5 % | the same for the torque of bodies and rotors only |
-//! | > 5 sigma | of "yes": some parameter has an error of more than five printed standard deviations |
+//! | bodies > 5 % | the same for the torque of bodies and rotors only, without friction |
+//! | > 5 sigma | of the "yes": some parameter has an error of more than five printed standard deviations |
 //! | as logged > 5 sigma | the same in the unit of the logged torques, if all have the same wrong scale |
-//! | good | torque within 2 %, all parameters within four standard deviations, both logs of the same robot |
-//! | no, with care | answers of the program for the good situations |
+//! | good | good situations: torque within 2 %, all parameters within four standard deviations, both logs of the same robot |
+//! | no, with care | number of good situations with this answer of the program |
 
 use tests::random_situations::Situation;
 use tests::random_situations::judge::Outcome;
@@ -53,7 +53,7 @@ fn main() {
     println!("{tally}");
 }
 
-/// Prints one situation with the output of the program and the true values.
+/// Prints one random situation with the output of the program and the true values.
 fn show(situation: &Situation, outcome: &Outcome) {
     println!("{situation}\n{}\n{}", situation.description(), outcome.said);
     let Some(judgement) = &outcome.judgement else { return };

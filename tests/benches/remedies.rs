@@ -4,7 +4,7 @@
 //! `cargo bench --profile dev -p tests --bench remedies -- [COUNT] [from SEED] [each] [doctor]`: prints counts. `each`: prints
 //! every situation. `doctor`: does not run `rist identify`. `cargo bench --profile dev -p tests --bench remedies -- seed SEED`:
 //! one situation with the whole output of the program. `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT]
-//! [from SEED]`: logs without a mistake, and those with a finding.
+//! [from SEED]`: runs doctor on logs without a mistake, and prints the logs with a finding.
 //!
 //! `cargo bench --profile dev -p tests --bench remedies -- postures [COUNT] [from SEED] [each]`, and the same with `wrench`,
 //! `lint` or `excite`: inputs of these commands, each with one mistake or none. With `seed SEED`: one situation with the whole
@@ -24,11 +24,12 @@
 //! | by a person | findings with a remedy that only a person can apply |
 //! | yes, and wrong | `rist identify` trusts an estimate from two such logs; of these: torque error > 5 % on a third motion |
 //!
-//! For the other commands, each finding is applied alone, also alternatives to the first one, and a refusal counts as a finding.
-//! They print no detection limit, so `above` means: for postures, the mistake changes a torque by ten times all other errors, and
-//! for a zero, mount or scale the nominal bodies are correct; for wrenches, the direction of gravity changes in the sensor frame;
-//! for descriptions, no body has these numbers, or they exceed the bounds of lint; for motions, something is limited. Findings of
-//! lint on the robot's original description are known before, and are listed among the accepted ones.
+//! For the commands `postures`, `wrench`, `lint` and `excite`, the remedy of each finding is applied alone, also if the findings
+//! are alternatives. A refusal of the input counts as a finding. These commands print no detection limit, so `above` means: for
+//! postures, the mistake changes a torque by ten times all other errors, and for a zero, mount or scale the nominal bodies are
+//! correct; for wrenches, the direction of gravity changes in the sensor frame; for descriptions, no real body has these numbers,
+//! or they exceed the bounds of lint; for motions, some quantity is limited. Findings that lint also prints for the robot's
+//! original description are not counted.
 
 use tests::program::folder;
 use tests::remedies::Situation;
@@ -111,7 +112,8 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
     println!("too short, and nothing else: {}", share(short, count as usize));
 }
 
-/// Runs another command on its inputs. `shown`: `each` prints every situation, `seed` also the whole output of the program.
+/// Runs another command than doctor on its inputs. `shown`: `each` prints every situation, `seed` also the whole output of the
+/// program.
 fn of_command(command: &Command, arms: &[Arm], seeds: std::ops::Range<u64>, shown: &str) {
     let mut tally = Tally::default();
     for seed in seeds {

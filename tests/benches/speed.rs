@@ -24,7 +24,8 @@ use tests::model;
 use tests::random::{Random, State};
 use tests::recursion;
 
-/// Number of states that are used in turn. A branch predictor cannot learn them, and they fit in the cache.
+/// Number of different states that are evaluated in turn. They are too many for a branch predictor to learn, and few enough to
+/// fit in the cache.
 const STATES: usize = 128;
 
 fn main() {
@@ -46,7 +47,7 @@ fn main() {
     comparison.finish();
 }
 
-/// States of a robot, and its torques at these states by the independent recursion.
+/// States of a robot, and the torques at these states by an independent recursion (Newton-Euler).
 struct Truth {
     /// Arbitrary values of the standard parameters.
     x: Vec<f64>,
@@ -66,7 +67,8 @@ impl Truth {
         Truth { x, states: states.iter().flat_map(State::inputs).collect(), torques, n: robot.n_coordinates() }
     }
 
-    /// The largest difference of a joint's torque, divided by its largest torque. Infinite if a torque is NaN.
+    /// The largest difference of a joint's torque from the true torque, divided by the largest torque of this joint. Infinite if
+    /// a torque is NaN.
     fn difference(&self, torques: &[f64]) -> f64 {
         assert_eq!(torques.len(), self.torques.len());
         let of_joint = |j: usize| {
@@ -79,13 +81,14 @@ impl Truth {
         (0..self.n).map(of_joint).fold(0.0, f64::max)
     }
 
-    /// The difference for dense matrices Y, row by row, one state after the other. `x`: the parameters.
+    /// The difference of the torques Y x from the true torques, for dense matrices Y, row by row, one state after the other. `x`:
+    /// the parameters.
     fn difference_of(&self, matrices: &[f64], x: &[f64]) -> f64 {
         let torques: Vec<f64> = matrices.chunks_exact(x.len()).map(|row| tests::dot(row, x).0).collect();
         self.difference(&torques)
     }
 
-    /// The difference for a function Y(q, dq, ddq).
+    /// The difference of the torques Y(q, dq, ddq) x from the true torques, for a regressor Y given as a function.
     fn difference_of_function(&self, function: &Function, x: &[f64]) -> f64 {
         let tape = Tape::new(function);
         let mut matrices = vec![0.0; tape.n_outputs() * STATES];
@@ -109,7 +112,7 @@ fn derivations(comparison: &mut Comparison, name: &str, robot: &Robot) {
     comparison.of(&format!("derivation, {name}"), alternatives);
 }
 
-/// Times the base regressor of `robot` at [`STATES`] states, with all evaluators.
+/// Times the base regressor of `robot` at [`STATES`] states, with all ways to evaluate it (tape, compiled code).
 fn base_regressor_calls(comparison: &mut Comparison, name: &str, robot: &Robot) {
     let truth = Truth::new(robot);
     let (function, base) = base_regressor(robot);
@@ -142,7 +145,7 @@ fn base_regressor_calls(comparison: &mut Comparison, name: &str, robot: &Robot) 
     comparison.of(&format!("base regressor, {name}"), alternatives);
 }
 
-/// The evaluators of a compiled robot. `x`: its base parameters.
+/// The ways to evaluate the compiled base regressor of a robot. `x`: its base parameters.
 fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64]) -> Vec<Alternative<'a>> {
     let n = truth.n;
     let size = n * x.len();
@@ -197,7 +200,8 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
     ]
 }
 
-/// Times the conversion of samples to rows of dynamics and friction, and to one triangle per joint.
+/// Times the conversion of samples to rows of dynamics and friction, and then to one triangle (the R of a QR decomposition) per
+/// joint.
 fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
     const SAMPLES: usize = 4096;
     let truth = Truth::new(robot);
@@ -215,7 +219,7 @@ fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
         states.direction.extend(state[n..2 * n].iter().map(|dq| dq.signum()));
         states.tau.extend(tau);
     }
-    // The largest residual of a joint, divided by its largest torque.
+    // The largest difference between the torques W x and the true torques of a joint, divided by its largest torque.
     let left = |x: &[f64]| {
         let mut torques = truth.torques.clone();
         model.residuals(&states, x, |r, j, residual| {

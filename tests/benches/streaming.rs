@@ -1,8 +1,8 @@
 //! Time and memory of an identification from up to a million samples of an arm with seven joints, for logs of increasing length:
 //! `cargo bench -p tests --bench streaming`.
 //!
-//! Each log is written, and identified in a separate process. Its peak memory (VmHWM of /proc/self/status) is compared with the
-//! memory that the numbers of the log, or the whole matrix W, would need.
+//! Each log is written, and identified in a separate process. The peak memory of the process (VmHWM of /proc/self/status) is
+//! compared with the memory for all numbers of the log, and with the memory for the whole observation matrix W.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -1,8 +1,8 @@
 //! Compares all estimators with the Cramer-Rao bound on simulated logs: `cargo bench -p tests --bench synthetic [DRAWS]`.
 //!
-//! The arm R3G moves from point to point in closed loop (PD, torques constant during a sample), 1 kHz, 15 base parameters, with
-//! gravity, no friction. The model is exact, so all errors are caused by the estimator. The motion is simulated once; each draw
-//! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m per sample.
+//! The arm R3G (three revolute axes, with gravity, without friction, 15 base parameters) moves from point to point in closed loop
+//! (PD controller, torques constant during a sample) at 1 kHz. The model is exact, so all errors are caused by the estimator. The
+//! motion is simulated once; each draw adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m per sample.
 //!
 //! | column | meaning |
 //! |---|---|
@@ -61,7 +61,7 @@ use tests::tape_robot::TapeRobot;
 struct Found {
     estimator: &'static str,
     condition: String,
-    /// The noise, relative to the noise for which the bound is computed.
+    /// Standard deviation of the noise, divided by the standard deviation for which the Cramer-Rao bound is computed.
     scale: f64,
     x: Vec<f64>,
     white: Vec<f64>,
@@ -89,16 +89,17 @@ impl Found {
     }
 }
 
-/// The arm, its motion, and the Cramer-Rao bound for this motion.
+/// The arm, its motion, and the Cramer-Rao bound of the parameters for this motion.
 struct Bench<'a> {
     arm: BenchmarkArm<'a>,
     robot: &'a TapeRobot,
     map: StandardMap,
-    /// The robot with links that are wrong by 20, -15, 15 %.
+    /// The robot with wrong inertial parameters: its links are wrong by 20, -15, 15 %.
     wrong: TapeRobot,
     reference: Reference,
     record: Record,
-    /// All samples with noise-free torques. `information`: triangle of the rows divided by sigma.
+    /// All samples with noise-free torques. `information`: triangle (the R of a QR decomposition) of the rows divided by sigma of
+    /// the torque noise.
     states: States,
     information: Triangle,
     bound: Vec<f64>,
@@ -126,7 +127,7 @@ impl<'a> Bench<'a> {
         Bench { arm, robot, map, wrong, reference, record, states, information, bound }
     }
 
-    /// The exact states with noise on the torques; `noise(joint)` gives the noise of a sample.
+    /// The exact states with noise on the torques; `noise(joint)` gives the torque noise of one sample.
     fn noisy(&self, mut noise: impl FnMut(usize) -> f64) -> States {
         let mut states = self.states.clone();
         states.tau.iter_mut().enumerate().for_each(|(i, tau)| *tau += noise(i % 3));
@@ -138,7 +139,7 @@ impl<'a> Bench<'a> {
         Fit::of_records(self.robot, std::slice::from_ref(states), Vec::new(), &options).expect("states in memory")
     }
 
-    /// Largest difference of a parameter, divided by its bound.
+    /// Largest difference between two estimates of a parameter, divided by its Cramer-Rao bound.
     fn apart(&self, a: &[f64], b: &[f64]) -> f64 {
         (0..a.len()).map(|c| (a[c] - b[c]).abs() / self.bound[c]).fold(0.0, f64::max)
     }
@@ -166,11 +167,12 @@ impl<'a> Bench<'a> {
         found
     }
 
-    /// Elimination of insignificant parameters: those below two bounds may be removed, those above five bounds must not.
+    /// Elimination of insignificant parameters. Parameters below two Cramer-Rao bounds may be removed; parameters above five
+    /// bounds must not be removed.
     fn essential(&self, fit: &Fit) -> Vec<Found> {
         let triangle = weighted(&fit.observation.joints(|_| true), &fit.weights);
-        // One parameter less increases the squared residual by about one sigma^2, and by at most 3.84 sigma^2 in 95 % of the
-        // cases.
+        // Without a parameter whose true value is zero, the squared residual is larger by about one sigma^2, and in 95 % of the
+        // cases by at most 3.84 sigma^2.
         let significant = 3.84 / triangle.rows as f64;
         let limits = [("residual 2 %", Elimination::default().growth), ("F test 95 %", 0.5 * significant)];
         let found = limits.map(|(name, growth)| {
@@ -186,7 +188,7 @@ impl<'a> Bench<'a> {
         found.into()
     }
 
-    /// Least squares and total least squares for columns with noise.
+    /// Least squares and total least squares if two columns of the regressor have noise.
     fn noisy_columns(&self, random: &mut Random) -> Vec<Found> {
         let model = Model::new(self.robot, &[], &[]);
         let rows = 3.0 * self.states.len() as f64;
@@ -201,14 +203,14 @@ impl<'a> Bench<'a> {
             }
         });
         let triangle = block.finish();
-        // Noise of a column is equivalent to torque noise, multiplied by the parameter of the column.
+        // Noise of a column is equivalent to torque noise of the same size times the parameter of the column.
         let extra: f64 = noisy.iter().map(|&(c, sd)| (sd * self.robot.truth[c]).powi(2)).sum();
         let found = |name, x: &[f64]| Found { scale: (1.0 + extra).sqrt(), ..Found::new(name, "noisy columns", x) };
         let mixed = total_least_squares(&triangle, &noisy).expect("a motion that shows everything");
         vec![found("WLS", &solve(&triangle).x), found("LS-TLS", &mixed.x)]
     }
 
-    /// Closed-loop data with good and bad filters.
+    /// Estimates from simulated measurements of the closed loop, with suitable and with unsuitable filters.
     fn closed_loop(&self, random: &mut Random) -> Vec<Found> {
         let sensing = Sensors { torque_noise: NOISE.to_vec(), ..self.arm.sensing.clone() };
         let measured = sensing.measure(&self.record, &self.arm.drives.gain, random);
@@ -255,7 +257,7 @@ impl<'a> Bench<'a> {
         found
     }
 
-    /// Estimates of physically possible bodies, compared with least squares.
+    /// Estimates with physically consistent bodies, compared with least squares.
     fn bodies(&self, random: &mut Random) -> Vec<Found> {
         let known: Vec<Option<Ten>> = self.wrong.bodies().into_iter().map(Some).collect();
         let options = Options { friction: Vec::new(), ..Options::default() };
@@ -294,7 +296,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Repeats the experiment with other parameters and the same filter.
+/// Repeats the experiment with other parameters and the same filter, for the estimators that need a simulation.
 struct Again<'a> {
     bench: &'a Bench<'a>,
     cutoff: Option<f64>,
@@ -309,7 +311,8 @@ impl Simulator for Again<'_> {
     }
 }
 
-/// Simulates the loop without rounding. The record is shorter than the reference if the robot is not physical.
+/// Simulates the closed loop without rounding of the positions. If the parameters are physically impossible, the simulation stops
+/// early, and the record is shorter than the reference.
 fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
     let simulation = Simulation {
         dynamics: robot,
@@ -322,7 +325,7 @@ fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
     simulation.run(reference, None).0
 }
 
-/// Converts a record to a log, and filters it with the low-pass.
+/// Converts a simulated record to a log, and applies a low-pass filter with this cut-off, Hz.
 fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option<f64>) -> Result<States, Error> {
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
     let effort = record.current.iter().zip(&arm.drives.gain).map(torque).collect();

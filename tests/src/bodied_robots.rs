@@ -1,4 +1,4 @@
-//! Twenty robots with bodies and masses: known arms, and other machines.
+//! Twenty robots with inertial parameters and collision bodies: known arms, and other machines.
 //!
 //! Each link is a rod: a cylinder from its joint to the next joint, shorter at both ends, with some kilograms per metre. The arms
 //! have the kinematics of [`crate::known_arms`]; the other machines are invented.
@@ -32,7 +32,7 @@ struct Rod {
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
-/// Mass of a rod: kg/m, and an additional mass, kg.
+/// Mass of a rod: mass per length, kg/m, and an additional mass, kg.
 const MASS: (f64, f64) = (6.0, 0.3);
 
 impl Rod {

@@ -4,13 +4,13 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
 
 /// Number of samples at which position, velocity, acceleration or jerk of a joint exceeds its limit, and the number of samples.
-/// The motion is sampled `times` times as densely as in the file, from the start to the end of the first period, and over the
-/// last blend.
+/// The motion is sampled `times` times as densely as in the file: from the start to the end of the first period, and during the
+/// last blend (from the periodic motion to rest).
 pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
     let motion = artefact.motion("motion.yaml").expect("a motion that was found");
     let step = 1.0 / (motion.rate * times);
     let (period, blend) = (motion.shape.period(), artefact.blend_s.unwrap_or(0.0));
-    // All periods are equal, so one is enough.
+    // All periods of the motion are equal, so it is enough to sample one.
     let spans = [(0.0, blend + period), (motion.duration() - blend, motion.duration())];
     let (mut beyond, mut count) = (0, 0);
     for (from, to) in spans {

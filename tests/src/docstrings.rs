@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Docstrings {
     /// The lines of each docstring, by class and method name.
     lines: BTreeMap<(String, String), Vec<String>>,
-    /// Classes that also have the methods of the macro `artefact!`.
+    /// Classes that also have the methods that the macro `artefact!` generates.
     artefacts: BTreeSet<String>,
 }
 
@@ -49,7 +49,7 @@ impl Docstrings {
         of(class).or_else(|| self.artefacts.contains(class).then(|| of(ANY_ARTEFACT))?)
     }
 
-    /// The stub with the docstring of each method. The docstrings of overloads and of `__init__` are not changed.
+    /// Returns the stub in which each method has its docstring. The docstrings of overloads and of `__init__` are not changed.
     pub fn in_stub(&self, stub: &str) -> String {
         let (mut written, mut class, mut is_overload) = (String::new(), "", false);
         let mut lines = stub.lines().peekable();

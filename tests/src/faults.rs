@@ -5,7 +5,7 @@ use identification::estimate::log_check::finding::{ColumnKind, Fault};
 
 use crate::joint_log::JointLog;
 
-/// A log with a mistake, and the finding that must name it.
+/// A log with a mistake, and a function that tests whether a finding names this mistake.
 pub struct Injected {
     pub name: &'static str,
     pub log: JointLog,
@@ -70,7 +70,7 @@ fn late(log: &JointLog, rows: usize) -> JointLog {
     })
 }
 
-/// The log with the torque of joint k limited to a fraction of its largest magnitude.
+/// The log in which the torque of joint k is limited to a fraction of its largest magnitude.
 fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     changed(log, |l| {
         let most = share * l.tau[k].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -78,8 +78,9 @@ fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     })
 }
 
-/// Fifteen mistakes that are possible in any log. `heavy`: two joints with large torques of gravity or inertia. `weight`: nominal
-/// holding torque at the position of a row. `rows`: delay of the torques in rows.
+/// Logs with fifteen mistakes that are possible in any log, made from the correct log `good`. `heavy`: two joints with large
+/// torques of gravity or inertia. `weight(log, row)`: nominal gravity torques of the joints at the position of a row. `rows`:
+/// delay of the torques in rows.
 pub fn injected(
     good: &JointLog,
     heavy: [usize; 2],
@@ -111,7 +112,7 @@ pub fn injected(
     add("two joints swapped", swapped, &pair, is(Fault::Of(Hypothesis::SwappedMotions(pair[0], pair[1]), 0.0)));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(ColumnKind::All)));
-    // Doctor determines the delay by first differences over 20 ms and more. The result may be wrong by up to a third.
+    // Doctor computes the delay from differences over 20 ms and more. So it may be wrong by up to a third.
     let is_late = move |f: &Fault| matches!(f, Fault::Of(Hypothesis::Late(None), s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {

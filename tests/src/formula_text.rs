@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-/// The value of every name to which a file assigns a value. `symbols`: values of the symbols.
+/// The values of all names to which the lines of a file assign an expression. `symbols`: values of the symbols that occur in the
+/// expressions.
 ///
 /// Each line is `name = expression`, or `name &= expression` in LaTeX.
 pub fn evaluated<'a>(lines: impl Iterator<Item = &'a str>, symbols: HashMap<String, f64>) -> HashMap<String, f64> {
@@ -32,7 +33,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Skips blanks, and consumes `token` if it is next. Returns whether it was.
+    /// Skips blanks, and consumes `token` if the text continues with it. Returns whether it does.
     fn takes(&mut self, token: &str) -> bool {
         self.text = self.text.trim_start();
         match self.text.strip_prefix(token) {

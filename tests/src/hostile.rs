@@ -1,8 +1,9 @@
-//! The files with which rist was attacked (`../shared/findings/inputs/hardening`), and the command that reads each file.
+//! The hostile files with which the robustness of rist was tested (`../shared/findings/inputs/hardening`), and the command that
+//! reads each file.
 
 use std::path::{Path, PathBuf};
 
-/// The folder of these files; `None` if ../shared does not exist.
+/// The folder of the hostile files; `None` if ../shared does not exist.
 pub fn hardening() -> Option<PathBuf> {
     crate::shared().map(|shared| shared.join("findings/inputs/hardening"))
 }

@@ -1,4 +1,4 @@
-//! Simulates logs of any robot with the independent recursion. Each joint moves by its own sines.
+//! Simulates logs of any robot. The torques are from an independent Newton-Euler recursion. Each joint moves by its own sines.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::recursion;
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
 
-/// The robot that produces a log, with friction and sensor errors.
+/// The robot that a log is simulated for, with its friction, sensor noise and delay.
 pub struct Machine<'a> {
     pub robot: &'a Robot,
     /// Values of the standard parameters.
@@ -108,7 +108,7 @@ impl JointLog {
         self.write(path, model.regressor().coordinates());
     }
 
-    /// Writes the log, and opens the file as the program does.
+    /// Writes the log to a file, and opens this file in the same way as the program.
     pub fn opened(&self, model: &Model, path: &Path) -> LogSource {
         self.write_for(model, path);
         model.open_log(path, &Default::default()).unwrap_or_else(|e| panic!("{e}")).0
@@ -140,7 +140,7 @@ pub fn even_log(coordinates: &[String], period: f64, [q, dq, effort]: [Vec<Vec<f
     }
 }
 
-/// The UR5 of models/, and a log of a UR5 whose parameters differ from it.
+/// The model of the UR5 in models/, and a log of a UR5 with other parameters.
 pub fn ur5() -> (Model, JointLog) {
     let model = Model::read(crate::model_path("ur5.urdf")).unwrap_or_else(|e| panic!("{e}"));
     let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);

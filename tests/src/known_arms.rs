@@ -1,4 +1,4 @@
-//! Known robot arms, as descriptions made from their published kinematics and limits.
+//! Known robot arms. Their descriptions are made from published kinematics and limits.
 //!
 //! The lengths of the four Universal Robots arms, and all numbers of the two iiwa, were compared with public programs
 //! (2026-11-22). The numbers of the other five arms, and the velocities of Universal Robots, are from memory and were not
@@ -175,7 +175,8 @@ pub struct PlacedJoint {
 }
 
 impl KnownArm {
-    /// The joints of the arm. Tz(d) Tx(a) Rx(alpha) of a joint give the origin of the next joint.
+    /// The joints of the arm, each placed in the frame of the previous joint. Tz(d) Tx(a) Rx(alpha) of a joint give the origin
+    /// and the rotation of the next joint.
     pub fn placed(&self) -> Vec<PlacedJoint> {
         let (mut origin, mut turn) = ([0.0; 3], self.base_alpha);
         let mut placed = Vec::new();

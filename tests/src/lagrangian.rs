@@ -1,13 +1,13 @@
-//! Computes energies, and torques as derivatives of the Lagrangian.
+//! Computes the energies of a robot, and its joint torques as derivatives of the Lagrangian.
 //!
 //! ```text
 //! T = sum_j  m v.v / 2 + v . (w x s) + w . J w / 2 + IA dr^2 / 2      v = dO_j/dt
 //! U = - sum_j g . (m O_j + s)
 //! tau = d/dt dT/d(dq) - d(T - U)/dq
 //! ```
-//! v, w: velocity of the link origin O_j and angular velocity; s: first moment; IA: rotor inertia; r: joint position. Velocities
-//! follow from the poses by the chain rule, without accelerations or forces. The derivatives are by [`Number`], exact up to
-//! rounding.
+//! T, U: kinetic and potential energy; m, s, J: mass, first moment and inertia of link j; v, w: velocity of the link origin O_j
+//! and angular velocity; IA: rotor inertia; r: joint position. Velocities follow from the poses by the chain rule, without
+//! accelerations or forces. The derivatives are computed with [`Number`] (hyper-dual numbers), exact up to rounding.
 
 use robot::{JointKind, Robot};
 
@@ -18,7 +18,7 @@ use crate::pose::{
 };
 use crate::random::State;
 
-/// Kinetic and potential energy at q, dq, J. `x`: standard parameters.
+/// Kinetic and potential energy at the positions q and velocities dq, J. `x`: standard parameters.
 pub fn energies(robot: &Robot, q: &[Number], dq: &[Number], x: &[f64]) -> (Number, Number) {
     let (variables, rates) = (joint_variables(robot, q), joint_rates(robot, dq));
     let gravity = constants(robot.gravity_number());
@@ -52,7 +52,8 @@ pub fn energies(robot: &Robot, q: &[Number], dq: &[Number], x: &[f64]) -> (Numbe
 pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     let one_hot = |i: usize, k: usize| if i == k { 1.0 } else { 0.0 };
     let of_coordinate = |k: usize| {
-        // In the numbers, e1 is the direction of dq_k, and e2 is the direction of time.
+        // Each number carries derivatives in two directions: the first is the derivative by dq_k, the second the derivative by
+        // time.
         let number = |value: f64, d1: f64, d2: f64| Number { value, d1, d2, d12: 0.0 };
         let n = state.q.len();
         let q: Vec<Number> = (0..n).map(|i| number(state.q[i], 0.0, state.dq[i])).collect();
@@ -67,7 +68,7 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     (0..state.q.len()).map(of_coordinate).collect()
 }
 
-/// The power d(T + U)/dt along the motion, W.
+/// The derivative of the total energy, d(T + U)/dt, along the motion, W. It is the power that the joints must supply.
 pub fn power(robot: &Robot, state: &State, x: &[f64]) -> f64 {
     let moving = |value: &[f64], rate: &[f64]| -> Vec<Number> {
         value.iter().zip(rate).map(|(&value, &d1)| Number { value, d1, d2: 0.0, d12: 0.0 }).collect()

@@ -2,7 +2,8 @@
 //!
 //! The mechanics of `recursion` and `lagrangian` use plain f64 in the base frame, with textbook formulas and the data of a
 //! [`robot::Robot`]. They share no code with `modeling` or with the kinematics of `robot`, so a common error is improbable. In
-//! contrast, [`tape_robot::TapeRobot`] is a robot as the program derives it, for tests of the steps after the model.
+//! contrast, [`tape_robot::TapeRobot`] uses the functions that the program derives. It is for tests of the steps that follow the
+//! derivation.
 
 pub mod benchmark;
 pub mod bodied_robots;
@@ -82,7 +83,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     entries.into_iter().flat_map(of).collect()
 }
 
-/// All Rust files below a folder.
+/// All Rust source files below a folder, in all its subfolders.
 pub fn sources_below(folder: &Path) -> Vec<PathBuf> {
     files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
 }
@@ -106,7 +107,8 @@ pub fn model(file: &str) -> Robot {
     robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// All robots of models/ whose joint variables are affine in the coordinates, with their file names.
+/// All robots of models/ whose joint variables are affine functions of the coordinates (no loops that are solved numerically),
+/// with their file names.
 pub fn models() -> Vec<(String, Robot)> {
     let folder = workspace().join("models");
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
@@ -164,7 +166,7 @@ pub fn base_parameters(robot: &Robot) -> BaseParameters {
     derived(robot).2
 }
 
-/// The entries of all outputs of a function, evaluated by the tape.
+/// The entries of all outputs of a function. The function is evaluated by a tape (a list of its operations).
 pub fn evaluated(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
     let tape = Tape::new(&function.bound());
     let mut outputs = vec![f64::NAN; tape.n_outputs()];
@@ -180,7 +182,7 @@ pub struct Case {
     pub x_base: Vec<f64>,
 }
 
-/// All models with random parameters; the models in `floating` also with a floating base.
+/// All models with random parameters. The models named in `floating` occur a second time, with a floating base.
 pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
     let mut random = Random(seed);
     let mut robots: Vec<Robot> = models().into_iter().map(|(_, robot)| robot).collect();
@@ -201,7 +203,7 @@ pub fn has(text: &str, parts: &[&str]) {
     parts.iter().for_each(|part| assert!(text.contains(part), "no `{part}` in {text}"));
 }
 
-/// Fails if `a` and `b` differ by more than `tolerance` times the largest entry.
+/// Fails if an entry of `a` differs from the entry of `b` by more than `tolerance` times the largest entry (at least 1).
 #[track_caller]
 pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
     let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
@@ -211,7 +213,7 @@ pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
     }
 }
 
-/// For each link, XX XY XZ YY YZ ZZ MX MY MZ M and the rotor inertia, from the vector of standard parameters.
+/// For each link: the body parameters XX XY XZ YY YZ ZZ MX MY MZ M, and the rotor inertia. `x`: all standard parameters.
 pub fn by_link(robot: &Robot, x: &[f64]) -> Vec<([f64; 10], f64)> {
     let mut links = vec![([0.0; 10], 0.0); robot.links.len()];
     for (parameter, &value) in StandardParameter::all(robot).into_iter().zip(x) {

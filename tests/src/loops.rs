@@ -1,7 +1,8 @@
-//! Robots in tests/data/loops, whose loops are not closed by affine functions, with their numbers of base parameters.
+//! Robots in tests/data/loops, with their numbers of base parameters. Their passive joint variables are no affine functions of
+//! the coordinates.
 //!
 //! The numbers are ranks of regressors from independent mechanics: the regressor of the open tree (by Pinocchio), reduced by the
-//! Jacobian of the loops. The number of the slider-crank is from this project, numerically and exactly.
+//! Jacobian of the loops. Only the number of the slider-crank was computed by this project, numerically and exactly.
 
 use std::path::PathBuf;
 
@@ -10,7 +11,8 @@ use robot::{Robot, Value, format};
 use crate::random::Random;
 use crate::workspace;
 
-/// For each robot: file name without extension, number of base parameters, and whether the rank is proven in a finite field.
+/// For each robot: file name without extension, number of base parameters, and whether the rank of the regressor is proven
+/// exactly (in a finite field).
 pub const LOOPS: [(&str, usize, bool); 15] = [
     ("four_bar", 8, true),
     ("crossed_four_bar", 8, true),
@@ -29,8 +31,8 @@ pub const LOOPS: [(&str, usize, bool); 15] = [
     ("bricard", 24, false),
 ];
 
-/// A parallelogram whose opposite sides are equal only for these values of four symbols. By its structure, it is a four-bar with
-/// eight base parameters.
+/// A parallelogram whose opposite sides are equal only for these values of its four lengths. For general values it is a four-bar
+/// with eight base parameters.
 pub const BY_CHANCE: &str = "\
 convention: khalil-kleinfinger
 name: by_chance

@@ -18,23 +18,24 @@ pub const SECONDS: usize = if cfg!(debug_assertions) { 10 } else { 2 };
 /// Address space for a run of the program without a file, KiB. The program and its threads use about 300 MiB.
 const SPACE_KIB: usize = 512 << 10;
 
-/// Address space that a file may need in addition, KiB: twice (64 times its size plus 64 MiB), because a file may be read and
-/// written.
+/// Additional address space for a file of this size, KiB: twice (64 times its size plus 64 MiB). The factor two is for commands
+/// that read a file and write one.
 fn allowance_kib(bytes: usize) -> usize {
     2 * (64 * bytes).div_ceil(1024) + 2 * (64 << 10)
 }
 
-/// A file, and the commands that read it. `{}` stands for the file.
+/// A file that is changed at random, and the commands that read it. `{}` in a command stands for the file.
 pub struct Seed {
     /// Name of the file. Its extension tells the program the format.
     pub name: String,
     pub bytes: Vec<u8>,
     pub commands: Vec<Vec<String>>,
-    /// For each command, how often of 1000 times it is run if it is drawn. Slow commands are run less often ([`by_time`]).
+    /// For each command, its probability to be run when it is selected, in thousandths. Slow commands are run less often
+    /// ([`by_time`]).
     pub odds: Vec<usize>,
 }
 
-/// A run that broke the rule.
+/// A run of the program that broke the rule of this module.
 pub struct Finding {
     pub name: String,
     pub bytes: Vec<u8>,
@@ -52,7 +53,7 @@ pub fn bounded(program: &Path, folder: &Path, bytes: usize, arguments: &[&str]) 
     run(shell.env("RUST_BACKTRACE", "0"))
 }
 
-/// Why a run breaks the rule; `None` if it does not.
+/// Why a run breaks the rule of this module; `None` if it does not.
 pub fn broken(run: &Run) -> Option<String> {
     let last = run.err.lines().rev().take(3).collect::<Vec<_>>().join(" | ");
     match run.code {
@@ -72,11 +73,11 @@ fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
     }
 }
 
-/// A run that takes at most this time, s, is fast: starting a process takes as long.
+/// Starting a process takes about this time, s. A command that needs no longer is always run.
 const CHEAP_SECONDS: f64 = 0.015;
 
-/// Sets the odds of each command by the time of its run on the unchanged file. So each command gets the same share of the time
-/// instead of the same number of runs, and a few slow commands do not delay the many fast ones.
+/// Measures each command once on the unchanged file, and makes its probability inversely proportional to this time. So each
+/// command gets about the same share of the time, and a few slow commands do not delay the many fast ones.
 pub fn by_time(program: &Path, folder: &Path, seeds: &mut [Seed]) {
     for seed in seeds {
         std::fs::write(folder.join(mutant(&seed.name)), &seed.bytes).expect("a folder of ours is writable");
@@ -94,8 +95,8 @@ fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[S
     bounded(program, folder, bytes, &arguments)
 }
 
-/// All seeds: the artefacts that the program writes in `folder`, the corpora of `fuzz`, and the files with which rist was
-/// attacked.
+/// All files to be changed: the files that the program writes in `folder`, the inputs of the fuzz targets in `fuzz`, and hostile
+/// files from security tests.
 pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     let mut all = written(program, folder);
     all.extend(corpora(folder));
@@ -123,7 +124,7 @@ fn make(program: &Path, folder: &Path) {
     }
 }
 
-/// The artefacts that the program writes, from a description to sums of logs.
+/// The files that the program writes on its way from a description to sums of logs.
 pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
@@ -131,7 +132,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
     write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
     write("states.csv", "q1,q2,dq1,dq2,ddq1,ddq2\n0.1,0.2,0.3,0.4,0.5,0.6\n-1,1,-1,1,-1,1\n");
-    // The robot whose bodies are written to an MJCF, and a log of it.
+    // A robot whose inertial parameters are written to an MJCF, and a log of it.
     let corpus = workspace().join("fuzz/corpus/write_back");
     for file in ["arm.urdf", "arm.xml"] {
         write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
@@ -174,7 +175,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
         of("options.yaml", &[&["identify", "arm.yaml", log, "--options", "{}"]]),
         of("motion.yaml", &motion),
         of("plan.yaml", &plan),
-        // Artefacts that only the library can read have no command.
+        // Files that only the library reads have no command.
         of("comparison.yaml", &[]),
         of("estimate.yaml", &estimate),
         of("validation.yaml", &[&["report", "--validation", "{}", "--out", "x"]]),
@@ -183,7 +184,7 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     ]
 }
 
-/// The corpora of `fuzz`. A mesh is read through a description that refers to it.
+/// The inputs of the fuzz targets in `fuzz`. A mesh is read through a URDF that refers to it.
 fn corpora(folder: &Path) -> Vec<Seed> {
     let mut all = Vec::new();
     for (corpus, command) in [
@@ -207,7 +208,7 @@ fn corpora(folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// A URDF with one link, whose shape is the mesh.
+/// A URDF with one link, whose collision shape is this mesh.
 fn with_mesh(mesh: &str) -> String {
     format!(
         "<robot name=\"r\"><link name=\"base\"/><link name=\"l\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"2\"/>\
@@ -218,10 +219,10 @@ fn with_mesh(mesh: &str) -> String {
     )
 }
 
-/// Longer attack files are skipped here, because each would take the time of many others. Another test reads all of them.
+/// Hostile files with more bytes are skipped, because each would take the time of many others. Another test reads all of them.
 const MAX_ATTACK_BYTES: usize = 1 << 16;
 
-/// The files with which rist was attacked, and the other files that their commands need.
+/// The hostile files from security tests, and the other files that their commands need.
 fn attacks(folder: &Path) -> Vec<Seed> {
     let Some(hardening) = hardening() else { return Vec::new() };
     let beside = |name: &str| hardening.join("tamper").join(name).display().to_string();
@@ -309,7 +310,8 @@ pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Runs mutants of the seeds until `is_enough` (given their number) is true. Returns the runs that broke the rule.
+/// Runs the program on randomly changed files until `is_enough` (given the number of runs) is true. Returns the runs that broke
+/// the rule of this module.
 pub fn hunt(
     program: &Path,
     folder: &Path,

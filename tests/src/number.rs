@@ -21,7 +21,7 @@ impl Number {
         Number { value, d1: 0.0, d2: 0.0, d12: 0.0 }
     }
 
-    /// The value of a function f at this number. `f`, `first`, `second`: f, f' and f'' at the real part.
+    /// A function f of this number, with its derivatives. `f`, `first`, `second`: f, f' and f'' at the value of this number.
     fn image(self, f: f64, first: f64, second: f64) -> Number {
         Number {
             value: f,

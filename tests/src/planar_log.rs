@@ -1,4 +1,4 @@
-//! Simulates logs of a vertical arm with two joints, by the independent recursion.
+//! Simulates logs of an arm with two joints in a vertical plane. The torques are from an independent Newton-Euler recursion.
 
 use std::path::Path;
 
@@ -25,7 +25,8 @@ pub fn log(robot: &Robot, x: &[f64]) -> Vec<String> {
     log_of(robot, x, &|_, _, tau| tau)
 }
 
-/// The same as [`log`]. `measured(j, dq, tau)`: the logged torque of joint j at the velocity dq, from the true torque tau.
+/// A log as from [`log`], with other torques. `measured(j, dq, tau)`: the logged torque of joint j at the velocity dq, if tau is
+/// the true torque.
 pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f64) -> Vec<String> {
     (0..6000)
         .map(|k| {
@@ -39,8 +40,8 @@ pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f6
         .collect()
 }
 
-/// Writes a log of the arm in planar2r_vertical.yaml with friction. Returns the path of a description without inertial
-/// parameters.
+/// Writes a log of the arm in planar2r_vertical.yaml with viscous and Coulomb friction. Returns the path of a description of this
+/// arm without inertial parameters.
 pub fn write_rubbed(path: &Path, viscous: f64) -> String {
     let robot = crate::model("planar2r_vertical.yaml");
     let rubbed = |_: usize, dq: f64, tau: f64| tau + viscous * dq + 0.3 * dq.signum();

@@ -4,17 +4,18 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::random::Random;
 
-/// Closure: L1 exp(i (q + crank)) + L2 exp(i (q + crank + p_1)) equals the third side. L1, L2: `crank_length`, `rod`; origin:
-/// crank joint.
+/// A closed loop of four bars, or of crank, rod and slider, in the complex plane. The closure equation is L1 exp(i
+/// (q + crank)) + L2 exp(i (q + crank + p_1)) = third side. q: coordinate; L1, L2: `crank_length`, `rod`; p_1, p_2: passive
+/// variables; the origin is the crank joint.
 pub struct PlanarLoop {
     /// Index of the coordinate that moves the crank.
     pub coordinate: usize,
-    /// Angle of the crank if the coordinate is zero, rad.
+    /// Angle of the crank when the coordinate q is zero, rad.
     pub crank: f64,
     pub crank_length: f64,
     pub rod: f64,
     pub third: Third,
-    /// p_1 and p_2 if the coordinate is zero.
+    /// The passive variables p_1 and p_2 when the coordinate q is zero.
     pub start: [f64; 2],
 }
 
@@ -27,8 +28,8 @@ pub enum Third {
 }
 
 impl PlanarLoop {
-    /// The gap e of the loop; its derivatives by q, p_1 and p_2; and its second derivative in time at the velocities dq, dp
-    /// without accelerations.
+    /// The gap e (left minus right side of the closure equation); its derivatives by q, p_1 and p_2; and its second derivative in
+    /// time at the velocities dq, dp if the accelerations are zero.
     pub fn gap(&self, q: f64, p: [f64; 2], dq: f64, dp: [f64; 2]) -> ([f64; 2], [[f64; 2]; 3], [f64; 2]) {
         let at = |angle: f64, length: f64| [length * angle.cos(), length * angle.sin()];
         let across = |v: [f64; 2]| [-v[1], v[0]];
@@ -51,7 +52,8 @@ impl PlanarLoop {
         (e, slopes, minus(bend, third_bend))
     }
 
-    /// p of the closed loop at the coordinate q. It is followed continuously from the start values.
+    /// The passive variables p_1, p_2 for which the loop is closed at the coordinate q. They are followed continuously from their
+    /// values at q = 0.
     pub fn closed(&self, q: f64) -> [f64; 2] {
         let mut p = self.start;
         let steps = (q.abs() / 0.02).ceil().max(1.0) as usize;
@@ -68,7 +70,7 @@ impl PlanarLoop {
     }
 }
 
-/// A loop with random lengths, moved by the coordinate with this index; and the name of its kind.
+/// A loop of a random kind with random lengths, and the name of its kind. `coordinate`: index of the coordinate that moves it.
 pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'static str) {
     let crank = 0.7 + 0.2 * (100.0 * random.unit()).round() / 100.0;
     let two_digits = |low: f64, high: f64, random: &mut Random| {
@@ -80,7 +82,7 @@ pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'stat
     let kind = ["four-bar", "parallelogram", "crossed", "slider"][random.below(4)];
     if kind == "slider" {
         let [x, y] = [crank_length * crank.cos(), crank_length * crank.sin()];
-        // The rod reaches down to the rail of the slider.
+        // The angle at which the rod reaches from the end of the crank down to the rail of the slider.
         let fall = -(y / rod).asin();
         let start = [fall - crank, x + rod * fall.cos()];
         return (PlanarLoop { coordinate, crank, crank_length, rod, third: Third::Slider, start }, kind);
@@ -89,7 +91,7 @@ pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'stat
         "four-bar" => (two_digits(0.45, 0.5, random), two_digits(0.4, 0.45, random)),
         _ => (rod, crank_length),
     };
-    // The vector from the rocker joint to the tip of the crank. Rod and rocker form a triangle with it.
+    // The vector from the rocker joint to the end of the crank. Rod, rocker and this vector form a triangle.
     let [x, y] = [crank_length * crank.cos() - base, crank_length * crank.sin()];
     let apart = x.hypot(y);
     let inner = ((apart * apart + length * length - rod * rod) / (2.0 * apart * length)).clamp(-1.0, 1.0).acos();

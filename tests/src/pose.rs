@@ -1,4 +1,4 @@
-//! Frames as products of six elementary transforms, and vectors in space, with [`Number`]s.
+//! Frames as products of six elementary transforms, and vectors in space. Their entries are [`Number`]s, which carry derivatives.
 
 use robot::{JointKind, ModifiedDh, Robot, Value};
 
@@ -65,7 +65,8 @@ impl Frame {
     }
 }
 
-/// The joint variables sum c_k q_k + offset for the coordinates q. If q contains derivatives, the results do too.
+/// The joint variables, each the sum of c_k q_k over the coordinates plus an offset. If the numbers q carry derivatives, the
+/// results do too.
 pub fn joint_variables(robot: &Robot, q: &[Number]) -> Vec<Number> {
     let of_link = |link: &robot::Link| {
         let offset = Number::constant(link.joint.variable.offset.number(&robot.symbols));
@@ -109,7 +110,8 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
     a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }
 
-/// R J R^T v, J: inertia XX XY XZ YY YZ ZZ in the frame with the rotation R.
+/// R J R^T v: the inertia J times the vector v in the base frame. J: inertia `body` = XX XY XZ YY YZ ZZ .. in the frame with the
+/// rotation R.
 pub fn inertia_times(rotation: &Matrix, body: &[f64; 10], v: Vector) -> Vector {
     let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|i| Number::constant(body[i]));
     let local = [0, 1, 2].map(|j| inner([rotation[0][j], rotation[1][j], rotation[2][j]], v));

@@ -9,7 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rist::{Estimate, ExcitingMotion};
 use serde_json::Value;
 
-/// A robot with two links in a vertical plane, with all limits that a motion can have.
+/// A description of a robot with two links in a vertical plane. It has all limits that a motion can have.
 pub const LIMITED_ARM: &str = "\
 convention: khalil-kleinfinger
 name: arm
@@ -32,21 +32,21 @@ pub struct Run {
 }
 
 impl Run {
-    /// Fails unless the program ended with this code; otherwise returns the run.
+    /// Fails unless the program ended with the exit code `code`; otherwise returns the run.
     #[track_caller]
     pub fn ended(self, code: i32) -> Run {
         assert_eq!(self.code, Some(code), "{}: {}{}", self.called, self.out, self.err);
         self
     }
 
-    /// The same as [`Run::ended`]. Also fails unless the output contains each of these texts.
+    /// Fails unless the program ended with the exit code `code`, and unless its output contains each of these texts.
     #[track_caller]
     pub fn told(self, code: i32, said: &[&str]) -> Run {
         said.iter().for_each(|text| assert!(self.out.contains(text), "{}: no `{text}` in {}", self.called, self.out));
         self.ended(code)
     }
 
-    /// The same as [`Run::ended`]. Also fails unless the error output contains each of these texts.
+    /// Fails unless the program ended with the exit code `code`, and unless its error output contains each of these texts.
     #[track_caller]
     pub fn failed(self, code: i32, said: &[&str]) -> Run {
         said.iter().for_each(|text| assert!(self.err.contains(text), "{}: no `{text}` in {}", self.called, self.err));
@@ -76,7 +76,7 @@ pub fn run(command: &mut Command) -> Run {
     Run { called: format!("{command:?}"), code: status.code(), out: text(stdout), err: text(stderr) }
 }
 
-/// Runs a compiler or another program in `folder`. Fails if it fails.
+/// Runs a compiler or another program in `folder`. Panics if the program fails.
 #[track_caller]
 pub fn done(folder: &Path, program: &str, options: &str) -> Run {
     let named = if program == "rustc" { std::env::var("RUSTC").ok() } else { None };
@@ -94,7 +94,8 @@ pub fn has_python(modules: &str) -> bool {
     found
 }
 
-/// The JSON that a script prints for this input. If there is no node, prints a message and returns `None`.
+/// Runs a script in Node.js with this input, and returns the JSON that it prints. If Node.js is missing, prints a message and
+/// returns `None`.
 pub fn node(script: &str, input: &Value) -> Option<Value> {
     if !is_there("node") {
         println!("skipped: no node");
@@ -122,7 +123,8 @@ pub fn estimate(path: &Path) -> Estimate {
     Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A folder with this name. It is emptied at its first use; tests that run in parallel may share it.
+/// A folder for temporary files with this name. It is emptied at its first use in a process; tests that run in parallel may share
+/// it.
 pub fn folder(name: &str) -> PathBuf {
     static MADE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let folder = target().join("tmp").join(format!("{name}-{}", std::process::id()));
@@ -160,7 +162,7 @@ pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-        // Built with all readers, as the tests are, so that common code is compiled only once.
+        // The program is built with all optional readers, as the tests are. So common code is compiled only once.
         build
             .args(["build", "--quiet", "--package", "cli", "--bin", "rist", "--features", "all-readers"])
             .current_dir(crate::workspace());

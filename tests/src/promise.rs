@@ -1,5 +1,5 @@
-//! Tests the predicted accuracy of exciting motions. Compares the covariance of the parameters, computed from the motion, with
-//! the errors of parameters identified from simulated logs of this motion.
+//! Tests whether predicted standard deviations of parameters are correct. For an exciting motion, the covariance that is computed
+//! from the motion is compared with the errors of parameters that are identified from simulated logs of this motion.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;
@@ -25,8 +25,8 @@ pub fn columns(model: &Model, friction: &[FrictionTerm]) -> Vec<ParameterId> {
     base.chain(model.regressor().coordinates().iter().flat_map(|c| own(c.as_str()))).collect()
 }
 
-/// The weighted rows of a motion for base parameters and friction, for all samples of all repetitions. The rows of a joint are
-/// divided by its noise, N m.
+/// The rows of a motion for base parameters and friction, for all samples of all repetitions. The rows of a joint are divided by
+/// its torque noise, N m.
 pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], friction: &[FrictionTerm]) -> WeightedRows {
     let regressor = model.regressor();
     let (n, base) = (regressor.coordinates().len(), regressor.parameters().len());
@@ -55,12 +55,12 @@ pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], fricti
     rows
 }
 
-/// The friction of the simulated joints: equation (5).
+/// The friction of the simulated joints: viscous and Coulomb friction, with different coefficients for each direction.
 pub const FRICTION: [FrictionTerm; 1] = [FrictionTerm::Asymmetric];
 
 pub struct Kept {
     pub name: String,
-    /// Rms error divided by the predicted standard deviation.
+    /// Rms error of the parameter over all draws, divided by the predicted standard deviation.
     pub ratio: f64,
     /// The error of each draw, divided by the predicted standard deviation.
     pub errors: Vec<f64>,
@@ -68,10 +68,10 @@ pub struct Kept {
     pub held: f64,
 }
 
-/// Compares, for each base parameter, the errors of identifications with the predicted standard deviation for noise of torques
-/// and encoders. The motion is simulated in closed loop with friction. From each of `draws` noisy records, the parameters are
-/// identified with this friction and default options. `encoders`: quantum and noise of the encoders as a fraction of the assumed
-/// values. Parameters that the motion or the logs do not determine are omitted.
+/// For each base parameter, compares the errors of identified values with the standard deviation that is predicted for the noise
+/// of torques and encoders. The motion is simulated in closed loop with friction. From each of `draws` noisy records, the
+/// parameters are identified with this friction and default options. `encoders`: quantum and noise of the encoders as a fraction
+/// of the assumed values. Parameters that the motion or the logs do not determine are omitted.
 pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
     let truth = model.nominal_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
@@ -124,8 +124,8 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     Ok(errors.into_iter().enumerate().filter_map(of).collect())
 }
 
-/// The variances of these columns by weighted least squares on the rows of a motion, as in an identification. `rist excite`
-/// predicts the same variances. Here they are computed independently, by normal equations and a Cholesky factorisation.
+/// The variances of the parameters `shown`, by weighted least squares on the rows of a motion, as in an identification. `rist
+/// excite` predicts the same variances. Here they are computed independently, by normal equations and a Cholesky factorisation.
 pub fn promised(
     model: &Model,
     motion: &ExcitingMotion,

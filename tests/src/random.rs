@@ -37,7 +37,8 @@ impl Random {
         (0..n).map(|_| scale * self.unit()).collect()
     }
 
-    /// A random state: positions within a turn; rates for which inertia, Coriolis and gravity torques have similar magnitudes.
+    /// A random state. Positions are within a turn. Velocities and accelerations are such that inertia, Coriolis and gravity
+    /// torques have similar magnitudes.
     pub fn state(&mut self, robot: &Robot) -> State {
         let n = robot.n_coordinates();
         State { q: self.vector(n, std::f64::consts::PI), dq: self.vector(n, 2.0), ddq: self.vector(n, 4.0) }

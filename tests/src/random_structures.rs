@@ -1,16 +1,16 @@
-//! Random robots with planar loops, joints that follow others, and equal lengths. Their rank is computed by mechanics that share
-//! no code with `modeling`.
+//! Random robots with planar loops, joints that follow other joints, and equal lengths. The rank of their regressor is computed
+//! by mechanics that share no code with `modeling`.
 //!
 //! A robot is a tree of some links. Each loop has a crank, which a coordinate moves, and a four-bar, a parallelogram, a crossed
 //! four-bar or a slider. All loops are cut open, so that the passive joints p are coordinates of a tree. e(q, p): gap of each
-//! loop, as a complex number. Then
+//! loop, as a complex number. The velocities of p and the regressor D of the closed robot are
 //!
 //! ```text
 //! dp = G dq          G = -(de/dp)^-1 de/dq
 //! D  = [1 G'] D_open(q, p, dq, G dq, ddq, G ddq + c)
 //! ```
-//! where D_open is computed by the Newton-Euler recursion ([`crate::recursion`]), column by column; c: acceleration of p for ddq
-//! = 0.
+//! D_open: regressor of the tree, computed by the Newton-Euler recursion ([`crate::recursion`]), column by column; c:
+//! acceleration of p for ddq = 0.
 
 use expr::Tape;
 use modeling::Derivation;
@@ -21,14 +21,14 @@ use crate::planar_loop::{PlanarLoop, Third, drawn_loop};
 use crate::random::{Random, State};
 use crate::recursion;
 
-/// A column counts as independent if its part outside the other columns exceeds this fraction of the largest column. Rounding is
-/// about 1e-13; for lengths and angles with two digits, the part of an independent column is above 1e-6.
+/// A column is independent of the other columns if the part of it that they do not explain exceeds this fraction of the largest
+/// column. Rounding gives about 1e-13; for lengths and angles with two digits, an independent column gives more than 1e-6.
 const STANDS_OUT: f64 = 1e-9;
 
 pub struct Structure {
     /// The YAML description with its loops.
     pub text: String,
-    /// The YAML description of the tree without loops. The passive joints are coordinates after the others.
+    /// The YAML description of the tree in which the loops are cut open. The passive joints are coordinates after the others.
     open: String,
     loops: Vec<PlanarLoop>,
     /// The kinds of structures in the robot: `tree`, `ratio`, `crossed`, ...
@@ -58,10 +58,11 @@ impl Numbers {
     }
 }
 
-/// Ratios of joints, as in gears and robot hands.
+/// Ratios between a joint that follows and the joint that it follows, as in gears and robot hands.
 const RATIOS: [&str; 8] = ["1.5", "4/3", "0.5", "-0.35", "2", "-1", "0.8024", "-2/3"];
 
-/// A description to which links are added one by one, with its loops and without them.
+/// A description to which links are added one by one. It is written twice: with its loops (`links`, `cuts`), and with loops cut
+/// open.
 #[derive(Default)]
 struct Draft {
     links: String,
@@ -111,7 +112,7 @@ pub fn structure(seed: u64) -> Structure {
 }
 
 impl Draft {
-    /// Adds a crank, a rod and a third link, with a cut between the last two.
+    /// Adds a loop: a crank, a rod and a third link, with a cut joint between rod and third link.
     fn add_loop(&mut self, random: &mut Random, numbers: Numbers, antecedent: &str) {
         let k = self.loops.len() + 1;
         let (one, kind) = drawn_loop(random, self.coordinates.len());
@@ -147,7 +148,7 @@ impl Draft {
         self.kinds.push(kind);
     }
 
-    /// Adds a link with its own coordinate, or a link that follows other joints.
+    /// Adds a link whose joint has its own coordinate, or follows other joints.
     fn add_link(&mut self, random: &mut Random, numbers: Numbers, antecedent: &str) {
         let j = self.names.len() + 1;
         let (alpha, d) = (numbers.angle(random), numbers.length(random));
@@ -180,7 +181,7 @@ impl Draft {
 pub struct ClosedState {
     /// q, dq, ddq of the coordinates.
     pub state: State,
-    /// For each loop, p_1, p_2 and the angle of its cut.
+    /// For each loop, the passive variables p_1 and p_2, and the angle of its cut joint.
     passive: Vec<f64>,
     /// The regressor D from the recursion, row by row.
     pub regressor: DMatrix<f64>,
@@ -194,7 +195,8 @@ impl Structure {
         format::read_yaml(&self.text, "structure.yaml").map_err(|e| e.to_string())
     }
 
-    /// Random closed states. The crank angles are between 0.1 and 2.5 rad, and no loop is near a singular configuration.
+    /// Random states in which all loops are closed. The crank angles are between 0.1 and 2.5 rad, and no loop is near a singular
+    /// configuration.
     pub fn states(&self, count: usize, random: &mut Random) -> Vec<ClosedState> {
         let open = format::read_yaml(&self.open, "open.yaml").unwrap_or_else(|e| panic!("{}{e}", self.open));
         (0..count).map(|_| self.state(&open, random)).collect()
@@ -219,7 +221,7 @@ impl Structure {
             let g = -solve(slopes[0]);
             let rates = [g[0] * dq[k], g[1] * dq[k]];
             let coast = -solve(one.gap(q[k], at, dq[k], rates).2);
-            // The twin frame of a slider is rotated by a right angle.
+            // In a loop with a slider, the second frame of the cut is rotated by a right angle.
             let turn = if matches!(one.third, Third::Slider) { std::f64::consts::FRAC_PI_2 } else { at[1] };
             passive.extend([at[0], at[1], turn - at[0] - q[k] - one.crank]);
             for i in 0..2 {
@@ -243,7 +245,8 @@ impl Structure {
 }
 
 impl ClosedState {
-    /// The inputs q, passive, dq, ddq for functions of `robot`. Some passive joints may have been replaced by affine relations.
+    /// The inputs q, passive, dq, ddq for functions of `robot`. Some passive joints may be missing in `robot`, because their
+    /// affine relation to the coordinates was found.
     pub fn inputs(&self, robot: &Robot) -> Vec<f64> {
         let passive = robot.passive.iter().map(|p| {
             // The names of passive joints contain the link name: `theta_b1`, `r_c2`. The joint `theta_cut1` moves no link.
@@ -257,7 +260,7 @@ impl ClosedState {
     }
 }
 
-/// The rank of the regressors of all states together, and its gap.
+/// The rank of the regressors of all states together, and the ratio of singular values at this rank (see [`rank_of`]).
 fn rank(states: &[ClosedState]) -> (usize, f64) {
     let rows: usize = states.iter().map(|s| s.regressor.nrows()).sum();
     let columns = states.first().map_or(0, |s| s.regressor.ncols());
@@ -270,8 +273,8 @@ fn rank(states: &[ClosedState]) -> (usize, f64) {
     rank_of(observed)
 }
 
-/// The rank by the singular values of the scaled columns; and the ratio between the last singular value that counts and the next
-/// one.
+/// The rank of a matrix, by the singular values of its scaled columns; and the ratio between the last singular value that counts
+/// and the next one.
 pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
@@ -295,9 +298,9 @@ pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
 const AGREES: f64 = 1e-9;
 
 pub enum Outcome {
-    /// Regressor, rank and regrouping agree with the independent mechanics.
+    /// Regressor, rank and base parameters agree with the independent mechanics.
     Right,
-    /// The program gives no base parameters: the reason.
+    /// The program refuses to determine base parameters. The text is the reason.
     Refused(String),
     Wrong(String),
 }
@@ -351,7 +354,8 @@ fn wrong(seed: u64) -> Option<(bool, String)> {
         let tau = &state.regressor * DMatrix::from_column_slice(p, 1, &x);
         let tau_base = kept * DMatrix::from_column_slice(x_base.len(), 1, &x_base);
         let apart = (&tau - tau_base).amax();
-        // Numeric coefficients have the rounding error of the rank computation, so the tolerance is larger.
+        // The coefficients of the base parameters are numbers with the rounding error of the rank computation, so the tolerance
+        // is larger.
         if apart.is_nan() || apart > AGREES * 10.0 * (1.0 + state.regressor.amax()) {
             return Some((false, format!("D_base X_base is off by {apart:e} of {:e}", tau.amax())));
         }

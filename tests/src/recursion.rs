@@ -5,8 +5,10 @@
 //!           a_j = a_i + dw_i x l + w_i x (w_i x l)  [+ z_j ddr + 2 w_i x z_j dr]          (prismatic)
 //! of a link f_j = m a_j + dw_j x s_j + w_j x (w_j x s_j)
 //!           n_j = J_j dw_j + w_j x J_j w_j + s_j x a_j                     about the origin O_j
-//! inward    f, n of what a link carries are added, n with the lever (O_c - O_j) x f_c
+//! inward    f_c, n_c of each child link c are added, and (O_c - O_j) x f_c
 //! ```
+//! w_j, dw_j, a_j: angular velocity, angular acceleration, and acceleration of the origin O_j of link j; index i: parent link;
+//! z_j, r: axis and variable of the joint; f_j, n_j: force and moment; m, s_j, J_j: mass, first moment and inertia;
 //! l = O_j - O_i. Gravity is included as the acceleration -g of the base. The torque of a coordinate is the sum over all joints
 //! of the joint torque times the derivative of the joint variable by the coordinate [Luh, Walker, Paul 1980].
 
@@ -84,7 +86,8 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     tau
 }
 
-/// The wrench for the motion of a body, about its origin: m a + dw x s + w x (w x s), and J dw + w x J w + s x a.
+/// Force, and moment about the origin of the link, that cause the motion of a body: m a + dw x s + w x (w x s),
+/// and J dw + w x J w + s x a.
 fn wrench(motion: &Motion, body: &[f64; 10]) -> (Vector, Vector) {
     let Motion { frame, w, dw, a } = *motion;
     let s = turned(&frame.rotation, constants([body[6], body[7], body[8]]));

@@ -1,4 +1,4 @@
-//! Evaluates regrouping rules from their text: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
+//! Evaluates printed rules for base parameters, such as `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
 
 use std::collections::BTreeMap;
 

@@ -1,12 +1,12 @@
 //! Evaluates a function in plain f64 with a running bound of the rounding error [Higham 2002, 3.3].
 //!
-//! Two evaluations of the same operations differ by at most twice the bound, in any order, and if sines and cosines differ by one
-//! unit in the last place. The bound is a few units in the last place, times the condition number of each sum.
+//! Two evaluations differ by at most twice the bound, even if their operations are in another order, or their sines and cosines
+//! differ by one unit in the last place. The bound is a few units in the last place, times the condition number of each sum.
 
 use expr::{Algebra, Expr, Function, Node, Symbol};
 
-/// Each output entry of `function` at `inputs`, with its error bound. Angles must be inputs, and named constants must have
-/// values.
+/// Each output entry of `function` at `inputs`, with the bound of its rounding error. Sines and cosines may be only of inputs,
+/// and named constants must have values.
 pub fn bounded(function: &Function, inputs: &[f64]) -> Vec<Bounded> {
     function.evaluate_in(&mut RunningError { function, inputs }).concat()
 }

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-/// Compares a text with the file `name` in tests/data. Writes the file instead if the environment variable requests it.
+/// Compares a text with the file `name` in tests/data. If `SNAPSHOTS=write` is set, the text is written to the file instead.
 pub fn assert_snapshot(name: &str, text: &str) {
     let file: PathBuf = crate::workspace().join("tests/data").join(name);
     if std::env::var_os("SNAPSHOTS").is_some_and(|word| word == "write") {

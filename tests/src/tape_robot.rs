@@ -1,4 +1,5 @@
-//! A robot that is derived by `modeling` and evaluated by tape. Tests and benches identify its parameters.
+//! A robot whose functions are derived by `modeling` and evaluated by a tape (a list of operations). Tests and benches identify
+//! its parameters.
 //!
 //! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq). Y (n x p): base regressor; A (n x n): inertia matrix; h: bias torque; X (p): base
 //! parameters, X = B phi; phi: standard parameters. Robots with loops that are closed numerically are not supported.
@@ -22,7 +23,8 @@ pub struct TapeRobot {
     pub robot: Robot,
     /// The base parameters as combinations of standard parameters.
     pub base: BaseParameters,
-    /// Values of the standard parameters, in the order of the columns of D; zero if the description gives none.
+    /// Values of the standard parameters, in the order of the columns of the standard regressor; zero if the description gives
+    /// none.
     pub standard: Vec<f64>,
     pub truth: Vec<f64>,
     coordinates: Vec<String>,
@@ -40,7 +42,8 @@ struct Tapes {
 }
 
 impl TapeRobot {
-    /// Derives the robot. Panics if its rank is ambiguous, or if a joint variable is not affine in q.
+    /// Derives the functions of a robot. Panics if its number of base parameters is ambiguous, or if a joint variable is not an
+    /// affine function of q.
     pub fn new(robot: Robot) -> TapeRobot {
         assert!(robot.passive.is_empty(), "{}: a joint is no affine function of q", robot.name);
         let (mut derivation, columns, base) = crate::derived(&robot);
@@ -65,7 +68,7 @@ impl TapeRobot {
         TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
     }
 
-    /// q, dq, ddq and torques of an arm with two oscillating joints, at time t, s.
+    /// q, dq, ddq and torques of an arm with two joints at time t, s. Each joint moves by two sines.
     pub fn swing_of_two(&self, t: f64) -> [Vec<f64>; 4] {
         let sine = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
         let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| sine(w1, 0.8)[k] + sine(w2, 0.3)[k]);
@@ -75,8 +78,8 @@ impl TapeRobot {
         [q, dq, ddq, tau]
     }
 
-    /// The robot with other base parameters `x`. Each value is assigned to the standard parameter of its column; all other
-    /// standard parameters are zero.
+    /// The robot with other base parameters `x`. A base parameter contains one standard parameter with the factor 1 (its column);
+    /// this one gets the value. All other standard parameters are zero.
     pub fn with_base(&self, x: &[f64]) -> TapeRobot {
         let mut standard = vec![0.0; self.standard.len()];
         self.base.base.iter().zip(x).for_each(|(b, x)| standard[b.column] = *x);
@@ -100,12 +103,14 @@ impl TapeRobot {
         self.with_standard(standard)
     }
 
-    /// Index of the base parameter whose column belongs to this standard parameter, for example `MX3`; `None` if there is none.
+    /// Index of the base parameter whose regressor column is the column of this standard parameter, for example `MX3`; `None` if
+    /// there is none.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.base.base.iter().position(|b| self.base.standard[b.column].display(&self.robot).to_string() == name)
     }
 
-    /// The map X = B phi in numbers, with the body of each link, and the rotor inertias, which must not be negative.
+    /// The map X = B phi from standard to base parameters, with numbers in B. It also states which standard parameters are the
+    /// ten parameters of a body, and which are rotor inertias, which must not be negative.
     pub fn map(&self) -> StandardMap {
         let standard = &self.base.standard;
         let of_base = |(k, b): (usize, &modeling::BaseParameter)| {
@@ -122,12 +127,12 @@ impl TapeRobot {
         )
     }
 
-    /// The bodies of the map, from the current standard parameters.
+    /// The ten parameters of each body of the map, from the present standard parameters.
     pub fn bodies(&self) -> Vec<Ten> {
         crate::by_link(&self.robot, &self.standard).into_iter().map(|(body, _)| body).collect()
     }
 
-    /// The bodies of the map, from the description; `None` for a link without inertial parameters.
+    /// The ten parameters of each body of the map, from the description; `None` for a link without inertial parameters.
     pub fn references(&self) -> Vec<Option<Ten>> {
         let first = self.base.standard.iter().filter(|s| s.inertial == Inertial::Xx);
         first.map(|s| self.robot.link(s.link).inertial).collect()

@@ -1,5 +1,5 @@
-//! Inputs that state larger sizes, or expand to more, than they contain. Each is refused, with memory that is bounded by the size
-//! of the input.
+//! Inputs that state larger sizes than they have, or that decompress to much more data. Each is refused, with memory that is
+//! bounded by the size of the input.
 //!
 //! The test counts all allocations of its process, so this file contains only one test.
 
@@ -29,7 +29,7 @@ static ALLOCATED: PeakAlloc = PeakAlloc;
 const TIMES: usize = 64;
 const MORE: usize = 64 << 20;
 
-/// A reader: fails with its error message.
+/// A function that reads an input. It fails with the error message of the program.
 type Reader = fn(&[u8]) -> Result<(), String>;
 
 struct Hostile {
@@ -60,7 +60,7 @@ fn robot(file: &str, bytes: &[u8]) -> Result<(), String> {
     told(parse_robot(text(bytes), Path::new(file), &ModelOptions::default()))
 }
 
-/// The readers of all files that a step of the program writes for the next step, or that a user writes.
+/// The readers of all YAML files that one command writes for the next, or that a user writes.
 const ARTEFACTS: [Reader; 8] = [
     |b| told(Estimate::from_yaml("estimate.yaml", text(b))),
     |b| told(ExperimentPlan::from_yaml("plan.yaml", text(b)).and_then(|plan| plan.trajectories("plan.yaml"))),
@@ -94,7 +94,7 @@ fn par(bytes: &[u8]) -> Result<(), String> {
     robot("robot.par", bytes)
 }
 
-/// Reads an MJCF into which the bodies of a known robot are written.
+/// Reads a simulator file (MJCF) and writes the inertial parameters of a known robot into it.
 fn simulator_model(bytes: &[u8]) -> Result<(), String> {
     let arm = read_urdf(include_str!("../../fuzz/corpus/write_back/arm.urdf"), "arm.urdf").unwrap();
     let body = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
@@ -123,7 +123,7 @@ fn chunks_of(count: usize, content: &[u8]) -> Vec<u8> {
     [&b"\x89MCAP0\r\n"[..], &chunk.repeat(count)].concat()
 }
 
-/// Chunks with one record each, of `size` zeros. No reader needs this record.
+/// MCAP chunks that each contain one record of `size` zeros. No reader needs this record.
 fn chunks_of_zeros(count: usize, size: usize) -> Vec<u8> {
     chunks_of(count, &[&[9][..], &(size as u64).to_le_bytes(), &vec![0; size]].concat())
 }
@@ -169,7 +169,7 @@ fn anchors() -> String {
     text
 }
 
-/// An Arrow file of 64 rows, in which each number 64 is replaced by a larger number.
+/// An Arrow file of 64 rows that claims to have more rows: each number 64 in it is replaced by `rows`.
 fn arrow_of_claims(rows: u64) -> Vec<u8> {
     let mut bytes = include_bytes!("identification/foreign_logs/polars.arrow").to_vec();
     let (found, claimed) = (64u64.to_le_bytes(), rows.to_le_bytes());
@@ -262,8 +262,8 @@ fn what_an_input_takes_is_bounded_by_its_size() {
             beyond.push((input.name.to_string(), peak));
         }
     }
-    // Files of all kinds, truncated at several positions, so that their stated sizes are too large. The files with which rist was
-    // attacked are read whole.
+    // Files of all kinds, truncated at several positions, so that their stated sizes are too large. Hostile files from security
+    // tests are read whole.
     let corpora = files_below(&workspace().join("fuzz/corpus")).into_iter().map(|path| (path, 50));
     let attacks = hardening().map_or(Vec::new(), |folder| files_below(&folder)).into_iter().map(|path| (path, 0));
     let mut count = 0;

@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&record, &csv(&rows))
 }
 
-/// The rows of the table, as printed by the bench.
+/// Runs the bench and returns the rows of the table that it prints.
 fn rows_of_bench() -> Result<String, String> {
     let bench = ["bench", "--quiet", "--package", "tests", "--bench", "speed"];
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
@@ -94,7 +94,7 @@ fn write(path: &Path, text: &str) -> Result<(), String> {
     std::fs::write(path, text).map_err(failed)
 }
 
-/// The rows of the table as CSV.
+/// The rows of the table, converted to CSV.
 fn csv(rows: &str) -> String {
     let mut text = "work,how,ns,times_the_first,held_to\n".to_string();
     for row in rows.lines().filter(|row| row.starts_with('|')) {
@@ -115,8 +115,8 @@ fn instructions() -> Result<(), String> {
     cargo(&["bench", "--package", "tests", "--features", "instructions", "--bench", "instructions"])
 }
 
-/// The time that rustc needs for this file alone, s: the shortest of three. `is_called`: whether the library calls the function
-/// for f64, so that it is really compiled.
+/// The time that rustc needs for this file alone, s: the shortest of three. The function in the file is generic. `is_called`:
+/// whether it is called for f64; otherwise the compiler generates no code for it.
 fn compile(is_called: bool) -> Result<f64, String> {
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;

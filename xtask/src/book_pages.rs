@@ -1,4 +1,4 @@
-//! Reads the pages of the book (titles, anchors and links), and checks that each link has a target.
+//! Reads the pages of the book (titles, anchors and links), and checks that the target of each link exists.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -95,7 +95,8 @@ impl Page {
     }
 }
 
-/// The parts of the book, each with its pages: first the parts of the table in docs/README.md, then the pages of the root.
+/// The parts of the book, each with its pages. First come the parts that the table in docs/README.md lists, then the pages in the
+/// root folder.
 pub(crate) fn chapters(pages: &[Page]) -> Result<Vec<(String, Vec<&Page>)>, String> {
     let table = pages.iter().find(|page| page.name == TABLE).ok_or(format!("there is no {TABLE}"))?;
     let by_name: BTreeMap<&str, &Page> = pages.iter().map(|page| (page.name.as_str(), page)).collect();

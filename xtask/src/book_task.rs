@@ -1,4 +1,5 @@
-//! The task `book`: makes an mdBook of the pages of docs/. It contains pages that `rist` writes (live pages).
+//! The task `book`: makes an mdBook of the pages in docs/. The book also contains interactive HTML pages that `rist` writes (live
+//! pages).
 //!
 //! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which has
 //! the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked, and a
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     write(&source.join("SUMMARY.md"), &summary(&pages)?)?;
     write(&source.join("live.md"), &live_chapter())?;
     write(&book.join("book.toml"), BOOK)?;
-    // The task must also succeed if mdbook is not installed.
+    // If mdbook is not installed, the task prints a message and succeeds.
     let html = book.join("html/index.html");
     match Command::new("mdbook").arg("--version").output() {
         Ok(found) if found.status.success() => {
@@ -136,7 +137,8 @@ fn live_chapter() -> String {
     text
 }
 
-/// Writes the live pages with `rist`: the program in the environment variable RIST, otherwise one that is built now.
+/// Writes the live pages (HTML pages by `rist`). If the environment variable RIST names a program, it is used; otherwise `rist`
+/// is built.
 fn live_pages(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, _, arguments) in LIVE {

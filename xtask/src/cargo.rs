@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Runs cargo in a separate process, because xtask writes `generated` and must not depend on it.
+/// Runs cargo as a separate process. xtask generates the sources of the crate `generated`, so it cannot be linked with this
+/// crate.
 pub(crate) fn cargo(arguments: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
@@ -28,7 +29,7 @@ pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
-/// The target triple of this machine. If a build passes it as --target, the compiler flags do not apply to build scripts and
+/// The target triple of this machine. It is passed as --target, because then the compiler flags do not apply to build scripts and
 /// macros.
 pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;

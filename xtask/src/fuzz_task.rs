@@ -2,8 +2,8 @@
 //! share of the time.
 //!
 //! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind this flag is selected by its name. The initial
-//! inputs are only read: the corpora, and files of earlier attacks if they exist (../shared/findings/inputs/hardening). New
-//! inputs are stored in target/fuzz/corpus, and inputs that crash a program in target/fuzz/found.
+//! inputs are only read: the corpora, and hostile files from security tests if they exist (../shared/findings/inputs/hardening).
+//! New inputs are stored in target/fuzz/corpus, and inputs that crash a program in target/fuzz/found.
 //!
 //! The last step runs without coverage: it changes each file that the program can read at random, and runs the program with the
 //! changed file (tests/src/mutation.rs).
@@ -35,11 +35,12 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
 /// Limits: time for an input, s; memory and size of one allocation, MiB; length of an input, bytes. An input that exceeds the
-/// time or the memory is a finding. The computation of possible bodies takes 0.3 s in a release build, and a hundred times longer
-/// with coverage on a shared machine. Inputs longer than 8 KiB find nothing more in the available time.
+/// time or the memory is a finding. The slowest work, an estimate with physically consistent bodies, takes 0.3 s in a release
+/// build, and a hundred times longer with coverage on a shared machine. Inputs longer than 8 KiB find nothing more in the
+/// available time.
 ///
-/// An input of this length has a budget of 64 times its size plus 64 MiB. No reader allocates more than twice this budget at
-/// once.
+/// The readers of rist may use 64 times the size of an input plus 64 MiB (its budget). No reader allocates more than twice this
+/// budget at once.
 const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=128", "-max_len=8192"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -73,7 +74,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             broken.push(name);
         }
     }
-    // The mutations run on the program itself, without coverage.
+    // The last part changes files at random and runs the program `rist` itself, without coverage.
     println!("== mutations");
     if mutations(share, &found).is_err() {
         broken.push("mutations");

@@ -34,7 +34,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         .filter(|path| matches!(path.extension().and_then(|e| e.to_str()), Some("yaml" | "urdf" | "par")))
         .collect();
     paths.sort();
-    // A model outside of models/ is an error, because the index would not contain it.
+    // If the user requests a model outside of models/, this is an error, because the index of the robots would not contain it.
     let wanted: Vec<PathBuf> = models
         .iter()
         .map(|m| {
@@ -52,7 +52,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         })
         .collect::<Result<_, String>>()?;
 
-    // All models are derived, because the index lists them all. Only the requested ones are written.
+    // All models are derived, because the index of the crate `generated` lists them all. Only the requested models are written.
     let mut modules = Vec::new();
     let mut rendered = Rendered { files: BTreeMap::new(), asked: Vec::new() };
     for path in &paths {
@@ -78,7 +78,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     Ok(rendered)
 }
 
-/// The files of the folder that do not belong to any model.
+/// The files in the folder of generated robots that do not belong to any model.
 fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
     let folder = root().join(FOLDER);
     let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {

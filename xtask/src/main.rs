@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "book" => book_task::run(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
-        // This runs in a separate program, because xtask must build without `generated`.
+        // The task runs in a separate program, because it needs the crate `generated`, and xtask must be built without it.
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())

@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         return Ok(());
     }
 
-    // The Python tests compare the package with the output of this program, byte by byte.
+    // The Python tests compare the output of the package with the output of the program `rist`, byte by byte.
     cargo(&["build", "--quiet", "--package", "cli", "--features", "all-readers"])?;
     let at_root = |program: &str| {
         let mut command = Command::new(environment.join("bin").join(program));

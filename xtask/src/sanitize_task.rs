@@ -1,6 +1,6 @@
-//! The task `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: SIMD lanes of `generated`, the
-//! triangle in registers of `numerics`, the fused tape of `expr`, and the functions in wide registers of `logs` and
-//! `identification`.
+//! The task `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the SIMD lanes of `generated`, the QR
+//! decomposition in registers of `numerics`, the tape (list of operations) of `expr`, and the functions with wide registers of
+//! `logs` and `identification`.
 //!
 //! Miri and the address sanitizer need a nightly compiler; Miri also needs its component and `rust-src`. If a tool is missing, a
 //! message tells this, and the task does not fail.
@@ -17,7 +17,8 @@ use std::process::Command;
 
 use crate::cargo::{done, host, root, said, target};
 
-/// The tests of kernels: package, cargo option that selects the target, and a part of the test names.
+/// The tests of functions with `unsafe` code (kernels): package, cargo option that selects the target, and a part of the test
+/// names.
 const KERNELS: [[&str; 3]; 6] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],

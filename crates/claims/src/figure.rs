@@ -31,8 +31,8 @@ impl Figure {
         Figure { value, unit: unit.into() }
     }
 
-    /// Prints the number with four significant digits, and its unit. If `is_false(rounded number)`, all digits are printed, so
-    /// that a printed bound holds.
+    /// Prints the number with four significant digits, and its unit. If rounding would make a statement about the number false
+    /// (`is_false` of the rounded number), all digits are printed. So a printed bound holds.
     fn rounded(&self, is_false: impl Fn(f64) -> bool) -> String {
         let rounded = format!("{:.3e}", self.value).parse().unwrap_or(self.value);
         format!("{} {}", if is_false(rounded) { self.value } else { rounded }, self.unit)

@@ -51,10 +51,10 @@ pub enum LeftOutReason {
 pub struct LeftOut {
     /// The topic of the requirement.
     pub matter: LeftOutTopic,
-    /// Names of the coordinates, links or pairs of links that it concerns. Empty: all of them.
+    /// Names of the coordinates, links or pairs of links that the requirement concerns. Empty: all of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
-    /// The reason why it is not covered.
+    /// The reason why the requirement is not covered.
     pub why: LeftOutReason,
     /// Whether the user requested the check of this requirement.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -5,8 +5,7 @@
 //! | proven | it holds for every state or instant | the bound, and the method that derives it again | `Proven` |
 //! | agrees | the data show no fault | the smallest fault that they would have shown | `Agreed` |
 //! | assumed | it is taken for true | the assumption and its source | `Assumed` |
-//! | cannot tell, not looked at | the data do not decide it; it was not checked | the reason, and data that would decide it |
-//! `Open` |
+//! | cannot tell, not looked at | the data do not decide; it was not checked | the reason; data that would decide | `Open` |
 //! | contradicted | there is a fault | the fault, its remedy, and the effect of the remedy if it was tried | `Refused` |
 //!
 //! A [`Purpose`] needs claims about certain subjects. [`worst`] gives its level of evidence: the lowest level among these

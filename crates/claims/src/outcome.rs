@@ -15,7 +15,7 @@ pub enum Outcome {
     Proven {
         /// The proven bound.
         bound: Bound,
-        /// The method that derives the bound again, as a noun: `interval arithmetic over each period`.
+        /// The method by which the bound can be derived again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
     /// The data agree: they would have shown a fault of the size `smallest`.
@@ -48,7 +48,7 @@ pub enum Outcome {
     Contradicted {
         /// The fault, as a clause: `it is off by 3 deg`.
         fault: String,
-        /// The request (step and fields) that removes the fault.
+        /// The request that removes the fault: a command of the program with its fields.
         remedy: Remedy,
         /// Whether the remedy was tried, and its effect.
         trial: Trial,

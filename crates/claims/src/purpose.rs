@@ -11,15 +11,15 @@ pub struct Need {
     kind: NeedKind,
 }
 
-/// How the claims about a needed subject lower the level of evidence of a purpose.
+/// How claims about a needed subject lower the level of evidence of a purpose. Levels from low to high: refused, open, assumed,
+/// agreed, proven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum NeedKind {
-    /// If the lowest claim about the subject is below this level, the purpose is refused. Without claims, the subject counts as
-    /// open.
+    /// The purpose is refused if a claim about the subject has a level below this one. A subject without claims counts as open.
     AtLeast(EvidenceLevel),
-    /// The lowest claim about the subject counts. Without claims, the purpose is not lowered.
+    /// The claim with the lowest level about the subject counts. Without claims, the level of the purpose is not lowered.
     WhereTold,
-    /// Only a contradiction of the subject counts: it refuses the purpose.
+    /// Only a contradicted claim about the subject counts: the purpose is then refused.
     Uncontradicted,
 }
 
@@ -40,7 +40,7 @@ impl Need {
         Need { subject, kind: NeedKind::WhereTold }
     }
 
-    /// A contradiction of `subject` counts. If it is undecided, the level of the purpose is not lowered.
+    /// Only a contradicted claim about `subject` counts. An undecided claim about it does not lower the level of the purpose.
     pub fn uncontradicted(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::Uncontradicted }
     }
@@ -54,7 +54,7 @@ impl Need {
         claims.iter().any(|claim| claim.subject().touches(&self.subject)) && self.subject.of.iter().all(about)
     }
 
-    /// Whether `claim` is about this subject and so low that the purpose cannot have [`Trust::Yes`](crate::Trust::Yes).
+    /// Whether `claim` is about this subject and its level so low that the purpose cannot have [`Trust::Yes`](crate::Trust::Yes).
     pub(crate) fn is_lowered_by(&self, claim: &Claim) -> bool {
         let standing = claim.standing();
         let is_low = match self.kind {

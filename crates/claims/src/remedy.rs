@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use crate::figure::Figure;
 
-/// A request that removes a fault: a step, and fields of its request. The command line and Python each print the fields in their
-/// own syntax.
+/// A request that removes a fault: a command of the program (step), and fields of its request. The command line and Python each
+/// print the fields in their own syntax.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// The name of the step: `identify`.
+    /// The name of the command (step): `identify`.
     pub step: String,
     /// Names of fields of the request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
     pub fields: Vec<(String, String)>,
@@ -42,7 +42,7 @@ impl fmt::Display for Remedy {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trial {
-    /// The remedy was tried: a quantity before and after it.
+    /// The remedy was tried: the value of a quantity without the remedy and with it.
     Tried {
         /// The compared quantity: `residual`.
         quantity: String,

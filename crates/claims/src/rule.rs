@@ -11,7 +11,7 @@ pub fn worst(claims: &[Claim], purpose: &Purpose) -> EvidenceLevel {
     purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(EvidenceLevel::Open)
 }
 
-/// The claims that are so low that a purpose does not have [`Trust::Yes`](crate::Trust::Yes).
+/// The claims that prevent [`Trust::Yes`](crate::Trust::Yes) for a purpose, because their level of evidence is too low.
 pub fn lowering<'a>(claims: &'a [Claim], purpose: &Purpose) -> Vec<&'a Claim> {
     let is_low = |claim: &&Claim| purpose.needs.iter().any(|need| need.is_lowered_by(claim));
     claims.iter().filter(is_low).collect()

@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 pub enum EvidenceLevel {
     /// A needed claim is contradicted, or below the level that the user requires.
     Refused,
-    /// A needed subject is undecided or was not checked.
+    /// A needed subject is undecided or was not checked, or no claim is about it.
     Open,
     /// A needed claim is an assumption.
     Assumed,

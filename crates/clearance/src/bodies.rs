@@ -32,18 +32,18 @@ pub struct BodyShape {
 pub struct FileLink {
     /// Name of the link in the robot description file.
     pub name: String,
-    /// Name in the file of the moving link that carries this link: the link itself, or the link it is fixed to; `base`
-    /// for the base.
+    /// Name of the moving link to which this link of the file is rigidly fixed, or of the link itself if it moves; `base` for the
+    /// base.
     pub carrier: String,
-    /// Index of the moving link that carries this link; `None` for the base.
+    /// Index of the moving link that carries this link (see `carrier`); `None` for the base.
     pub link: Option<usize>,
     /// The solids of this link; empty if its shape is unknown.
     pub shapes: Vec<BodyShape>,
-    /// Whether the file describes a shape of this link. If not, points represent the link.
+    /// Whether the file describes a shape of this link. If not, points (the origins of frames) represent the link.
     pub has_geometry: bool,
     /// For each shape that could not be read, the reason.
     pub missing: Vec<String>,
-    /// For a body of points: the name of the frame of each point, in the order of `shapes`. Otherwise empty.
+    /// For a body that points represent: the name of the frame of each point, in the order of `shapes`. Empty for other bodies.
     pub frames: Vec<String>,
 }
 
@@ -56,8 +56,8 @@ impl BodyShape {
     }
 }
 
-/// All bodies of a robot: of the base, then of each link in order. `directory`: folder of the description; meshes
-/// are searched there.
+/// All bodies of a robot: first those of the base, then those of each link in order. `directory`: folder of the description, in
+/// which meshes are searched.
 pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     let mut found = carried("base", None, &robot.base.collisions, &[], directory);
     for (j, link) in robot.links.iter().enumerate() {
@@ -68,8 +68,8 @@ pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     found
 }
 
-/// The bodies that one moving link (or the base) carries. They move together. `given`: collision shapes; `frames`: frames of the
-/// link, for a body of points.
+/// The bodies that one moving link (or the base) carries; they move together. `given`: their collision shapes. `frames`: the
+/// frames of the link, whose origins are the points if there are no collision shapes.
 fn carried(
     carrier: &str,
     link: Option<usize>,
@@ -98,7 +98,7 @@ fn carried(
             Err(why) => found[at].missing.push(why),
         }
     }
-    // If no link here has a shape, one body of points is made from the origins of all frames.
+    // If no link here has a collision shape, the origins of all frames become one body of points.
     if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
         let points = frames.iter().map(|(_, pose)| BodyShape::new(point(), *pose)).collect();
@@ -127,7 +127,7 @@ pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, St
 
 /// Scales the vertices of a mesh; the result is in the frame of its link, m.
 ///
-/// Fails if a coordinate exceeds `FARTHEST_POINT_M`: no robot has such a body, and the proof of its gaps would not end.
+/// Fails if a coordinate exceeds `FARTHEST_POINT_M`: no robot has such a body, and a proof of its distances would not end.
 fn scaled(points: &[Vector3], scale: &Vector3) -> Result<Vec<Vector3>, String> {
     let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
     match points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {

@@ -1,8 +1,8 @@
-//! Position errors of bodies and joints, and the loss of clearance that they cause.
+//! Position errors of bodies and joints, and the distance (gap) between bodies that they can take away.
 //!
-//! A gap between two bodies loses 2 c + sum of R_j e_j. A gap between a body and a half-space loses c + sum of R_j e_j. c:
-//! largest error of a point of a body. e_j: largest error of joint j. R_j: largest speed of the body per speed of joint j,
-//! at any configuration.
+//! Position errors reduce the distance between two bodies by at most 2 c + sum of R_j e_j, and the distance between a body and a
+//! half-space by at most c + sum of R_j e_j. c: largest error of a point of a body. e_j: largest error of joint j. R_j: largest
+//! speed of the body per speed of joint j, at any configuration.
 
 use crate::clearance::Clearance;
 
@@ -11,7 +11,7 @@ use crate::clearance::Clearance;
 pub struct BodyErrors {
     /// Largest error of the position of each joint, rad (m). Empty: no errors.
     pub joints: Vec<f64>,
-    /// Largest absolute value of each coordinate during the motion, rad (m).
+    /// Largest absolute value of each coordinate during the motion, rad (m). The loss of distance is computed for this range.
     pub farthest: Vec<f64>,
     /// Largest position error of a point of a body relative to its link, m.
     pub bodies: f64,
@@ -25,8 +25,9 @@ impl BodyErrors {
 }
 
 impl Clearance {
-    /// Computes the largest rates of the gaps. Then raises the bound of each gap by the position errors: the errors of the
-    /// bodies, plus each joint error times the largest rate of the gap with this joint.
+    /// Computes the largest rate of change of each gap (distance of a body) with each coordinate. Then raises the bound of each
+    /// gap by the position errors: the errors of the bodies, plus each joint error times this rate. The bound of a constant gap
+    /// is not raised.
     pub(crate) fn with_rates(mut self, errors: &BodyErrors) -> Clearance {
         self.rates = self.rates(&self.given_ranges);
         let far = |k: usize| errors.farthest.get(k).copied().unwrap_or(0.0) + errors.joints.get(k).unwrap_or(&0.0);
@@ -73,7 +74,7 @@ mod tests {
                 most = most.max(lost / gap.margin);
             }
         }
-        // The margin is of the same order as the largest loss of distance that the errors cause.
+        // The margin is of the same order as the largest loss of distance that the errors cause: `most` is their greatest ratio.
         assert!(most > 0.3, "{most}");
         assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
     }

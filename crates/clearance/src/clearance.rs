@@ -1,15 +1,16 @@
 //! The gaps (distances) that a robot must keep: between its own links, and to half-spaces.
 //!
-//! Let each coordinate change by at most a given spread from the configuration q. Then the distance of two bodies is at least
+//! Let each coordinate j change by at most |dq_j| (its spread) from the configuration q. Then the distance of two bodies is at
+//! least
 //!
 //! ```text
 //! d(q) - sum over the joints between the two bodies of |dq_j| R_j
 //! ```
-//! d(q): the distance at q. |dq_j|: largest motion of joint j. R_j: largest distance of a point of the body from the axis of
-//! joint j; 1 for a prismatic joint. The proof moves the joints one after the other, the outermost first. The inner joints
-//! are then still at q, so R_j is the distance at q plus the motion due to the outer joints. Along the normal n of a
-//! half-space, a point moves by R_j |n x z_j| for a revolute joint and by |n . z_j| for a prismatic joint, z_j: the joint
-//! axis. So a joint that turns about the normal does not change the distance to the half-space.
+//! d(q): the distance at q. R_j: largest distance of a point of the body from the axis of joint j; 1 for a prismatic joint. The
+//! proof moves the joints one after the other, the outermost first. The inner joints are then still at q, so R_j is the distance
+//! at q plus the motion due to the outer joints. Along the normal n of a half-space, a point moves by R_j |n x z_j| for a
+//! revolute joint and by |n . z_j| for a prismatic joint, z_j: the joint axis. So a joint that turns about the normal does not
+//! change the distance to the half-space.
 //!
 //! Not here: the list of the gaps of a robot ([`crate::gaps`]), and the configurations along a motion.
 
@@ -34,7 +35,8 @@ pub struct Gap {
     pub bound: f64,
     /// Part of `bound` that covers the errors of joints and bodies, m.
     pub margin: f64,
-    /// Additional distance above the bound, m. A search for motions keeps it, because it checks a motion only at some instants.
+    /// Additional distance above the bound, m. A search for motions checks a motion only at some instants, so it keeps the bound
+    /// plus this reserve.
     pub reserve: f64,
     /// Names of the moving links that carry the two bodies. A gap to a half-space has the same name twice.
     pub carriers: [String; 2],
@@ -42,10 +44,10 @@ pub struct Gap {
     pub(crate) body: usize,
     pub(crate) shapes: Vec<usize>,
     pub(crate) against: Against,
-    /// Links with joints that move the body relative to the other body, the outermost first; then the links with joints that
-    /// move the other body.
+    /// Links with joints that move the body relative to the other body, the outermost first. Then: links with joints that move
+    /// the other body, the outermost first.
     pub(crate) joints: [Vec<usize>; 2],
-    /// Whether the distance is the same in all poses of the robot. Such a gap needs no margin.
+    /// Whether the distance is the same in all poses of the robot. If so, it needs no margin for position errors.
     pub(crate) is_constant: bool,
 }
 
@@ -55,28 +57,28 @@ pub(crate) enum Against {
     HalfSpace(usize),
 }
 
-/// The distance of a gap at a configuration, and its lower bound near this configuration.
+/// The distance of two bodies (gap) at a configuration, and its lower bound near this configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GapRange {
     /// Distance at the configuration, m; negative if the bodies overlap.
     pub reached: f64,
-    /// Lower bound of the distance, m, while each coordinate moves away from the configuration by at most its spread.
+    /// Lower bound of the distance, m, while each coordinate stays within a given distance (spread) of the configuration.
     pub at_least: f64,
 }
 
-/// The bodies of a robot, with the gaps that they must keep.
+/// The bodies of a robot, and the distances (gaps) that they must keep.
 pub struct Clearance {
     pub(crate) tree: KinematicTree,
     pub(crate) bodies: Vec<FileLink>,
     pub(crate) half_spaces: Vec<HalfSpace>,
     pub(crate) gaps: Vec<Gap>,
-    /// Largest rate of change of each gap with each coordinate, m/rad (m/m): `rates[gap][coordinate]`.
+    /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m): `rates[gap][coordinate]`.
     pub(crate) rates: Vec<Vec<f64>>,
-    /// Largest absolute value of each coordinate for which `rates` holds, rad (m).
+    /// Largest absolute value of each coordinate, rad (m), for which the bounds in `rates` hold.
     pub(crate) given_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
-    /// Names of the bodies with meshes that were cut into pieces, each with its number of shapes.
+    /// Names of the bodies with meshes that were cut into convex pieces, each with its number of pieces.
     pub(crate) cut_bodies: Vec<(String, usize)>,
 }
 
@@ -86,17 +88,17 @@ pub(crate) const PLACE_ROUNDING_M: f64 = 1e-9;
 const PARALLEL_ROUNDING: f64 = 1e-12;
 
 impl Clearance {
-    /// All gaps, in a fixed order.
+    /// All distances (gaps) that the robot must keep, in a fixed order.
     pub fn gaps(&self) -> &[Gap] {
         &self.gaps
     }
 
-    /// The gaps and bodies that are not checked, with reasons.
+    /// The distances and bodies that are not checked, with reasons.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
 
-    /// Indices of the coordinates that change the gap with the index `gap`.
+    /// Indices of the coordinates that change the distance of the gap with the index `gap`.
     pub fn moved_by(&self, gap: usize) -> Vec<usize> {
         let rates = self.rates.get(gap).into_iter().flatten();
         rates.enumerate().filter(|(_, rate)| **rate > 0.0).map(|(k, _)| k).collect()
@@ -117,7 +119,7 @@ impl Clearance {
         heights.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Names of the bodies with meshes that were cut to get more clearance, each with its number of convex shapes.
+    /// Names of the bodies with meshes that were cut into convex pieces to get more clearance, each with its number of shapes.
     pub fn cut_bodies(&self) -> &[(String, usize)] {
         &self.cut_bodies
     }
@@ -133,8 +135,8 @@ impl Clearance {
         all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The links with joints that move `a` relative to `b`: the chain from `a` inward, then the chain from `b` inward, each with
-    /// the outermost link first and without the links that carry both. `None`: the base.
+    /// The links with joints that move `a` relative to `b`: first the chain of links from `a` towards the base, then the chain
+    /// from `b`. Each has the outermost link first; links that carry both `a` and `b` are left out. `None`: the base.
     pub(crate) fn between(&self, a: Option<usize>, b: Option<usize>) -> [Vec<usize>; 2] {
         let (a, b) = (self.tree.inward(a), self.tree.inward(b));
         let common = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
@@ -151,8 +153,8 @@ impl Clearance {
         body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
-    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: only its
-    /// component along this unit vector.
+    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: largest
+    /// displacement along this unit vector.
     fn displacement(
         &self,
         joints: &[usize],
@@ -186,12 +188,12 @@ impl Clearance {
         along
     }
 
-    /// The distance of a gap for the link poses `poses`, and its lower bound while each coordinate moves by at most its value in
-    /// `spread` (`None`: no motion).
+    /// The distance of the two bodies of a gap for the link poses `poses`. Also a lower bound of it, while each coordinate moves
+    /// by at most its value in `spread` (`None`: no motion).
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> GapRange {
         let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];
-        // Without a spread nothing moves, so the lower bound equals the distance.
+        // Without `spread` nothing moves, so the lower bound equals the distance.
         let moved = |joints: &[usize], centre: Vector3, shape: &BodyShape, normal: Option<Vector3>| match spread {
             [] => 0.0,
             spread => self.displacement(joints, centre, shape, poses, spread, normal),
@@ -207,8 +209,8 @@ impl Clearance {
             let shape = &body.shapes[s];
             let centre = self.centre(body, shape, poses);
             match gap.against {
-                // Height of the lowest point of the shape along the normal; the bound subtracts the displacement
-                // along the normal.
+                // Height of the lowest point of the shape above the half-space, along its normal. The bound subtracts the
+                // displacement along the normal.
                 Against::HalfSpace(wall) => {
                     let HalfSpace { normal, offset, .. } = self.half_spaces[wall];
                     let at = self.standing(body, shape, poses).least_along(normal) - offset;
@@ -230,8 +232,8 @@ impl Clearance {
         room
     }
 
-    /// The distances of the gaps with indices `which` at `q`, and lower bounds while each coordinate stays within
-    /// `spread` of `q`.
+    /// The distances of the gaps with the indices `which` at `q`. Each has a lower bound for all configurations in which every
+    /// coordinate k differs by at most `spread[k]` from `q`, rad (m).
     pub fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapRange> {
         let poses = self.tree.poses(q);
         which.iter().map(|&g| self.apart(&self.gaps[g], &poses, Some(spread))).collect()

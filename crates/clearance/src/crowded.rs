@@ -19,7 +19,7 @@ use crate::solid::Solid;
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// A pair of bodies with at least this clearance is not crowded, m.
+    /// If the clearance of a pair is at least this, m, the pair is not crowded (its clearance is not little).
     enough: f64,
 }
 
@@ -28,8 +28,8 @@ pub(crate) struct Crowded {
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// Returns the pair if it is crowded: its clearance is below `enough`, m, or its bodies always touch although several joints
-    /// are between them.
+    /// Returns the pair if it is crowded. A pair is crowded if its clearance is below `enough`, m, or if its bodies touch in
+    /// nearly every pose although several joints are between them.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {
             SampledRoom::Room(room) => room < enough,
@@ -84,7 +84,8 @@ impl Clearance {
     }
 }
 
-/// The shapes of a body after its meshes are cut. `None` if no mesh has several pieces, or if the faces cannot be read.
+/// The convex shapes of a body after its meshes are cut. `None` if no mesh is cut into several pieces, or if its faces cannot be
+/// read.
 fn cut_shapes(robot: &Robot, directory: &Path, body: &FileLink) -> Option<Vec<BodyShape>> {
     let given = body.link.map_or(&robot.base.collisions, |j| &robot.links[j].collisions);
     let mut shapes = Vec::new();
@@ -95,7 +96,8 @@ fn cut_shapes(robot: &Robot, directory: &Path, body: &FileLink) -> Option<Vec<Bo
     (shapes.len() > body.shapes.len()).then_some(shapes)
 }
 
-/// Cuts a mesh into pieces and returns the hull of each. `None` if no cut makes the hulls much smaller.
+/// Cuts a mesh into pieces and returns the convex hull of each. `None` if no cut makes the total volume of the hulls much
+/// smaller.
 fn cut_mesh(collision: &Collision, directory: &Path) -> Option<Vec<Solid>> {
     let CollisionShape::Mesh { file, scale } = &collision.shape else { return None };
     let triangles = triangles(&mesh_path(file, directory).ok()?).ok()?;

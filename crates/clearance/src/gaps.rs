@@ -1,9 +1,9 @@
-//! Makes the list of gaps that a robot must keep, from the rules and from the robot's shape.
+//! Makes the list of distances (gaps) that a robot must keep, from the user's rules and from the robot's shape.
 //!
-//! Every two links that joints move relative to each other have a gap, also neighbours. Exceptions: links that touch in
-//! nearly every pose ([`crate::sampled_room`]), pairs that a rule accepts, and links of unknown shape. The meshes of two
-//! links with little room are cut into convex pieces (crowded.rs). The floor is at the requested height, or else in the plane
-//! of the base if no moving body is below this plane at rest.
+//! Every two links that joints move relative to each other have a gap, also neighbours. Exceptions: links that touch in nearly
+//! every pose ([`crate::sampled_room`]), pairs that a rule accepts, and links of unknown shape. The meshes of two links with
+//! little clearance are cut into convex pieces (crowded.rs). The floor is at the requested height, or else in the plane of the
+//! base if no moving body is below this plane at the zero pose.
 
 use std::path::Path;
 
@@ -19,18 +19,18 @@ use claims::{LeftOut, LeftOutTopic};
 
 /// Least distance between two links of the robot if none is requested, m.
 pub const DEFAULT_DISTANCE_M: f64 = 0.01;
-/// If no distance is requested, the least distance of a pair is at most this share of its room (distance over sampled poses, see
-/// `sampled_room`).
+/// If no distance is requested, the least distance of a pair is at most this share of its room. Room: the distance that the pair
+/// exceeds in a tenth of the sampled poses (see `sampled_room`).
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// Distance above the bound of a gap that a search for motions keeps in addition, if there is enough room, m.
+/// Additional distance (reserve) above the bound of a gap that a search for motions keeps if there is enough room, m.
 pub(crate) const RESERVE_M: f64 = 0.004;
-/// If there is less room, the reserve is this share of the room above the bound.
+/// If there is less room, the reserve is this share of the distance by which the room exceeds the bound.
 const RESERVE_SHARE: f64 = 0.25;
-/// Smallest reserve of a gap, m.
+/// Smallest reserve (additional distance that a search keeps) of a gap, m.
 const LEAST_RESERVE_M: f64 = 1e-7;
 
 impl Clearance {
-    /// All gaps that the rules require. `directory`: folder of the robot description, in which meshes are searched.
+    /// All distances (gaps) that the rules require. `directory`: folder of the robot description, in which meshes are searched.
     ///
     /// Fails if a rule names an unknown link, or if a body is beyond a half-space and no joint moves it.
     pub fn new(
@@ -60,7 +60,7 @@ impl Clearance {
             true => {
                 clearance.leave_out_unknown_links();
                 let sampled: Vec<Vec<Pose>> = situation.poses.iter().map(|q| clearance.tree.poses(q)).collect();
-                // Pairs with little room now have cut meshes, so all pairs are added again.
+                // Pairs with little clearance now have cut meshes, so all pairs are added again.
                 let others = clearance.left_out.len();
                 let crowded = clearance.add_pairs(rules, situation, &sampled);
                 if clearance.cut_meshes_of(robot, directory, &crowded, &sampled) {
@@ -80,15 +80,15 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, rules)?;
         }
-        // The rates need the complete list of gaps, and the margins need the rates.
+        // The largest rates of change need the complete list of gaps, and the margins need these rates.
         match (rules.is_over)() {
             true => Err("interrupted before the bodies were looked at".into()),
             false => Ok(clearance.with_rates(&rules.errors)),
         }
     }
 
-    /// A clearance without gaps, for a robot with joints that are solved numerically. No bound of the motion of such joints is
-    /// known.
+    /// A clearance without gaps, for a robot with joint positions that are solved numerically (closed loops). No bound of the
+    /// motion of such joints is known.
     fn of_numeric_joints(rules: &ClearanceRules) -> Clearance {
         let asked = [
             (LeftOutTopic::Distance, rules.own_links),
@@ -106,8 +106,8 @@ impl Clearance {
         Clearance { tree, bodies, half_spaces, gaps, rates, given_ranges, floor: None, left_out, cut_bodies: vec![] }
     }
 
-    /// Adds a gap for every two bodies with shapes that move relative to each other. Returns the pairs with little room (crowded
-    /// pairs).
+    /// Adds a gap for every two bodies with shapes that move relative to each other. Returns the crowded pairs: those with little
+    /// clearance.
     fn add_pairs(&mut self, rules: &ClearanceRules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
         let (mut touching, mut near, mut constant, mut crowded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
@@ -146,10 +146,12 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // If the room over the sampled poses exceeds `enough`, its exact value does not change the bound.
+                // If the pair exceeds the distance `enough` in a tenth of the sampled poses, this distance need not be known
+                // exactly: the bound is the same.
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
-                // The distance between the two sides of one joint is equal at every angle, so no motion can increase it.
+                // The distance between the bodies on the two sides of one joint is equal at every angle, so no motion can
+                // increase it.
                 let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
                 crowded.extend(Crowded::of(&gap, found, enough));
                 match found {
@@ -173,14 +175,14 @@ impl Clearance {
         crowded
     }
 
-    /// Whether a joint moves with one of the moving coordinates; `moves`: whether each coordinate moves.
+    /// Whether a coordinate that moves changes the position of a joint. `moves`: for each coordinate, whether it moves.
     fn turns(&self, joint: usize, moves: &[bool]) -> bool {
         self.tree.kind(joint) != JointKind::Fixed && self.tree.terms(joint).iter().any(|(k, m)| *m != 0.0 && moves[*k])
     }
 }
 
-/// The least distance that a pair must keep, m. `room`: its distance over sampled poses, m. If no distance is requested or if the
-/// distance is constant, it is at most a share of the room.
+/// The least distance that a pair must keep, m. `room`: the distance that it exceeds in a tenth of the sampled poses, m. The
+/// least distance is at most a share of the room if no distance is requested, or if the distance of the pair is constant.
 fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
@@ -189,7 +191,8 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// If the room of a pair (distance over sampled poses) exceeds this, m, its exact value does not change the bound.
+/// If the room of a pair (the distance that it exceeds in a tenth of the sampled poses) is above this value, m, the exact room
+/// does not change the least distance.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
@@ -304,8 +307,8 @@ pub(crate) mod tests {
                         at(q).into_iter().find(|f| f.0 == g).unwrap().1
                     };
                     let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
-                    // The nearest point of a box jumps from corner to corner. At such a jump the slope equals one of the
-                    // two one-sided slopes.
+                    // The nearest point of a box can jump from corner to corner. At such a jump, `slope` equals one of the two
+                    // one-sided slopes.
                     let one_sided = [(moved(1e-5) - room) / 1e-5, (room - moved(-1e-5)) / 1e-5];
                     let off = one_sided.into_iter().chain([difference]).map(|d| (slope[k] - d).abs());
                     // Distances have an error of 1e-9 m; divided by the step of 1e-5 this is an error of 1e-4 in the slope.

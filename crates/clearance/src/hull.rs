@@ -1,10 +1,11 @@
 //! The convex hull of points, given by its support function: the point that is farthest along a direction.
 //!
-//! Directions (1, u, v) are divided into square cells on the faces of a cube. A cell stores the points that can be farthest
-//! in its directions. A point is dropped from a cell if another point is farther along all four corner directions: heights
-//! are linear in u and v, so the other is farther in the whole cell. So a support evaluates only the few points of one cell,
-//! with the same result as a search over all points. A point that is dropped from a square is also dropped from its quarters.
-//! So the cells are computed from the whole face by repeated division into quarters.
+//! Directions (1, u, v) are divided into square cells on the faces of a cube. A cell stores the points that can be farthest in
+//! its directions. The height of a point is its dot product with the direction, which is linear in u and v. So if another point
+//! is higher in all four corner directions of a cell, it is higher in the whole cell, and the lower point is dropped from this
+//! cell. So the support function evaluates only the few points of one cell, with the same result as a search over all points. A
+//! point that is dropped from a square is also dropped from its quarters. So the cells are computed from the whole face by
+//! repeated division into quarters.
 
 use robot::vector::{Vector3, dot};
 
@@ -12,21 +13,22 @@ use robot::vector::{Vector3, dot};
 const CELLS_PER_EDGE: usize = 16;
 /// A hull with at most this number of points is not divided into cells.
 const FEW_POINTS: usize = 16;
-/// A point is farther along a direction than another if its height is larger by this share of the size of the hull. Rounding is
-/// far smaller.
+/// A point is farther than another along a direction if its height (dot product with the direction) is larger by this share of
+/// the size of the hull. Rounding errors are far smaller.
 const FARTHER_SHARE: f64 = 1e-9;
 
 /// The convex hull of at least one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     points: Vec<Vector3>,
-    /// The points that can be farthest in each cell of directions, cell after cell of all cube faces. Empty for few points.
+    /// The points that can be farthest along a direction of a cell (candidates), cell after cell of all cube faces. Empty if the
+    /// hull has few points.
     candidates: Vec<Vector3>,
-    /// Index of the first candidate of each cell. The last entry is the end of the last cell.
+    /// Index of the first candidate (point that can be farthest) of each cell. The last entry is the end of the last cell.
     starts: Vec<usize>,
 }
 
-/// A square of cells on one face of the cube.
+/// A square block of cells of directions on one face of the cube.
 #[derive(Clone, Copy)]
 struct Square {
     face: usize,
@@ -36,7 +38,7 @@ struct Square {
 }
 
 impl Square {
-    /// The direction at the position (u, v) of the square, u and v from 0 to 1. The result is not normalised.
+    /// The direction at the position (u, v) in the square, u and v from 0 to 1. The vector is not normalised.
     fn direction(&self, u: f64, v: f64) -> Vector3 {
         let at =
             |from: usize, share: f64| 2.0 * (from as f64 + share * self.width as f64) / CELLS_PER_EDGE as f64 - 1.0;
@@ -56,7 +58,8 @@ impl Square {
         })
     }
 
-    /// The points that can be farthest along a direction of the square. `farther`: a smaller difference of heights is ignored.
+    /// The points that can be farthest along a direction of the square. `farther`: smaller differences of their heights (dot
+    /// products with the direction) are ignored.
     fn candidates(&self, points: &[Vector3], farther: f64) -> Vec<Vector3> {
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.direction(u, v));
         let middle = self.direction(0.5, 0.5);
@@ -69,7 +72,8 @@ impl Square {
         points.iter().filter(|p| !is_beaten(p)).copied().collect()
     }
 
-    /// Computes the candidates of the square and stores them in its cells. `farther`: as in [`Self::candidates`].
+    /// Computes the points that can be farthest along a direction of the square, and stores them in its cells. `farther`: as in
+    /// [`Self::candidates`].
     fn fill(&self, points: &[Vector3], farther: f64, cells: &mut [Vec<Vector3>]) {
         let candidates = self.candidates(points, farther);
         match self.width {
@@ -84,7 +88,7 @@ fn cell(face: usize, i: usize, j: usize) -> usize {
 }
 
 impl Hull {
-    /// The convex hull of these points, with the candidates of each cell.
+    /// The convex hull of these points. For each cell of directions, it stores the points that can be farthest.
     pub fn new(points: Vec<Vector3>) -> Hull {
         let mut hull = Hull { points, candidates: Vec::new(), starts: Vec::new() };
         if hull.points.len() > FEW_POINTS {

@@ -3,7 +3,8 @@
 //! ```text
 //! T_j = T_a(j) A_j Rz(q_j)  or  T_a(j) A_j Tz(q_j),   q_j = offset + sum of multiple * coordinate
 //! ```
-//! A_j is the transform from link j to its antecedent a(j) at q_j = 0. [Khalil, Kleinfinger 1986]
+//! T_j is the pose of link j in the base frame. A_j is the transform from link j to its antecedent a(j) at q_j = 0. [Khalil,
+//! Kleinfinger 1986]
 //!
 //! Not here: robots with joints that are solved numerically because of a loop.
 
@@ -16,7 +17,7 @@ struct LinkPlacement {
     antecedent: Option<usize>,
     fixed: Pose,
     kind: JointKind,
-    /// The coordinates on which the joint position depends: index and multiple of each.
+    /// The coordinates on which the joint position depends: index of the coordinate, and its factor.
     terms: Vec<(usize, f64)>,
     offset: f64,
 }
@@ -27,7 +28,8 @@ pub struct KinematicTree {
 }
 
 impl KinematicTree {
-    /// The tree of a robot. `None` if joints are solved numerically, because their motion per coordinate has no known bound.
+    /// The kinematic tree of a robot. `None` if joint positions are solved numerically, because then the motion of a joint per
+    /// coordinate has no known bound.
     pub fn new(robot: &Robot) -> Option<KinematicTree> {
         let place = |link: &robot::Link| LinkPlacement {
             antecedent: link.antecedent.map(|a| a.0),
@@ -78,13 +80,13 @@ impl KinematicTree {
         self.places[link].kind
     }
 
-    /// The coordinates that move the joint of a link: index and multiple of each.
+    /// The coordinates that move the joint of a link: index of each coordinate, and its factor in the joint position.
     pub fn terms(&self, link: usize) -> &[(usize, f64)] {
         &self.places[link].terms
     }
 
-    /// The axis of the joint of a link in the base frame, if the antecedent of the link is the base, because no joint then moves
-    /// this axis. Otherwise `None`.
+    /// The axis of the joint of a link in the base frame, if it is fixed there, because the antecedent of the link is the base.
+    /// Otherwise `None`.
     pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
         let place = &self.places[link];
         place.antecedent.is_none().then(|| axis(&place.fixed))

@@ -5,7 +5,7 @@
 //!
 //! | name | place |
 //! |---|---|
-//! | `package://NAME/REST` | REST in a folder NAME that is, or is in, a folder above the description, the nearest first |
+//! | `package://NAME/REST` | REST in a folder NAME: a folder above the description, or a subfolder of one; nearest first |
 //! | `file:///REST`, `/REST` | this path |
 //! | `REST` | from the folder of the description |
 //!
@@ -33,7 +33,7 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {
             let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
-            // If `directory` is relative, it lacks the folders above the working directory. So the absolute path is used.
+            // A relative `directory` does not contain the folders above the working directory. So its absolute path is used.
             let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
             let candidates = full.ancestors().flat_map(|above| {
                 let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));

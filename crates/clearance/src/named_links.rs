@@ -22,7 +22,8 @@ impl Clearance {
         }
     }
 
-    /// Fails if an accepted pair does not exist: both links need bodies, and a joint must move them relative to each other.
+    /// Fails if a pair of links that the user accepts does not exist: both links need bodies, and a joint must move them relative
+    /// to each other.
     pub(crate) fn check_accepted(&self, rules: &ClearanceRules) -> Result<(), String> {
         let is_moved =
             |joints: [Vec<usize>; 2]| joints.iter().flatten().any(|&j| self.tree.kind(j) != JointKind::Fixed);

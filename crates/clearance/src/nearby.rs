@@ -1,17 +1,17 @@
 //! Finds pairs of solids that are near each other. A cache per instant makes repeated evaluations fast while a search
 //! changes a motion.
 //!
-//! The distance d of a gap changes at most by
+//! The distance d of two bodies (a gap) changes at most by
 //!
 //! ```text
 //! |d(q + dq) - d(q)| <= sum over the coordinates of |dq_k| R_k,   R_k = sum over the joints of |m_jk| reach_j
 //! ```
-//! m_jk: multiple of coordinate k in joint j. reach_j: largest distance of a point of the body from the axis of joint j at
-//! any configuration, from the link lengths in between and the bounding ball of the body; 1 for a prismatic joint. So one
-//! evaluation of a pair shows for which q no new evaluation is needed. In most other cases the bound along the last
-//! nearest direction suffices.
+//! m_jk: multiple of coordinate k in joint j. reach_j: largest distance of a point of the body from the axis of joint j at any
+//! configuration, from the link lengths in between and the bounding ball of the body; 1 for a prismatic joint. So one evaluation
+//! of a pair shows for which q no new evaluation is needed. In most other cases a lower bound along one direction suffices: the
+//! direction between the nearest points that were found last.
 //!
-//! The results do not depend on the cache, except that the room of near solids can differ by up to 0.02 mm.
+//! The results do not depend on the cache, except that the distance of near solids can differ by up to 0.02 mm.
 
 use robot::{JointKind, Pose};
 
@@ -22,11 +22,12 @@ use crate::kinematic_tree::axis;
 use crate::separation::{Nearest, PosedSolid, Seed, apart_along, nearest};
 use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
-/// Cached results of one instant, for the next evaluation. Empty before the first evaluation.
+/// Cached results for one instant of a motion, for the next evaluation. Empty before the first evaluation.
 #[derive(Clone, Debug, Default)]
 pub struct InstantCache {
     q: Vec<f64>,
-    /// For every pair of solids, a lower bound of its room, m. Room: distance minus the bound of its gap.
+    /// For every pair of solids, a lower bound of its room, m. Room: distance minus the least allowed distance (the bound of its
+    /// gap).
     rooms: Vec<f64>,
     /// For every pair of solids, its nearest points; `None` if they were never searched.
     looks: Vec<Option<Box<NearestPoints>>>,
@@ -40,15 +41,17 @@ struct NearestPoints {
     seed: Seed,
 }
 
-/// Rates are computed for coordinates up to this factor times the largest sampled value.
+/// Rates of change of the distances are computed for coordinates up to this factor times their largest absolute value in the
+/// sampled poses.
 const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 
-/// If the cached room (distance minus bound) exceeds this share of the requested room, the bound along the cached direction is
-/// tried before a search.
+/// If the cached room (distance minus bound) exceeds this share of the requested room, the lower bound along the cached direction
+/// is tried before a search for the nearest points.
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
-    /// Largest rate of each gap with each coordinate, m/rad (m/m), while |coordinate| is at most its value in `ranges`.
+    /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m), while |coordinate| is at most its value
+    /// in `ranges`.
     pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
         let of_gap = |gap: &Gap| {
             let mut by_coordinate = vec![0.0; ranges.len()];
@@ -81,14 +84,14 @@ impl Clearance {
         self.gaps.iter().map(of_gap).collect()
     }
 
-    /// The range of each coordinate for which [`Self::rates`] are computed, rad (m): a multiple of its largest absolute value in
-    /// `poses`.
+    /// The range of each coordinate for which [`Self::rates`] are computed, rad (m): a multiple of the largest absolute value of
+    /// the coordinate in `poses`.
     pub(crate) fn ranges(count: usize, poses: &[Vec<f64>]) -> Vec<f64> {
         (0..count).map(|k| SAMPLED_RANGE_FACTOR * poses.iter().map(|q| q[k].abs()).fold(0.0, f64::max)).collect()
     }
 
-    /// Lowers the cached rooms (distance minus bound) by the largest displacement since the last evaluation. Clears the cache if
-    /// a coordinate is outside its range.
+    /// Lowers the cached rooms (distance minus bound) by the largest possible displacement since the last evaluation. Clears the
+    /// cache if a coordinate is outside the range for which this displacement is known.
     fn recall(&self, q: &[f64], known: &mut InstantCache) {
         let is_known = known.q.len() == q.len() && q.iter().zip(&self.given_ranges).all(|(x, most)| x.abs() <= *most);
         if !is_known {
@@ -110,7 +113,7 @@ impl Clearance {
         known.q.copy_from_slice(q);
     }
 
-    /// Number of pairs of solids in a gap.
+    /// Number of pairs of solids of the two bodies of a gap.
     fn pair_count(&self, gap: &Gap) -> usize {
         match gap.against {
             Against::HalfSpace(_) => gap.shapes.len(),
@@ -118,13 +121,13 @@ impl Clearance {
         }
     }
 
-    /// Calls `each` for every two solids with a distance less than `within` above the bound of their gap, m.
+    /// Calls `each` for every pair of solids whose room (distance minus the bound of its gap) is less than `within`, m.
     ///
-    /// `known`: the cache of this instant. Arguments of `each`: index of the gap, distance minus bound (room), m, and the
-    /// slope of the room along each coordinate, m/rad (m/m).
+    /// `known`: the cache of this instant. Arguments of `each`: index of the gap, room, m, and derivative of the room by each
+    /// coordinate, m/rad (m/m).
     pub fn near(&self, q: &[f64], within: f64, known: &mut InstantCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
         self.recall(q, known);
-        // Most calls end here: no pair can have come near since the last evaluation.
+        // Most calls end here: no pair can have come nearer than `within` since the last evaluation.
         if known.rooms.iter().all(|room| *room > within) {
             return;
         }
@@ -164,7 +167,7 @@ impl Clearance {
         let body = &self.bodies[gap.body];
         for (&s, known) in gap.shapes.iter().zip(rooms).filter(|(_, room)| **room <= within) {
             let shape = &body.shapes[s];
-            // The bounding ball of the shape gives a fast test: a distant ball proves that the shape is far.
+            // The bounding ball of the shape gives a fast test: if the ball is far from the plane, the shape is far too.
             *known = dot(normal, self.centre(body, shape, poses)) - shape.ball - offset - gap.bound;
             if *known > within {
                 continue;
@@ -209,7 +212,7 @@ impl Clearance {
         }
     }
 
-    /// Adds to `slope` the derivative of n . x with respect to each coordinate. x: position of the point, moved by `joints`.
+    /// Adds to `slope` the derivative of n . x with respect to each coordinate. x: position of `point`, which `joints` move.
     fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
         for &j in joints {
             let z = axis(&poses[j]);
@@ -233,8 +236,8 @@ fn near_pair(
     room: &mut f64,
     look: &mut Option<Box<NearestPoints>>,
 ) -> Option<(f64, Vector3, [Vector3; 2])> {
-    // The bound along the cached direction, or else along the line of centres, is tested first. For most pairs it proves that
-    // they are far from each other.
+    // The lower bound of the distance along the cached direction, or else along the line of centres, is tested first. For most
+    // pairs it proves that they are far from each other.
     let along = look.as_ref().map_or(towards, |look| look.along);
     if look.is_none() || *room > HOPEFUL_SHARE * within {
         *room = apart_along(a, b, along) - bound;
@@ -311,7 +314,7 @@ mod tests {
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // Allowed difference: on a round side, a search is accurate to a few micrometres without the cache, and to ten
+                // Allowed difference: at a round surface, a search is accurate to a few micrometres without the cache, and to ten
                 // micrometres with it.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }

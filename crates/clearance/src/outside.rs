@@ -40,7 +40,8 @@ fn at(position: Vector3) -> Pose {
     Pose { position, ..Pose::IDENTITY }
 }
 
-/// Points whose convex hull contains the core. For a round core they are the corners of its bounding box.
+/// Points whose convex hull contains the core (the solid without its radius). For a round core they are the corners of its
+/// bounding box.
 fn corners(core: &Core) -> Vec<Vector3> {
     let half = match core {
         Core::Hull(hull) => return hull.points().to_vec(),

@@ -1,9 +1,9 @@
 //! Cuts a bent or hollow mesh into pieces. Each piece is then replaced by its convex hull.
 //!
 //! A plane divides the triangles of the mesh into two halves. The hull of a half contains all of the solid on this side,
-//! including the face of the cut, because the half contains the rim of the cut. So the hulls of all pieces contain the solid
-//! for any choice of cuts. A cut minimises the sum of the hull volumes of its halves. The piece with the largest saving of
-//! volume is cut first, as long as the saving is large.
+//! including the cut face, because the half contains the edges of this face. So the hulls of all pieces contain the solid for any
+//! choice of cuts. A cut minimises the sum of the hull volumes of its halves. The piece with the largest saving of volume is cut
+//! first, as long as the saving is large.
 //!
 //! Not here: the choice of the meshes to cut ([`crate::crowded`]).
 
@@ -17,7 +17,7 @@ pub(crate) type Triangle = [Vector3; 3];
 
 /// Maximum number of pieces into which a mesh is cut.
 const MAX_PIECES: usize = 4;
-/// A cut must save at least this share of the hull volume of the whole mesh.
+/// A cut must reduce the sum of the hull volumes by at least this share of the hull volume of the whole mesh.
 const LEAST_SAVED_SHARE: f64 = 0.08;
 /// If the vertices have more than this number of distinct coordinates along an axis, cuts are tried only at [`CUT_AT`].
 const MAX_TRIED_PLACES: usize = 16;
@@ -25,20 +25,20 @@ const MAX_TRIED_PLACES: usize = 16;
 const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
 /// Maximum number of triangles with which cuts are compared, because a mesh may have millions of triangles.
 const MAX_RANKING_TRIANGLES: usize = 4000;
-/// The two halves of a cut: 1 is the half below the plane, -1 the half above it.
+/// The two halves of a cut: 1 for the half below the cutting plane, -1 for the half above it.
 const SIDES: [f64; 2] = [1.0, -1.0];
 /// Number of directions for the bounding planes of a hull when its volume is measured.
 const DIRECTIONS_FOR_VOLUME: usize = 100;
 /// Number of cells along each axis of the grid that measures a volume.
 const GRID_CELLS: usize = 16;
 
-/// The best cut of a piece. `saved`: saved volume, m^3, estimated from some of its triangles.
+/// The best cut of a piece. `saved`: reduction of the hull volume, m^3, estimated from some of the triangles.
 struct Cut {
     saved: f64,
     halves: [Vec<Triangle>; 2],
 }
 
-/// Cuts a mesh into pieces. The result is the whole mesh as one piece if no cut makes the hulls much smaller.
+/// Cuts a mesh into pieces. The result is the whole mesh as one piece if no cut reduces the volume of the hulls much.
 pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     let whole = volume(&some_of(&mesh));
     let with_cut = |piece: Vec<Triangle>| {
@@ -87,10 +87,11 @@ fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
     }
 }
 
-/// The region of a triangle where `side` times the coordinate is at most `side` times `at`, divided into triangles.
+/// The region of a triangle on one side of a cutting plane: `side` times the coordinate is at most `side` times `at`. The region
+/// is divided into triangles.
 fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle> {
     let beyond = |p: &Vector3| side * (p[axis] - at);
-    // A face in the cutting plane is given to one half only. The other half gets this rim from neighbouring faces.
+    // A face in the cutting plane is given to one half only. The other half gets the edges of this face from neighbouring faces.
     if side < 0.0 && triangle.iter().all(|p| beyond(p) == 0.0) {
         return vec![];
     }
@@ -102,7 +103,7 @@ fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle
             corners.push(from);
         }
         if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
-            // The rounding error is far below the allowance for positions.
+            // The rounding error is far below the allowance for rounding of positions.
             let share = a / (a - b);
             let mut on_plane = [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]));
             on_plane[axis] = at;

@@ -1,4 +1,5 @@
-//! The rules for the distances that the bodies of a robot must keep, and the sampled poses from which its gaps are determined.
+//! The rules for the distances that the bodies of a robot must keep, and the sampled poses from which the list of these distances
+//! is determined.
 
 use crate::body_errors::BodyErrors;
 use crate::half_space::HalfSpace;
@@ -8,8 +9,8 @@ use crate::half_space::HalfSpace;
 pub struct ClearanceRules {
     /// Whether the distances between the links of the robot are checked.
     pub own_links: bool,
-    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair (distance over sampled poses) if
-    /// this is less.
+    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair if this is less. Room: the
+    /// distance that the pair exceeds in a tenth of the sampled poses.
     pub distance: Option<f64>,
     /// Pairs of links that are not checked, each with the reason: (link, link, reason).
     pub accepted: Vec<(String, String, String)>,
@@ -19,10 +20,11 @@ pub struct ClearanceRules {
     pub half_spaces: Vec<HalfSpace>,
     /// Position errors of bodies and joints, by which the least distances are increased.
     pub errors: BodyErrors,
-    /// Default of the distance between two links, and of a link to an assumed floor, m. Pairs with little room keep less.
-    /// `None`: [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 for the floor.
+    /// Default of the least distance between two links, and between a link and an assumed floor, m. Pairs with little room keep
+    /// less (see `distance`). `None`: [`crate::gaps::DEFAULT_DISTANCE_M`] for links, 0 for the floor.
     pub spacing: Option<f64>,
-    /// If the robot stands on the plane of its base: whether this plane is a floor even if a body is below it at the zero pose.
+    /// For a robot that stands on the plane of its base: whether this plane is a floor even if a body is below it at the zero
+    /// pose.
     pub assumes_floor: bool,
     /// Returns true if the computation is to be cancelled.
     pub is_over: fn() -> bool,
@@ -31,7 +33,8 @@ pub struct ClearanceRules {
 /// The rule that determines the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloorRule {
-    /// The plane z = 0 of the base, if no body is below it at rest. With a height, m: the floor is not below this height.
+    /// The plane z = 0 of the base, if no moving body is below it at the zero pose. With a height, m: the higher one of this
+    /// plane and the height, or the height alone if a body is below the plane.
     OfBase(Option<f64>),
     /// No floor, because the user requests none.
     Nowhere,
@@ -55,7 +58,7 @@ impl Default for ClearanceRules {
     }
 }
 
-/// The poses and the moving coordinates from which the gaps of a robot are determined.
+/// The poses and the moving coordinates from which the distances (gaps) that a robot must keep are determined.
 #[derive(Clone, Debug)]
 pub struct Situation {
     /// Rest position of each coordinate, rad (m): its locked position, or else zero or the value in its limits nearest to zero.
@@ -64,7 +67,7 @@ pub struct Situation {
     pub zero: Vec<f64>,
     /// For each coordinate, whether it moves (is not locked).
     pub moves: Vec<bool>,
-    /// Poses spread over the whole joint limits, rad (m), one position per coordinate. They are used to find links that always
-    /// touch.
+    /// Poses distributed over the whole joint limits, rad (m), one position per coordinate. They are used to find links that
+    /// always touch.
     pub poses: Vec<Vec<f64>>,
 }

@@ -1,7 +1,7 @@
-//! The room of two links: the distance that they have over sampled poses of the robot.
+//! The room of two links: the distance that they exceed in a tenth of the sampled poses of the robot.
 //!
 //! If two links touch in nearly every pose, their joints hold them together or their geometry is too large. No motion can
-//! separate them. All other pairs touch in some poses and not in others, whether they touch at the zero pose or not.
+//! separate them. Every other pair is apart in some poses, even if it touches at the zero pose, so its distance can be limited.
 
 use claims::{LeftOut, LeftOutTopic};
 use robot::Pose;
@@ -20,22 +20,22 @@ const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
 /// The room of a pair is the distance that it exceeds in this share of the poses.
 pub(crate) const ROOMY_SHARE: f64 = 0.1;
-/// This share is used instead of [`ROOMY_SHARE`] if fewer poses have a distance above zero.
+/// If fewer than [`ROOMY_SHARE`] of the poses have a distance above zero, this share is used instead.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
-/// The room of a pair of links over sampled poses.
+/// The room of a pair of links: the distance that it exceeds in a tenth of the sampled poses; or the reason why it has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SampledRoom {
     /// The links touch in nearly every pose.
     AlwaysTouching,
     /// A link of the pair is a mesh, and in nearly every pose the distance is less than `NEAR_MESH_DISTANCE_M`.
     AlwaysNear,
-    /// The pair has this room, m. Values above `enough` are not exact.
+    /// The room of the pair, m. Values above `enough`, the argument of `sampled_room`, are not exact.
     Room(f64),
 }
 
-/// A distance is constant if it changes by less than this over all poses, m. The distance of round sides is only accurate to
-/// that.
+/// A distance is constant if it changes by less than this over all poses, m. Computed distances of round surfaces are not more
+/// accurate.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
 /// The assumption about pairs that are the two sides of one joint and have a constant distance. `poses`: number of sampled poses.
@@ -61,8 +61,8 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
 }
 
 impl Clearance {
-    /// The room of a pair over `poses` (each with one pose per link), and whether its distance is constant. Room: distance that
-    /// the pair exceeds in a share of the poses; values above `enough` are not exact.
+    /// The room of a pair over `poses` (each with one pose per link), and whether its distance is constant. Room: the distance
+    /// that the pair exceeds in a tenth of the poses. A room above `enough` is not exact.
     pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> (SampledRoom, bool) {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
         let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
@@ -86,7 +86,7 @@ impl Clearance {
             return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
-        // If fewer poses have a distance than both shares require, the smallest of these distances is the room.
+        // If too few poses have a distance for both shares of poses, the smallest of these distances is the room.
         let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
         let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
         (SampledRoom::Room(room), is_constant)

@@ -43,7 +43,8 @@ pub struct Separation {
 }
 
 impl PosedSolid<'_> {
-    /// The point of the core that is farthest along a direction; direction and point are in the base frame.
+    /// The point of the core (the solid without its radius) that is farthest along a direction. Direction and point are in the
+    /// base frame.
     pub fn support(&self, along: Vector3) -> Vector3 {
         let own = self.solid.core.support(turned_back(&self.pose.rotation, along));
         plus(self.pose.position, turned(&self.pose.rotation, own))
@@ -83,8 +84,8 @@ fn proved(a: PosedSolid, b: PosedSolid, n: Vector3) -> (f64, [Vector3; 2]) {
     (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
 }
 
-/// The start of a search for the nearest points: up to three pairs of points of the two cores. Each point is in the frame of its
-/// solid.
+/// The start of a search for the nearest points: up to three pairs of points of the two cores (solids without their radii). Each
+/// point is in the frame of its solid.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seed {
     count: usize,
@@ -99,7 +100,7 @@ pub(crate) enum Nearest {
     At(Separation),
 }
 
-/// The core of solid b with its pose in the frame of solid a.
+/// The core of solid b (the solid without its radius), with its pose in the frame of solid a.
 struct Seen<'a> {
     core: &'a Core,
     pose: Pose,
@@ -130,8 +131,8 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
     let columns = [0, 1, 2].map(|k| turned_back(&rotation, b.pose.rotation.map(|row| row[k])));
     let pose = Pose { rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|k| columns[k][i])), position: offset };
     let seen = Seen { core: &b.solid.core, pose };
-    // Start points of GJK in the difference of the cores: the points of the seed, or the farthest point along the
-    // line of centres.
+    // Start points of GJK in the Minkowski difference of the cores: the points of the seed, or the farthest point along the line
+    // of centres.
     let mut simplex = VoronoiSimplex::new();
     let point =
         |[on_a, on_b]: [Vector3; 2]| CsoPoint::new(in_a(on_a), in_a(plus(pose.position, turned(&pose.rotation, on_b))));
@@ -186,8 +187,8 @@ pub(crate) fn nearest(a: PosedSolid, b: PosedSolid, towards_a: Vector3, within: 
     Nearest::At(overlap(a, b, towards_a))
 }
 
-/// The separation of two solids with overlapping cores. Every direction gives a bound of the (negative) distance; the best bound
-/// of some directions is used.
+/// The separation of two solids with overlapping cores. Every direction gives a lower bound of the (negative) distance. Some
+/// directions are tried, and the best bound is used.
 fn overlap(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separation {
     let radii = a.solid.radius + b.solid.radius;
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
@@ -243,7 +244,7 @@ mod tests {
             (&cylinder, at([0.0, 0.0, 3.0]), &cube, at([0.0; 3]), 1.5),
         ] {
             let found = apart(a, pose_a, b, pose_b);
-            // Allowed error: a few roundings of numbers of the size of the solids, at which the search stops.
+            // Allowed error: the search stops at an error of a few roundings of numbers as large as the solids.
             assert!((found.reached - expected).abs() < 1e-9, "{found:?} {expected}");
             assert!(found.at_least <= expected + 1e-12 && found.at_least > expected - 1e-7, "{found:?} {expected}");
         }

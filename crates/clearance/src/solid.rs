@@ -55,13 +55,14 @@ pub enum Core {
     Hull(Hull),
 }
 
-/// Number of directions in which the outermost vertices of a mesh are put into the core in the first step.
+/// Number of directions of the first step. The outermost vertices of a mesh in these directions are put into the core.
 const KEPT_DIRECTIONS: usize = 400;
-/// Vertices are added to the core until all other vertices are within this distance of it, m.
+/// Vertices are added to the core until all other vertices are within this distance of the core, m.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// No vertices are added to the core if it has this number.
+/// No more vertices are added to a core that has this number of vertices.
 const MAX_KEPT: usize = 1000;
-/// In one step, vertices are added for all points whose distance from the hull is above this share of the largest distance.
+/// In one step, vertices are added to the core for all points whose distance from the core exceeds this share of the largest
+/// distance.
 const WORST_SHARE: f64 = 0.7;
 /// Two directions are equal if the cosine of the angle between them is larger than this. Then vertices are added for one of them
 /// only.
@@ -89,8 +90,8 @@ impl Solid {
 
     /// A solid that contains all these points and is only slightly larger than their hull; `None` without points.
     ///
-    /// The core is the hull of the points that are outermost in many directions. Outermost points are added in directions in
-    /// which other points are outside of the core. The radius is the largest distance of a point from the core.
+    /// The core is the hull of the points that are outermost in many directions. If other points are outside of the core, the
+    /// outermost points in their directions are added. The radius is the largest distance of a point from the core.
     pub fn around(points: &[Vector3]) -> Option<Solid> {
         let mut kept: Vec<usize> = directions(KEPT_DIRECTIONS).filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
@@ -106,7 +107,7 @@ impl Solid {
         } else {
             1.0
         };
-        // The hull only grows. So earlier distances of other points from it stay upper bounds.
+        // The hull only grows. So the earlier distances of other points from it remain upper bounds.
         let mut hull = hull_of(points, &kept, scale);
         let measured = |hull: &Core, k: usize| Outside::of(hull, k, points[k], scale);
         let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
@@ -118,7 +119,7 @@ impl Solid {
             }
             outside.sort_by(|a, b| b.distance.total_cmp(&a.distance));
             let added = standing_out(points, &kept, &outside, NEAR_ENOUGH_M.max(WORST_SHARE * most));
-            // Rounding is the cause: a point is outside in some direction, but no new point is outermost in this direction.
+            // Only rounding leads here: a point is outside in some direction, but no new point is outermost in this direction.
             if added.is_empty() {
                 break;
             }
@@ -130,7 +131,8 @@ impl Solid {
         }
         let found = outside.iter().map(|o| o.distance).fold(0.0, f64::max);
         let solid = Solid { core: hull_of(points, &kept, 1.0), radius: found };
-        // GJK can fail for a nearly flat hull. So the radius must also cover each point along its direction from the centre.
+        // GJK can fail for a nearly flat hull. So the radius is also chosen to cover each point along its direction from the
+        // centre.
         let (centre, _) = solid.ball();
         let stands_out = |p: &Vector3| {
             let out = minus(*p, centre);
@@ -247,7 +249,8 @@ impl Outside {
     }
 }
 
-/// The outermost points in the directions in which points are outside of the hull by more than `by`, m. Kept points are left out.
+/// The outermost points in the directions in which some point is outside of the hull by more than `by`, m. Points already in the
+/// hull are left out.
 fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64) -> Vec<usize> {
     let mut directions: Vec<Vector3> = Vec::new();
     for outside in outside.iter().take_while(|o| o.distance > by) {
@@ -332,11 +335,12 @@ mod tests {
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
             let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
             assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
-            // 1000 points on a ball: the diagonal of four neighbours is about 0.16 rad, so a gap has a half angle below 0.1 rad;
-            // its cap is below 0.2 (1 - cos 0.1) = 1 mm.
+            // 1000 points on a ball: the diagonal of four neighbours is about 0.16 rad, so the uncovered part between them has a
+            // half angle below 0.1 rad, and a height below 0.2 (1 - cos 0.1) = 1 mm.
             assert!(held < outermost + 1e-3 * norm(along), "{k}: {held} {outermost}");
         }
-        // If the limit of kept vertices is not reached, no vertex is outside by more than a tenth of a millimetre.
+        // If the core has not reached its greatest number of vertices, no vertex is outside of it by more than a tenth of a
+        // millimetre.
         let few: Vec<Vector3> = points.iter().step_by(6).copied().collect();
         assert!(few.len() > 2 * KEPT_DIRECTIONS && Solid::around(&few).unwrap().radius <= NEAR_ENOUGH_M);
         assert_eq!(Solid::around(&[]), None);

@@ -1,4 +1,4 @@
-//! Adds the gaps between the bodies of a robot and its surroundings: the floor, walls, and the sides of boxes.
+//! Adds the distances (gaps) between the bodies of a robot and its surroundings: the floor, walls, and the sides of boxes.
 
 use crate::bodies::{BodyShape, FileLink};
 use crate::clearance::{Against, Clearance, Gap, GapRange, PLACE_ROUNDING_M};
@@ -8,17 +8,19 @@ use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
 use claims::{LeftOut, LeftOutTopic};
 
-/// A gap is constant if it changes by less than this, m, while every moving coordinate changes by 1 rad (m).
+/// A gap (distance to a half-space) is constant if it changes by less than this, m, while every moving coordinate changes by at
+/// most 1 rad (m).
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
 /// Allowance for the rounding of the height of the lowest point, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
 /// A robot stands on the plane of its base if its base mesh is below this plane by at most this, m. Meshes are not more accurate.
 const STANDING_TOLERANCE_M: f64 = 5e-3;
-/// Name of the floor in the names of gaps.
+/// The name of the floor; names of gaps (distances to a half-space) end with it.
 const FLOOR: &str = "the floor";
 
 impl Clearance {
-    /// Adds the half-space above the floor. If there is no floor, adds the reason to the list of aspects that are not checked.
+    /// Adds the half-space above the floor. If there is no floor, adds the reason to the list of requirements that are not
+    /// checked.
     pub(crate) fn add_floor(&mut self, rules: &ClearanceRules, situation: &Situation) -> Result<(), String> {
         self.floor = match rules.floor {
             FloorRule::At(height) => Some(height),
@@ -59,8 +61,8 @@ impl Clearance {
         }
     }
 
-    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room (distance over sampled poses) if
-    /// this is less. 0 for other gaps.
+    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room if this is less. Room: the distance
+    /// that the body exceeds in a tenth of the sampled poses. 0 for other gaps.
     fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &ClearanceRules) -> f64 {
         let is_floor = gap.subject.ends_with(FLOOR);
         let (true, FloorRule::OfBase(_), Some(spacing)) = (is_floor, rules.floor, rules.spacing) else { return 0.0 };
@@ -71,7 +73,8 @@ impl Clearance {
         spacing.min(DEFAULT_SHARE_OF_ROOM * room.max(0.0))
     }
 
-    /// Whether the robot stands on the plane z = 0: the fixed base has a body, and no point of it is below this plane.
+    /// Whether the robot stands on the plane z = 0: the fixed base has a body, and no point of it is below this plane by more
+    /// than 5 mm.
     fn stands_on_its_plane(&self) -> bool {
         let base = self.bodies.iter().filter(|b| b.link.is_none());
         let height =
@@ -80,13 +83,15 @@ impl Clearance {
         all.map(height).reduce(f64::min).is_some_and(|lowest| lowest >= -STANDING_TOLERANCE_M)
     }
 
-    /// The distance of a gap at rest, and its lower bound while every moving coordinate changes by at most 1 rad (m).
+    /// The distance of a gap at the rest position, and its lower bound while every moving coordinate changes by at most 1 rad
+    /// (m).
     fn near_rest(&self, gap: &Gap, situation: &Situation) -> GapRange {
         let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
         self.apart(gap, &self.tree.poses(&situation.rest), Some(&unit))
     }
 
-    /// Adds the gaps between a half-space and the bodies that must stay in it, if a joint can change their distance to its plane.
+    /// Adds the distances (gaps) between a half-space and the bodies that must stay in it, if a joint can change their distance
+    /// to its plane.
     pub(crate) fn add_wall(
         &mut self,
         wall: usize,
@@ -97,10 +102,10 @@ impl Clearance {
         let topic = if name == FLOOR { LeftOutTopic::Floor } else { LeftOutTopic::Region };
         let mut points = Vec::new();
         let mut beyond: Option<(String, f64)> = None;
-        // Each body gets one gap, with all its shapes that must stay in the half-space.
+        // Each body gets one gap (distance to the half-space), with all its shapes that must stay in the half-space.
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
-            // A rule may name a body, the link that carries the body, or a frame of a body of points.
+            // A rule may name a body, the moving link that carries the body, or, for a body of points, one of its frames.
             let is_meant = |shape: usize| match &links {
                 None => true,
                 Some(links) => {
@@ -138,7 +143,7 @@ impl Clearance {
                 joints: self.between(body.link, None),
                 is_constant: false,
             };
-            // If no free joint changes a gap, it is not added: its constant distance is either sufficient or an error.
+            // A gap that no free joint changes is not added: its constant distance is either sufficient or an error.
             let now = self.near_rest(&gap, situation);
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 let bound = self.spacing_to_floor(&gap, situation, rules);
@@ -147,7 +152,7 @@ impl Clearance {
                 beyond = Some((body.name.clone(), now.reached));
             }
         }
-        // A body that is always beyond the half-space is an error. Links without shape are recorded as an assumption.
+        // A body that is beyond the half-space in all poses is an error. Links without shape are recorded as an assumption.
         if let Some((body, reached)) = beyond {
             return Err(self.always_beyond(&body, reached, &name));
         }

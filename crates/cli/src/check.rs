@@ -83,7 +83,8 @@ fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
     print_result(text, || value(checked))
 }
 
-/// Prints one line per experiment, the requirements that the proofs do not cover, and the proved D-efficiency.
+/// Prints one line per experiment, the requirements that the proofs do not cover, and the D-efficiency of the plan that its proof
+/// guarantees.
 fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Failure> {
     let mut text = String::new();
     for (name, checked) in &file.parts {

@@ -104,7 +104,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
     if !field.heading.is_empty() {
         flag = flag.help_heading(field.heading);
     }
-    // What follows the flag: nothing, a text, a number, a list, or one text per repetition.
+    // The value that follows the flag: none, a text, a number, a list, or one text per repetition of the flag.
     flag = match field.shape.flag {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,

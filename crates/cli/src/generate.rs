@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
-            // The note is also written at the head of the source, after the command line.
+            // A note on the checksum of the estimate's file is also written at the head of the source, after the command line.
             if let Some(said) = estimate.checksum.note(file.display()) {
                 note(format_args!("{said}"));
                 made_by += &format!(" # {said}");

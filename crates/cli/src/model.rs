@@ -25,7 +25,7 @@ impl ModelArguments {
         self.options.read()
     }
 
-    /// Reads the description without deriving a model. Prints a note if the reader replaced angles.
+    /// Reads the description without deriving a model. Prints a note if the reader replaced rounded angles by exact ones.
     pub(crate) fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options()?)
     }

@@ -38,8 +38,8 @@ pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path
     refused(verdict, false)
 }
 
-/// Fails with exit code 1 if the verdict is no. If requested files were not written (`withheld`), the verdict on the bodies
-/// counts.
+/// Fails with exit code 1 if the verdict is no. If files for a simulator were requested but not written (`withheld`), the verdict
+/// on the bodies for a simulator counts instead.
 pub(crate) fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
     let (trust, reasons) = match withheld {
         true => verdict.of_bodies(),

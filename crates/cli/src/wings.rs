@@ -27,8 +27,8 @@ const WINGS: [(&str, &[&str], bool, &str); 4] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
-/// Registers the wings. This must happen before a text is printed or a file is read. The program calls it itself; a package
-/// (for example for Python) calls it when it is loaded.
+/// Registers the wings. This must happen before a text is printed or a file is read. The program does this itself; the package
+/// for Python does it when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
         #[cfg(feature = "fleet")]

@@ -49,7 +49,7 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     );
     let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound, controller.is_some());
 
-    // Constants are macros in the header, or arrays that the header declares and the source defines.
+    // Constants are macros in the header, or arrays, which the header declares and the source defines.
     for constant in &module.constants {
         header += &format!("\n{}", comment(std::slice::from_ref(&constant.doc)));
         let (declared, defined) = declaration(prefix, constant);
@@ -58,8 +58,8 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
             source += &format!("\n{defined}");
         }
     }
-    // If entries of an output are always zero, the function gets two forms: the sparse form gives only the other entries, and the
-    // dense form calls it.
+    // If entries of an output are always zero, the function gets two forms. The sparse form computes only the other entries. The
+    // dense form calls it, except for a symmetric matrix.
     for (documented, function) in &bound {
         let head = signature(prefix, function);
         if let Some(Entries { list, of }) = &documented.entries {
@@ -78,7 +78,7 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
             let places = of.places.iter().map(|(row, column)| format!("    {{{row}, {column}}},\n"));
             source += &format!("\n{declared} = {{\n{}}};\n", places.collect::<String>());
             source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, &sparse), body(&sparse));
-            // A symmetric matrix is computed directly, because filling it from the list would take twice the time of the
+            // A symmetric matrix is computed directly: to fill it from the list of entries would take twice the time of the
             // operations.
             if of.is_symmetric {
                 source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, function), body(function));
@@ -142,9 +142,9 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool)
 
 /// C text that defines the macro `MUL_ADD`.
 ///
-/// clang gets a b + c with contraction allowed, and fuses if its target gains by it. It gets no `fmaf`: if errno may be set, as
-/// on processors without an operating system, that is a library call, which may compute with doubles. Other compilers call `fma`
-/// only if one of the names tested here says that it is one instruction.
+/// For clang it is the expression a b + c with contraction allowed: clang fuses it if this is faster on the target. clang does
+/// not get `fmaf`, because this is a library call if errno may be set, as on processors without an operating system; the call may
+/// compute with doubles. Other compilers get `fma` only if one of the macros tested here says that it is one instruction.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
 #if defined(__clang__)
@@ -244,7 +244,8 @@ fn body(function: &Function) -> String {
     let places = names(function);
     let names: Vec<String> = places.iter().map(|name| operand(function, name)).collect();
     let mut steps = steps(function).into_iter().peekable();
-    // If the first step is of sines, it can read their angles from the input arrays, because no output is stored yet.
+    // If the first step computes sines and cosines, it can read their angles from the input arrays, because no output is stored
+    // yet.
     let first = steps.next_if(|step| matches!(step, Statement::SinCos(_)));
     let mut taken = Vec::new();
     if let Some(Statement::SinCos(angles)) = first {

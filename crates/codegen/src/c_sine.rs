@@ -144,8 +144,8 @@ static void sin_cos_of_each(int n, const real *restrict angles, real *restrict s
 ";
 
 /// C statements that assign sines and cosines of `angles` to variables. `of`: each angle as a C expression; `names`: the variable
-/// of each node; `given`: an array that already holds the angles one after the other. It saves time, because a vector that is
-/// read right after its numbers were written one by one waits for them.
+/// of each node; `given`: an array that already holds the angles one after the other. Such an array saves time: a vector that is
+/// read right after its numbers were written one by one must wait for these writes.
 pub(crate) fn statements(angles: &[Angle], of: &[String], names: &[String], given: Option<String>) -> String {
     let read = |node: fn(&Angle) -> Option<usize>| {
         angles.iter().enumerate().filter_map(move |(k, angle)| node(angle).map(|n| (k, &names[n])))

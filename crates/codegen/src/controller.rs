@@ -53,8 +53,8 @@ impl<'a> ControllerText<'a> {
         all.filter(|argument| argument.length > 0).collect()
     }
 
-    /// The arguments of a call as text: the name of each input, or its replacement in `given`, and then `tau` with the prefix
-    /// `reference`.
+    /// The arguments of a call as text: the names of all inputs, then `tau` with the text `reference` before it. `given`: pairs
+    /// of a name and the text that replaces it.
     fn call(function: &Function, given: &[(&str, &str)], reference: &str) -> String {
         let argument = |input: &expr::Input| match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, argument)) => argument.to_string(),
@@ -98,7 +98,7 @@ impl<'a> ControllerText<'a> {
             ("feedforward", head(FEEDFORWARD), FEEDFORWARD_DOC),
             ("computed_torque", head(COMPUTED), COMPUTED_DOC),
         ];
-        // Each controller calls the model, adds friction if the robot moves, and saturates the torques.
+        // Each controller calls the model and saturates the torques. Feedforward and computed torque also add friction.
         let (mut header, mut source) = (String::new(), C_HEAD.to_string());
         for (name, arguments, doc) in functions {
             header += &format!("\n/* {} */\nint {prefix}_{name}({arguments});\n", doc.join("\n   "));

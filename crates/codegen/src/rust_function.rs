@@ -25,8 +25,8 @@ enum RustStatement {
     Tokens(TokenStream),
 }
 
-/// Blocks of short statements as text; the tokens for the formatter contain only the number of each block. A function has
-/// thousands of short statements. The formatter would spend most of its time and memory on them, although each is one line.
+/// Blocks of short statements as text. The tokens for the formatter contain only the number of each block: a function has
+/// thousands of short statements, and the formatter would spend most of its time and memory on them, although each is one line.
 #[derive(Default)]
 pub(crate) struct Lines(Vec<String>);
 
@@ -102,9 +102,9 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
 }
 
 /// Tokens of three Rust functions for `bound`: a dense one, a sparse one that writes only the entries in the list `entries`, and
-/// one with the operations, which the two others call; it passes each entry to a closure. The list of places comes before them;
-/// `doc` is the comment of the dense function. The dense matrix is not filled from the list, because then all entries would wait
-/// for the end and be spilled from their registers.
+/// a third one that the two others call. The third one has the operations and passes each entry to a closure. The list of places
+/// comes before the functions; `doc` is the comment of the dense function. The dense function does not fill the matrix from the
+/// list, because then all entries would have to be kept until the end, and would be spilled from their registers.
 pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
     let (places, is_symmetric) = (&entries.of.places, entries.of.is_symmetric);
     let (n, literal) = (Literal::usize_unsuffixed(places.len()), Literal::usize_unsuffixed);

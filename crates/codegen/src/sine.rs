@@ -1,6 +1,6 @@
 //! Sine and cosine as Rust statements, which compute them from `angle` and `fused` (multiply-add). The f64 statements are the
-//! source text of the sine that evaluates functions in this program (crate `expr`). The f32 statements have other numbers and
-//! shorter polynomials. The C text takes its numbers and polynomials from both.
+//! source text of the sine in the crate `expr`, with which this program evaluates functions. The f32 statements have other
+//! numbers and shorter polynomials. The C text takes its numbers and polynomials from both.
 
 /// The numbers of the f32 statements, from the library Cephes. None is f64, because processors without doubles compute them by
 /// slow calls.

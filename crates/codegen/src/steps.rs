@@ -1,8 +1,8 @@
 //! Converts a Function to straight-line steps, one per operation, in the order of its schedule. The Rust and the C code are
 //! written from the same steps.
 //!
-//! An entry is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`] determines
-//! which product is fused into which sum.
+//! An entry of an output is stored as soon as it is computed. Sines and cosines of several inputs are one step. [`expr::Fusion`]
+//! determines which product is fused into which sum.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ const MAX_SINES_AT_ONCE: usize = 8;
 /// Number of angles in a group whose sines are computed together, if there are more than [`MAX_SINES_AT_ONCE`].
 const SINES_PER_GROUP: usize = 4;
 
-/// The form in which statements refer to the value of a node: constant, entry of an input, or variable.
+/// The way in which statements refer to the value of a node: a constant, an entry of an input, or a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Name {
     Constant(f64),
@@ -73,8 +73,9 @@ pub(crate) fn steps(function: &Function) -> Vec<Statement> {
     steps
 }
 
-/// Groups of angles whose sines and cosines are computed together. First: the group before all other steps; `None` if there is
-/// none. Second: the other groups, each at the node of its first sine or cosine.
+/// Groups of angles whose sines and cosines are computed together. First result: the group that is computed before all other
+/// steps; `None` if there is none. Second result: the other groups, each with the number of the node before which it is computed
+/// (its first sine or cosine).
 fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
     let mut pairs: BTreeMap<usize, Angle> = BTreeMap::new();
     for (n, node) in nodes.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! The reverse mode of differentiation: the gradient of a weighted sum of a function's outputs with respect to its
 //! inputs.
 //!
-//! The weights are w_k, one per output entry, and the sum is L = sum_k w_k y_k(x). One pass forward evaluates the nodes.
-//! One pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008]:
+//! The weights are w_k, one per output entry, and the sum is L = sum_k w_k y_k(x). One pass forward evaluates the nodes. One pass
+//! backward adds to the slope a' = dL/da of each operand a the contribution of the node c that uses it [Griewank, Walther 2008]:
 //!
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
 //! c = sqrt a: a' += c' / (2 c);   c = sin a: a' += c' cos a;   c = cos a: a' -= c' sin a.
@@ -22,18 +22,20 @@ pub struct Adjoint {
     sums: Vec<Sum>,
     /// The operations other than sums and products, in the order of evaluation.
     others: Vec<NonSumOperation>,
-    /// Slot and value of each constant.
+    /// Slot (index in the list of stored values) and value of each constant.
     constants: Vec<(usize, f64)>,
     /// The slot of each input entry.
     inputs: Vec<usize>,
-    /// For each output entry that depends on an input: slot, sign (1 or -1), index among all output entries.
+    /// For each output entry that depends on an input: its slot (index of the stored value), its sign (1 or -1), and its index
+    /// among all output entries.
     outputs: Vec<(usize, f64, usize)>,
     n_outputs: usize,
     slots: usize,
 }
 
-/// The operation: slot `to` = +-a b +- c. A sum is computed as a 1 +- c and a product as a b - 0, so that the processor need not
-/// predict a branch. The operations are those of [`Fusion`], but the product is always rounded before the addition.
+/// An operation on slots (stored values): slot `to` = +-a b +- c. A sum is computed as a 1 +- c and a product as a b - 0, so that
+/// the processor need not predict a branch. The operations are those of [`Fusion`], but the product is always rounded before the
+/// addition.
 #[derive(Clone, Copy, Debug)]
 struct Sum {
     a: Signed,
@@ -62,7 +64,7 @@ impl Signed {
     }
 }
 
-/// An operation other than a sum or product. It is performed after the first `after` entries of `sums`.
+/// An operation other than a sum or product. It is performed after `after` entries of `sums`.
 #[derive(Clone, Copy, Debug)]
 struct NonSumOperation {
     after: usize,
@@ -94,7 +96,7 @@ type Lanes = [f64; ADJOINT_LANES];
 const ADJOINT_LANES: usize = 8;
 
 /// Number of slots with the constant 1, and of slots with -0. Sums and products need these constants for the form a b + c. Their
-/// slopes are accumulated but never read. With several copies, an accumulation need not wait for the previous one.
+/// slopes are accumulated but never read. Several copies are used, so that an accumulation need not wait for the previous one.
 const CONSTANT_COPIES: usize = 8;
 
 impl Adjoint {
@@ -184,8 +186,8 @@ impl Adjoint {
         sum_up(&self.sums[done..], values);
     }
 
-    /// The backward pass, from the last node to the first. Operands precede the nodes that use them. So the slope c' = dL/dc of a
-    /// node c is complete before it is added to the slopes of its operands.
+    /// The backward pass, from the last node to the first. Operands come before the nodes that use them. So the slope c' = dL/dc
+    /// of a node c is complete before it is added to the slopes of its operands. L: weighted sum of the outputs.
     #[inline(always)]
     fn backward(&self, values: &[Lanes], slopes: &mut [Lanes]) {
         let mut left = self.sums.len();
@@ -193,7 +195,7 @@ impl Adjoint {
             pass_on(&self.sums[other.after..left], values, slopes);
             left = other.after;
             let own = std::mem::take(&mut slopes[other.to]);
-            // A node with zero slope is skipped: this saves time, and avoids 0 / 0 at the root of zero.
+            // A node with zero slope is skipped. This saves time, and avoids 0 / 0 at the square root of zero.
             if own == [0.0; ADJOINT_LANES] {
                 continue;
             }
@@ -335,7 +337,7 @@ mod tests {
                 let h = 1e-5;
                 let moved = |h: f64| if k == 0 { [x[0] + h, x[1]] } else { [x[0], x[1] + h] };
                 let slope = (value(moved(h), w) - value(moved(-h), w)) / (2.0 * h);
-                // Allowed error of central differences: h^2 and eps/h. The values are of order ten.
+                // Allowed error of central differences with the step h: h^2, and rounding eps / h. The values are of order ten.
                 assert!((gradient[2 * i + k] - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{i} {k}");
             }
         }

@@ -47,7 +47,7 @@ pub fn fewest_operations(
     chosen
 }
 
-/// For each node, the number of its uses; and the number of operations of all used nodes.
+/// For each node, the number of its uses (`count`). `operations`: number of operations of all used nodes.
 struct Readers<'a> {
     graph: &'a Graph,
     count: Vec<u32>,
@@ -111,7 +111,7 @@ mod tests {
             .collect();
         let singly = [vec![(0, 1)], vec![(1, 1)]];
         assert_eq!(fewest_operations(&g, &[], &ways, vec![0, 0], &singly), [1, 1]);
-        // If the products are computed anyway (`fixed`), the forms with sums of them need the fewest operations.
+        // If the products are computed anyway (`fixed`), the forms that add these products need the fewest operations.
         let made: Vec<Expr> = ways.iter().flat_map(|ways| operands(g.node(ways[0]))).collect();
         assert_eq!(fewest_operations(&g, &made, &ways, vec![0, 0], &singly), [0, 0]);
     }

@@ -1,4 +1,5 @@
-//! A function from named inputs to named outputs. Its graph has only the nodes that the outputs need.
+//! A mathematical function (for example a regressor) from named inputs to named outputs. It is stored as a graph whose nodes are
+//! operations, constants and symbols. The graph has only the nodes that the outputs need.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ pub struct Input {
     pub entries: Vec<Expr>,
 }
 
-/// A matrix of outputs under one name, row by row.
+/// An output matrix and its name. The entries are stored row by row.
 #[derive(Clone, Debug)]
 pub struct Output {
     /// Name of the argument in generated code: `y`.
@@ -27,9 +28,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries in the order of their computation: block by block, each block row by row. A block is adjacent columns with
-    /// their last non-zero entry in the same row; in a regressor, the columns of one link. All entries of a block use the motion
-    /// of this link, and each row uses the twist of one coordinate, so few values must be kept in registers.
+    /// The entries in the order in which they are computed: block by block, each block row by row. Adjacent columns form a block
+    /// if their last non-zero entries are in the same row. In a regressor, these are the columns of one link. All entries of a
+    /// block use the motion of this link, and each row uses the twist of one coordinate. So few values must be kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();
@@ -65,7 +66,7 @@ pub struct Count {
     pub sin_cos: usize,
 }
 
-/// An algebra in which a function can be evaluated: f64, a finite field, polynomials.
+/// The values and operations with which a function can be evaluated: for example f64, a finite field, or polynomials.
 pub trait Algebra {
     /// An element of the algebra.
     type Value: Clone;
@@ -73,7 +74,8 @@ pub trait Algebra {
     fn constant(&mut self, x: f64) -> Self::Value;
     /// The element for an input or a named constant.
     fn symbol(&mut self, symbol: Symbol) -> Self::Value;
-    /// Sine of the expression `argument`. Sine and cosine of the same expression must belong to the same angle.
+    /// Sine of the expression `argument`. An implementation must use the same angle whenever it is called with an equal
+    /// expression, also in [`Algebra::cos`], so that sin^2 + cos^2 = 1.
     fn sin(&mut self, argument: Expr) -> Self::Value;
     /// Cosine of the expression `argument`; see [`Algebra::sin`].
     fn cos(&mut self, argument: Expr) -> Self::Value;
@@ -94,14 +96,14 @@ pub trait Algebra {
 /// The positions of the entries that determine an output matrix. Other entries are zero, or follow by symmetry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparsityPattern {
-    /// (row, column) of each of these entries.
+    /// (row, column) of each entry that determines the matrix.
     pub places: Vec<(usize, usize)>,
     /// Whether the matrix is symmetric. If so, `places` has no entries below the diagonal.
     pub is_symmetric: bool,
 }
 
 impl Function {
-    /// A function with the nodes of `graph` that the outputs need.
+    /// Makes a function. It copies only those nodes of `graph` that the outputs need.
     pub fn new(name: &str, graph: &Graph, inputs: Vec<Input>, outputs: Vec<Output>) -> Function {
         debug_assert!(outputs.iter().all(|o| o.entries.len() == o.rows * o.columns));
         Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
@@ -112,7 +114,8 @@ impl Function {
         &self.graph
     }
 
-    /// This function with each named constant replaced by its value. Operations on numbers alone are carried out.
+    /// This function with each named constant replaced by its value. Operations whose operands are all numbers are replaced by
+    /// their result.
     pub fn bound(&self) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match self.graph.symbols()[s.0 as usize].1 {
             SymbolKind::Constant(x) => Some(x),
@@ -120,7 +123,7 @@ impl Function {
         })
     }
 
-    /// This function with named constants replaced by their values, except the constants with `is_kept(name)`.
+    /// This function with named constants replaced by their values, except the constants for which `is_kept(name)` is true.
     pub fn bound_except(&self, is_kept: &dyn Fn(&str) -> bool) -> Function {
         self.outline().rebuilt(&self.graph, &|s| match &self.graph.symbols()[s.0 as usize] {
             (name, SymbolKind::Constant(x)) if !is_kept(name) => Some(*x),
@@ -137,7 +140,7 @@ impl Function {
         function.rebuilt(&graph, &|_| None)
     }
 
-    /// The named constants that are still symbols, in the order of creation: (expression, name, value).
+    /// The named constants that were not replaced by their values, in the order of creation: (expression, name, value).
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();
         let mut found: Vec<(Symbol, (Expr, String, f64))> = nodes
@@ -153,7 +156,8 @@ impl Function {
         found.into_iter().map(|(_, constant)| constant).collect()
     }
 
-    /// This function with only one output: a column of the entries at `places` (row, column) of output number `output`.
+    /// A function of the same inputs with a single output: a column of the entries at `places` (row, column) of output number
+    /// `output`.
     pub fn with_entries(&self, output: usize, places: &[(usize, usize)]) -> Function {
         let o = &self.outputs[output];
         let entries: Vec<Expr> = places.iter().map(|(row, column)| o.entries[row * o.columns + column]).collect();
@@ -218,14 +222,14 @@ impl Function {
         function
     }
 
-    /// A copy of the name, the inputs and the outputs with an empty graph, which [`Function::rebuilt`] fills.
+    /// A copy with the same name, inputs and outputs, but with an empty graph. [`Function::rebuilt`] fills the graph.
     fn outline(&self) -> Function {
         let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());
         Function { name, inputs, outputs, graph: Graph::new() }
     }
 
-    /// `self` with a new graph that has only the needed nodes of `old`. `value`: number by which a symbol is replaced; `None`
-    /// keeps the symbol. Unused symbols and inputs keep their places.
+    /// This function with a new graph that has only the needed nodes of `old`. `value`: the number that replaces a symbol; `None`
+    /// keeps the symbol. Unused symbols and inputs keep their positions in their lists.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
         if old.keeps_names() {
@@ -288,8 +292,8 @@ impl Function {
         order
     }
 
-    /// A number that distinguishes functions: FNV-1a over the graph, the inputs and the outputs. Equal
-    /// functions with equal constants have equal fingerprints, on every machine.
+    /// Hash (FNV-1a) of the graph, the inputs and the outputs. Equal functions with equal constants have the same hash on every
+    /// machine.
     pub fn fingerprint(&self) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut feed = |x: u64| {

@@ -1,17 +1,18 @@
-//! Fuses products into sums. This determines the operations that the tape and generated code perform.
+//! Fuses products into sums: a b + c becomes one operation with one rounding. The tape (the interpreter of functions) and
+//! generated code perform the operations that are determined here.
 //!
-//! A product that is used only by one sum is fused into this sum: a b + c is then one operation, with one rounding. If both
-//! operands of a sum are such products, the product that depends on the longer chain of operations is fused. A product that is
-//! used only by sums is fused into all of them if none of them has another fused product: then the product itself is not
-//! computed. The tape, generated Rust and generated C perform these operations in this order.
+//! A product that is used only by one sum is fused into this sum. If both operands of a sum are such products, the product that
+//! depends on the longer chain of operations is fused. A product that is used only by sums is fused into all of them if none of
+//! them has another fused product; the product itself is then not computed. The tape, generated Rust and generated C perform the
+//! operations in the same order.
 //!
-//! If more outputs need the negative of a sum than the sum, its node holds the negative, provided that this costs no operation:
-//! in a b + c every sign is free, in a - b the two operands are exchanged.
+//! If more outputs need the negative of a sum than the sum, the node of the sum stores the negative. This is done only if it
+//! costs no operation: in a b + c all signs can be chosen freely; in a - b the two operands are exchanged.
 
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node};
 
-/// The operation that computes a node. Its operands are the values stored at their nodes, with signs; see [`Fusion::held`].
+/// The operation that computes a node. Each operand is the value that a node stores, with a sign; see [`Fusion::held`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operation {
     /// No operation: a number, an input, a sine or a cosine, or a product that is fused into sums.
@@ -141,7 +142,7 @@ fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<boo
         }
     }
     for (product, sums) in readers.iter().enumerate() {
-        // The sum of a product with itself is excluded, because the product would still be needed as the addend.
+        // A sum of a product with itself (p + p) is excluded: if p were fused, p would still be needed as the addend.
         let is_free =
             |&(n, _): &(usize, Expr)| taken_up[n].is_none() && operands(nodes[n]).any(|e| e.node() != product);
         if sums.len() > 1 && sums.len() == uses.count[product] && sums.iter().all(is_free) {
@@ -195,7 +196,7 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// All operations except `None`, and the first output entry expressed by the value stored at its node.
+    /// All operations except `None`, and the first output entry as the value stored at its node, with a sign.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);
@@ -230,7 +231,8 @@ mod tests {
         let f = function(|g, [a, b, c, d]| {
             let ab = g.mul(a, b);
             let cd = g.mul(c, d);
-            // The product is stored as an output, and is the addend of another product that is used once.
+            // The product a b is an output, and it is also the addend of the product c d, which is used only once. So a b must be
+            // computed.
             vec![ab, g.add(c, ab), g.sub(d, ab), g.add(cd, ab)]
         });
         let (all, _) = operations(&f);

@@ -1,8 +1,9 @@
-//! The graph of expressions. Each subexpression is stored once; its sign is part of the handle.
+//! A graph of expressions. Each subexpression is a node that is stored once. An expression is a handle: the number of a node, and
+//! a sign. So x and -x have the same node.
 //!
-//! The expressions have a normal form. A node is never negative: the sign is in the handle. The first operand of a sum is
-//! positive; operands of sums and products are in the order of their creation, constants first. Zeros, ones, x - x, and
-//! operations of constants are simplified when the nodes are created, so that an exact zero never becomes 6e-17.
+//! The nodes have a normal form. The first operand of a sum is positive. Operands of sums and products are in the order of their
+//! creation, constants first. Zeros, ones, x - x, and operations of constants are simplified when the nodes are created, so that
+//! an exact zero never becomes a rounding error such as 6e-17.
 
 use rustc_hash::FxHashMap;
 
@@ -139,7 +140,7 @@ impl Graph {
         g
     }
 
-    /// A copy of this graph that keeps the names of its nodes from now on.
+    /// This graph, set to keep the names that are given to its nodes from now on.
     pub fn with_names(self) -> Graph {
         Graph { names: Some(self.names.unwrap_or_default()), ..self }
     }
@@ -210,8 +211,8 @@ impl Graph {
         self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
     }
 
-    /// Changes the named constant `name` into an input; if there is no such constant, creates an input. The operands of existing
-    /// nodes keep their order (constants first) until the graph is rebuilt.
+    /// Changes the named constant `name` into an input. If there is no such constant, an input is created. Operands are ordered
+    /// with constants first; existing nodes keep their old order until the graph is rebuilt.
     pub(crate) fn constant_as_input(&mut self, name: &str) -> Expr {
         let is = |(known, kind): &(String, SymbolKind)| known == name && *kind != SymbolKind::Input;
         match self.symbols.iter().position(is) {

@@ -1,11 +1,12 @@
-//! Hash-consed expression graphs, their evaluation and their operation counts.
+//! Graphs of mathematical expressions, their evaluation, and the number of their operations.
 //!
-//! A [`Graph`] contains every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs no operation, and x - y
-//! and y - x share a node. A [`Function`] has named inputs and named outputs. It is evaluated with a [`Tape`], differentiated
-//! with [`Adjoint`] or [`Graph::derivatives`], evaluated in another algebra with [`Function::evaluate_in`] and counted with
-//! [`Function::count`]. Code is generated from a [`Module`], the functions of one file. [`fewest_operations`] chooses among
-//! alternative forms of entries. [`Fusion`] determines the products that are fused into sums: the tape and generated code perform
-//! the same operations. This package is independent of robots.
+//! A [`Graph`] stores every subexpression once (hash consing). An [`Expr`] refers to a node and has a sign. So -x costs no
+//! operation, and x - y and y - x have the same node. A [`Function`] has named inputs and named outputs. It is evaluated with a
+//! [`Tape`], differentiated with [`Adjoint`] or [`Graph::derivatives`], evaluated in another algebra with
+//! [`Function::evaluate_in`], and its operations are counted with [`Function::count`]. Code is generated from a [`Module`], which
+//! contains the functions of one file. If an entry can be written in several forms, [`fewest_operations`] chooses the form.
+//! [`Fusion`] determines which products are fused into sums, so that the tape and generated code perform the same operations.
+//! This package is independent of robots.
 
 #![warn(missing_docs)]
 

@@ -1,4 +1,4 @@
-//! The functions of one generated file, with the comments for the reader of that file.
+//! The functions of one generated file, with the comments that explain them in this file.
 
 use crate::function::{Function, SparsityPattern};
 
@@ -48,8 +48,8 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
-    /// The entries that a second function in the file writes; `None` if there is no second function. `function` then has one
-    /// output.
+    /// The matrix entries that a second function in the file computes; `None` if there is no second function. If there is one,
+    /// `function` has only one output.
     pub entries: Option<Entries>,
 }
 

@@ -1,8 +1,9 @@
-//! Sine and cosine, computed as in the generated files, so that the tape gives the same bits.
+//! Sine and cosine, computed with the same operations as in generated files. So the tape (the interpreter of functions) gives the
+//! same bits as generated code.
 //!
-//! The angle is reduced to [-pi/4, pi/4] with pi/2 in three parts [Cody, Waite 1980]; then the minimax polynomials of fdlibm are
-//! evaluated. The error is below 2e-16 for |x| < 2^27; for larger |x| the result is NaN. `codegen` copies the statements from
-//! here.
+//! A multiple of pi/2 is subtracted from the angle, so that the result is in [-pi/4, pi/4]. For this, pi/2 is the sum of three
+//! numbers [Cody, Waite 1980]. Then the minimax polynomials of fdlibm are evaluated. The error is below 2e-16 for |x| < 2^27; for
+//! larger |x| the result is NaN. `codegen` copies the statements from here.
 
 /// The text of this file. Generated files contain the statements of `sin_cos`, which compute sine and cosine from `angle` and
 /// `fused`.
@@ -11,15 +12,15 @@ pub const SINE_SOURCE: &str = include_str!("sine.rs");
 /// Sine and cosine of an angle in rad. `fused(a, b, c)` computes a b + c, rounded once or twice.
 #[inline(always)]
 pub(crate) fn sin_cos(angle: f64, fused: impl Fn(f64, f64, f64) -> f64) -> (f64, f64) {
-    // Adding 1.5 * 2^52 rounds to an integer and leaves it in the low bits.
+    // Adding 1.5 * 2^52 to a number rounds it to an integer, which is in the low bits of the sum.
     const ROUND: f64 = 6755399441055744.0;
     const REACH: f64 = 1.3393857589828342e300;
     const PARTS: [f64; 3] = [1.570796251296997, 7.549789415861596e-8, 5.390302858158119e-15];
     let turns = fused(angle, core::f64::consts::FRAC_2_PI, ROUND);
     let quadrant = turns.to_bits();
     let n = turns - ROUND;
-    // The product overflows for |angle| >= 2^27 and makes the result NaN: n would have more digits than the parts of pi/2 leave
-    // to it.
+    // For |angle| >= 2^27 this product overflows and makes the result NaN. There, n has so many digits that n times the first
+    // number of `PARTS` is no longer exact.
     let reach = angle * REACH;
     let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], angle)));
     let x = x * fused(0.0, reach, 1.0);

@@ -1,11 +1,12 @@
-//! Assigns memory slots to the values of a tape. A slot is used again after the last use of its value.
+//! Assigns memory slots to the values that a tape (a function prepared for the interpreter) computes. A slot is used again after
+//! the last use of its value.
 
 use crate::function::{Function, operands};
 use crate::fusion::Fusion;
 use crate::graph::{Expr, Node};
 
 /// For each sine node, the cosine node of the same angle, and for each cosine node, the sine node; `None` if there is none. One
-/// operation computes both, at the position of the earlier node.
+/// operation computes sine and cosine; it stands at the position of the earlier node.
 pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut partner = vec![None; nodes.len()];
     let mut angles = std::collections::BTreeMap::new();

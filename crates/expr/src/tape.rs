@@ -5,8 +5,9 @@
 //!
 //! The interpreter computes eight samples at a time, in SIMD lanes of the vector registers.
 //!
-//! [`Fusion`] determines the operations, for the tape and for generated code. If the processor has a fused multiply-add, the tape
-//! gives the same bits as the compiled function. On other processors both round the product first.
+//! [`Fusion`] determines the operations of the tape and of generated code. If the processor has a fused multiply-add, the tape
+//! gives the same bits as the compiled function. On other processors, both the tape and the compiled function round a product
+//! before they add it.
 
 use crate::function::Function;
 use crate::fusion::Fusion;
@@ -32,15 +33,15 @@ pub struct Tape {
 /// The memory of an evaluation. Each thread needs a separate one.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// The slots of one sample. Each value is stored twice, because the sign of a pair can be changed in a vector register, and
-    /// the sign of a single number cannot.
+    /// The slots of one sample. Each value is stored twice: a vector register can change the signs of a pair of numbers in one
+    /// operation, but not the sign of a single number.
     one: Vec<[f64; 2]>,
     many: Vec<[f64; Tape::LANES]>,
 }
 
 impl Tape {
-    /// Number of samples that are computed together, in SIMD lanes. With eight, each operand takes two AVX2 registers, and the
-    /// slots of a 7R regressor stay in the nearest cache.
+    /// Number of samples that are computed together, in SIMD lanes. With eight samples, each operand takes two AVX2 registers,
+    /// and the slots of the regressor of a 7R robot fit into the first-level cache.
     pub const LANES: usize = 8;
 
     /// Prepares `function` for evaluation, with the values of its named constants.

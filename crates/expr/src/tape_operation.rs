@@ -1,8 +1,8 @@
 //! The operations of a tape, and how the interpreter performs them.
 //!
-//! Sums and products are one kind of operation, (+-a) b +- c, because a 1 + c rounds like a + c, and a b + -0 like a b. So the
-//! interpreter needs no branch on the kind of operation in a long sequence of them. A branch at each operation would cost time
-//! whenever the processor predicts it wrongly.
+//! Sums and products are computed by one operation, (+-a) b +- c. A sum is computed as a 1 + c and rounds like a + c; a product
+//! is computed as a b + -0 and rounds like a b. So a long sequence of operations has no branch on the kind of operation. Such a
+//! branch would cost time whenever the processor predicts it wrongly.
 
 use crate::fusion::Operation;
 use crate::graph::Expr;
@@ -78,7 +78,7 @@ pub(crate) enum Scheduled {
 }
 
 impl Units {
-    /// Converts `operation` to slots of its operands; `None` for [`Operation::None`].
+    /// Writes `operation` with the memory slots of its operands; `None` for [`Operation::None`].
     pub(crate) fn scheduled(&self, operation: Operation, slots: &Slots) -> Option<Scheduled> {
         let held = |e: Expr| slots.at(e);
         let sum = |a: u32, b: u32, c: u32, [a_sign, c_sign]: [Sign; 2]| {
@@ -99,8 +99,8 @@ impl Units {
     }
 }
 
-// The next functions use loops and not `from_fn`, because the compiler would not use the wider instructions in a closure of the
-// library.
+// The next two functions use loops and not `from_fn`, because the compiler does not use the wide vector instructions in a closure
+// that the standard library calls.
 
 #[inline(always)]
 pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {

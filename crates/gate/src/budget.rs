@@ -1,11 +1,11 @@
 //! The memory that a reader may allocate for a file.
 //!
 //! budget = 64 x bytes of the file + 64 MiB. A reader subtracts from the budget before it allocates. So a wrong length in a file
-//! cannot exhaust the memory. The constant term is for small valid files.
+//! cannot exhaust the memory. The constant 64 MiB allows small valid files that need much memory.
 
 /// Bytes of memory allowed per byte of a file.
 const MEMORY_BYTES_PER_FILE_BYTE: usize = 64;
-/// Bytes of memory that are allowed for a file of any length in addition.
+/// Constant term of the budget, bytes: allowed for a file of any length.
 const ALLOWANCE_BYTES: usize = 64 << 20;
 
 /// The memory that a reader may allocate: the whole budget and what remains of it, bytes.
@@ -22,7 +22,7 @@ impl Budget {
         Budget { all, left: all }
     }
 
-    /// Increases the budget for `bytes` further bytes that were read, of this file or of another file of the log.
+    /// Increases the budget by the amount for `bytes` further bytes that were read, of this file or of another file of the log.
     pub fn grow(&mut self, bytes: usize) {
         let more = bytes.saturating_mul(MEMORY_BYTES_PER_FILE_BYTE);
         (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));

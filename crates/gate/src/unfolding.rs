@@ -49,8 +49,8 @@ impl<D> Unfolding<D> {
         Ok(Unfolding { decoder, packed, unfolded: 0, copies: 1 })
     }
 
-    /// A copy in which each decompressed byte counts as `copies` bytes of memory, because its reader stores that number of
-    /// copies.
+    /// This stream with another factor: each decompressed byte counts as `copies` bytes of memory, because its reader stores that
+    /// number of copies.
     pub fn held(self, copies: usize) -> Unfolding<D> {
         Unfolding { copies, ..self }
     }

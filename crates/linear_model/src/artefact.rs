@@ -1,4 +1,5 @@
-//! The first line of every artefact in YAML: its kind, the version of its format, and a checksum.
+//! The first line of every YAML file that rist writes (artefact: estimate, plan, motion, ..): its kind, the version of its
+//! format, and a checksum.
 //!
 //! ```text
 //! rist: motion 1 8a41f00c5be7d913
@@ -58,7 +59,7 @@ impl ArtefactKind {
     }
 }
 
-/// The kind in the first line, and the words after it. `None` if the text does not start with such a line.
+/// The kind that the first line states, and the rest of this line. `None` if the text does not start with such a line.
 fn head(text: &str) -> Option<(&str, &str)> {
     let line = text.lines().next()?.strip_prefix(KEY)?.trim();
     Some(line.split_once(' ').unwrap_or((line, "")))
@@ -108,8 +109,8 @@ impl Checksum {
 /// matches.
 const NO_CHECKSUM: &str = "changed";
 
-/// The text of an artefact with its first line. `seal`: checksum result of the file from which the artefact was read; `Whole` if
-/// it was not read from a file.
+/// The text of an artefact with its first line. `seal`: result of the checksum test of the file from which the artefact was
+/// read; `Whole` if it was not read from a file.
 pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;

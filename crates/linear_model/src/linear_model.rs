@@ -116,8 +116,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Writes the n rows of W for sample r into `w` (n x p). `y`: base regressor at this sample; `filtered`: filtered columns by
-    /// friction term.
+    /// Writes the n rows of W for sample r into `w` (n x p). `y`: base regressor at this sample; `filtered`: for each friction
+    /// term, its filtered columns, or `None` if its columns are computed from the sample.
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());

@@ -168,7 +168,8 @@ impl FromStr for BaseName {
     type Err = String;
 
     fn from_str(name: &str) -> Result<BaseName, String> {
-        // A name is letters, then an optional R, then a label. A lever may precede the letters of a first moment.
+        // A name is letters, then an optional R, then a label. The name of a first moment may start with a length factor
+        // (lever).
         let at = |start: usize, inertial: Inertial| {
             let rest = name[start..].strip_prefix(inertial.letters())?;
             let found = |absorbs: bool, label: &str| {

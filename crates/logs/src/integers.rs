@@ -1,4 +1,4 @@
-//! Stores integers compactly: only the bits of their differences.
+//! Stores integers compactly: differences between successive integers, with only as many bits as they need.
 //!
 //! A measured signal changes little between samples, so its first or second differences are small. The numbers are divided into
 //! frames x_0 .. x_(n-1). For each frame, the differences of one order k are stored:

@@ -1,12 +1,13 @@
 //! Reads a log that is divided into several files: `position.csv+effort.csv`.
 //!
-//! Files of as many rows, without clocks or with the same clock, are joined row by row. Files with clocks of their own are joined
-//! by time: the columns of the later files are interpolated linearly at the times of the first, within the time that all have.
+//! Files with equal numbers of rows are joined row by row, if at most one has a clock or all have the same clock. Otherwise
+//! each file needs a clock: the columns of the later files are interpolated linearly at the times of the first file, in the
+//! time interval that all files cover.
 //!
-//! A file's own name is what its stem has beyond the start that all stems share: `log_q.txt`, `log_tau.txt` are `q` and `tau`. A
-//! name that stands in several files gets the name of its file before it, `effort.joint_1`; columns without a header are
-//! `q_1`, `q_2`. A file of one number a line, with a multiple of the rows of the shortest file, holds the samples one after the
-//! other.
+//! The short name of a file is its stem without the common start of all stems: `q` and `tau` for `log_q.txt` and `log_tau.txt`.
+//! If several files have a column of the same name, the short name is put before it, `effort.joint_1`. Columns without a header
+//! are `q_1`, `q_2`. A file may have a single number per line, and k times as many lines as the shortest file has rows. Then
+//! each k lines are one sample.
 
 use std::path::Path;
 
@@ -19,12 +20,12 @@ use crate::table::{Lines, Table, check_header};
 const SEPARATOR: char = '+';
 /// Largest number of files: one per joint and quantity.
 const MAX_FILES: usize = 128;
-/// Most joints of a file of one number a line.
+/// Largest number of joints in a file with a single number per line.
 const MAX_JOINTS_A_FILE: usize = 64;
-/// Clocks that differ by less, in steps of the first, are one clock.
+/// Two clocks are the same if their times differ by less than this, as a fraction of the step of the first clock.
 const SAME_CLOCK_STEPS: f64 = 1e-3;
 
-/// The files that a path names; `None` if it names a single file, also one whose own name contains the separator.
+/// The files that a path names. `None` if it names a single file, even if the name of this file contains the separator.
 pub(crate) fn files(path: &Path) -> Option<Vec<&Path>> {
     let text = path.to_str().filter(|text| text.contains(SEPARATOR))?;
     (!path.exists()).then(|| text.split(SEPARATOR).map(Path::new).collect())
@@ -44,7 +45,8 @@ pub(crate) fn read(path: &Path, files: &[&Path]) -> Result<Table, Error> {
     joined(&file, tables, &names)
 }
 
-/// The stems of the files without the start that all share, up to a separator; whole where nothing would remain of one.
+/// The short name of each file: its stem without the common start of all stems, which ends at a separator. If a short name were
+/// empty, all stems are returned unchanged.
 fn own_names(files: &[&Path]) -> Vec<String> {
     let stems: Vec<String> =
         files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy().into()).collect();
@@ -59,7 +61,8 @@ fn own_names(files: &[&Path]) -> Vec<String> {
     stems.iter().map(|stem| stem[begin..].to_string()).collect()
 }
 
-/// Names the columns of files without a header by their files, and cuts single columns into samples.
+/// Names the columns of files without a header by the short names of the files. Divides a file with a single number per line
+/// into columns.
 fn name_by_files(tables: &mut [Table], names: &[String]) {
     let rows = tables.iter().map(Table::rows).min().unwrap_or_default();
     for (table, name) in tables.iter_mut().zip(names) {
@@ -138,7 +141,7 @@ fn joined(file: &str, mut tables: Vec<Table>, names: &[String]) -> Result<Table,
     Ok(all)
 }
 
-/// The index of the clock column, and the unit of its numbers in s. `None` if no header names a clock.
+/// The index of the clock column, and the factor that converts its numbers to s. `None` if no header names a clock.
 fn clock(table: &Table) -> Option<(usize, f64)> {
     let all = readings(table, &[]).unwrap_or_default();
     all.iter().find(|reading| reading.quantity == Quantity::Time).map(|reading| (reading.column, reading.unit.1))
@@ -284,7 +287,8 @@ mod tests {
         assert!(all.notes.iter().any(|note| note == "q: one number a line, 3 lines a row"), "{:?}", all.notes);
     }
 
-    /// Files of one name in two folders: no column is taken by chance.
+    /// Files of the same name in two folders have equal column names. The columns get numbers, so that the user must select
+    /// one.
     #[test]
     fn files_of_one_name_are_numbered() {
         let tables = ["q1\n1\n3\n", "q1\n5\n7\n"].map(table).into();

@@ -1,4 +1,4 @@
-//! The rows for a block of a long log: from compressed blocks in memory, or read from a file.
+//! The rows of one block of a long log. They are in compressed blocks in memory, or are read from a file.
 
 use std::ops::Range;
 

@@ -191,7 +191,7 @@ impl Table {
         }
     }
 
-    /// Reads a text, in a shape of its own or with a row per sample.
+    /// Reads a text: with the reader of its shape (`text_shapes`), or as a table with one row per sample.
     pub(crate) fn of_text(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
         match text_shapes::reader(&bytes[..bytes.len().min(HEAD_BYTES)]) {
             Some(read) => read(file, bytes, budget),

@@ -49,7 +49,8 @@ impl LogSource {
         LogSource::open_within(path, coordinates, names, usize::MAX, ROWS_PER_BLOCK)
     }
 
-    /// The same as [`LogSource::open`]. `held`: largest number of rows in memory. `block`: number of rows of a block.
+    /// Opens a file like [`LogSource::open`], with other limits. `held`: largest number of rows in memory. `block`: number of
+    /// rows of a block.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
@@ -212,7 +213,7 @@ enum RowSource {
 }
 
 impl LogStream {
-    /// Fails for the same reasons as `Log::from_table`.
+    /// Makes a log of several blocks. Fails for the same reasons as `Log::from_table`.
     fn new(
         path: PathBuf,
         columns: Columns,

@@ -183,7 +183,7 @@ mod tests {
         assert_eq!((log.len(), log.report.left_out.episodes_by_clock, log.report.clock.gaps), (298, 2, 2));
         assert_eq!(log.segments().iter().map(Log::len).collect::<Vec<_>>(), [100, 99, 99]);
         assert!(log.report.to_string().contains("3 episodes: the clock begins anew"), "{}", log.report);
-        // The signals are unchanged.
+        // The values of the signals do not depend on the restarts of the clock.
         assert_eq!(log.q[0][100], (0.03f64).sin());
     }
 

@@ -212,8 +212,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The parameters that these functions need: base parameters if the base regressor is requested (or no function), otherwise
-/// parameters at any rank.
+/// The parameters that these functions need: base parameters if the base regressor is requested (or no function). Otherwise an
+/// unclear rank is not an error: the standard parameters are then used.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -267,7 +267,8 @@ impl RobotFunction {
             FunctionRow::OfLink(OfLink(function), about)
                 if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) =>
             {
-                // Every robot has the functions of this package. Loops that do not close are reported at another place.
+                // This check is needed only for functions of other packages. If the robot cannot be derived (its loops do not
+                // close), the error is reported at another place.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))

@@ -68,12 +68,12 @@ pub fn module_with_symbols(
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
-        // The file already has this regressor, so it is not written twice.
+        // The file already has the regressor of the standard parameters, so it is not written twice.
         if base.refused.is_some() && function.name == STANDARD {
             continue;
         }
         let mut function = bind(function);
-        // Two names of frames may lead to the same name of a function, so a suffix makes it unique.
+        // Two frame names may give the same function name, so a suffix makes the function name unique.
         while module.functions.iter().any(|f| f.function.name == function.name) {
             function.name.push('_');
         }
@@ -152,7 +152,7 @@ fn robot_module(
     module
 }
 
-/// The lengths, angles and components of gravity that are named constants of the graph, with their values.
+/// The lengths, angles and components of gravity that are named constants of the expression graph, with their values.
 fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
         SymbolKind::Constant(x) => Some((name.clone(), *x)),

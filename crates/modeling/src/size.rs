@@ -1,17 +1,17 @@
 //! Estimates the time and memory that the derivation of a robot needs, before it starts.
 //!
-//! Let n be the number of coordinates, p of standard parameters, E of non-zero entries of the regressor (a link has its
-//! parameters in the row of each coordinate that moves it), S = 3 p/n + 8 of states for the numeric rank, m_b of passive
-//! coordinates that are solved together in block b, and L of loops. Then the work is
+//! n: number of coordinates; p: of standard parameters; E: of non-zero entries of the regressor (a link has its parameters in the
+//! row of each coordinate that moves it); S = 3 p/n + 8: of states for the numeric rank; m_b: of passive coordinates that are
+//! solved together in block b; L: of loops. Then the work is
 //!
 //! ```text
 //! time    17 us E + 0.4 ns p^3 + S T sum_b (1 us m_b + 1 ns m_b^3) + 0.5 ms L^3
 //! memory  1300 B E + 16 B S n p + 8 B (p^2 + 14 n p)
 //! ```
-//! T is the number of evaluations of the loops for each state; the last term of the time is the exact rank and the closed forms.
-//! The factors were measured with `rist inspect` on chains and trees of 30 to 200 links, on four-bars in series and on a
-//! Gough-Stewart platform, on one core of a server of 2024. Estimates above half a second were right within a factor of 1.7. The
-//! closed forms of coupled fingers are not included: a humanoid with hands took 1.2 s, ten times the estimate.
+//! T is the number of evaluations of the loops for each state. The term with L is the time of the exact rank and of the closed
+//! forms. The factors were measured with `rist inspect` on chains and trees of 30 to 200 links, on four-bars in series and on a
+//! Gough-Stewart platform, on one core of a server of 2024. Estimates above half a second were within a factor of 1.7. The closed
+//! forms of coupled fingers are not included: a humanoid with hands took 1.2 s, ten times the estimate.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -154,7 +154,8 @@ mod tests {
             "  - {cut: {antecedent: b2, joint: revolute, d: 0.55, start: 0.1}, twin: {antecedent: c2, d: 0.4}}\n",
         );
         let robot = robot::format::read_yaml(&text, "two.yaml").unwrap();
-        // Each loop has only two independent passive coordinates, because the angle of its cut follows from its orientation.
+        // Each loop has only two independent passive coordinates: in a planar loop the angle of the cut joint follows from the
+        // other angles.
         assert_eq!(together(&robot), [2, 2]);
     }
 }

@@ -1,4 +1,4 @@
-//! The discrete Fourier transform of real signals, by `realfft`.
+//! The discrete Fourier transform of real signals, by the crate `realfft`.
 //!
 //! X_k = sum_i x_i exp(-2 pi j k i / N) for k = 0 .. N/2, of a signal x of N samples. The inverse transform gives N x_i.
 

@@ -1,10 +1,11 @@
-//! Computes the operator Sp and the discrete Fourier transform (DFT) of signals of whole periods.
+//! Computes the operator Sp (projection of a signal on a reference signal at one frequency) and the discrete Fourier transform
+//! (DFT), for signals that hold whole periods.
 //!
 //! Sp(M, v, f) = |M(f)| cos(arg M(f) - arg v(f)) / |v(f)| = Re(M(f) conj v(f)) / |v(f)|^2
 //!
-//! M(f), v(f): the DFT of a signal M and of a projector v at the frequency f. Sp can be negative, is linear in M, equals 1 for M
-//! = v, and does not change if both signals are shifted in time. The record holds a whole number of periods, so the fundamental
-//! frequency is a bin: there is no leakage, and no window is needed.
+//! M(f), v(f): the DFT of a signal M and of a reference signal v (the projector) at the frequency f. Sp can be negative, is
+//! linear in M, equals 1 for M = v, and does not change if both signals are shifted in time. The record holds a whole number of
+//! periods, so the fundamental frequency is a bin. So there is no leakage, and no window is needed.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly, because few are needed and the sum is the
 //! same on every machine. Whole spectra are computed by [`crate::fft`].
@@ -96,7 +97,8 @@ impl Bins {
     }
 }
 
-/// Sp of a signal on a projector at one frequency bin. `m`, `v`: the DFT of the signal and of the projector at this bin.
+/// The operator Sp of this module: projection of a signal on a reference signal at one frequency bin. `m`, `v`: the DFT of the
+/// signal and of the reference signal at this bin.
 #[inline]
 pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
@@ -164,11 +166,11 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 
 /// The autocorrelation sums sum_i x_i x_(i-l) for the lags l = 0 ..= `lags`, by the Wiener-Khinchin theorem.
 ///
-/// For each block of x, the cross spectrum with the block and the `lags` samples before it is computed. The sum of the cross
-/// spectra is transformed back once. Blocks are used because a block stays in the cache.
+/// x is divided into blocks, because a block stays in the cache. For each block, its cross spectrum with the samples from `lags`
+/// before its start to its end is computed. The sum of the cross spectra is transformed back once.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // Each block is preceded by the last `lags` samples of the previous block. They prevent circular products of its end with its
-    // start.
+    // Each block is preceded by the last `lags` samples of the previous block. Without them, the circular correlation would
+    // multiply the end of a block by its start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
@@ -199,7 +201,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     }
 }
 
-/// Smallest upper limit of the length of a transform in [`self_products`]; with many lags the limit is larger.
+/// Length of a transform in [`self_products`], unless the signal is shorter or many lags need a longer transform.
 const SAMPLES_PER_CORRELATION: usize = 1 << 12;
 
 /// |X_k| / N for all bins k of the DFT of x (N samples), from frequency 0 to half the sample rate.

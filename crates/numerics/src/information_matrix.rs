@@ -1,7 +1,7 @@
 //! The information matrix F = sum W_i' W_i of weighted rows W_i, and its Cholesky factor.
 //!
 //! The matrices are dense and symmetric, p x p with p from ten to a hundred, stored row by row. This code is the inner loop of
-//! the planning of experiments, where one candidate costs a few thousand operations.
+//! the planning of experiments: to evaluate one candidate experiment takes a few thousand operations.
 
 use processor::{Work, widely};
 
@@ -289,8 +289,7 @@ impl InformationFactor {
         self.inverse.iter().map(|x| x * x).sum()
     }
 
-    /// tr(W F^-1 W') of rows W: the sum of the variances of their predictions, with F that does not contain them. `out`: work
-    /// space of p entries.
+    /// tr(W F^-1 W') of rows W that are not in F: the sum of the variances of their predictions. `out`: work space of p entries.
     #[inline]
     pub fn variance(&self, rows: &WeightedRows, out: &mut [f64]) -> f64 {
         rows.iter()

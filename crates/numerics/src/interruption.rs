@@ -46,7 +46,7 @@ impl Interruption {
         Arc::clone(&self.0)
     }
 
-    /// Whether the flag of this thread is raised. Lowers it, for a step that then returns its result so far.
+    /// Lowers the flag of this thread, and returns whether it was raised. The caller can then finish with its result so far.
     pub fn take() -> bool {
         FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }

@@ -2,7 +2,7 @@
 //!
 //! Each operation returns an interval that contains the result for all numbers of its operands [Moore, Kearfott, Cloud 2009].
 //! After each operation the bounds are moved outward by one step of f64, because + - * / and sqrt round to nearest. Sine and
-//! cosine of `libm` are assumed to be within two steps of f64 at 1.
+//! cosine of `libm` are assumed to have an error of at most twice the spacing of f64 near 1.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Mul, Neg, Sub};
@@ -19,8 +19,8 @@ pub struct Interval {
 /// Assumed error bound of sine and cosine of `libm`: twice the distance between neighbouring f64 near 1.
 const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
-/// An interval contains a peak of the sine if it is closer to the peak than this, in turns. This is far above the rounding of
-/// angle / 2 pi.
+/// If the distance from an interval to a peak of the sine is below this value, in turns (2 pi rad), the interval counts as
+/// containing the peak. The value is far above the rounding of angle / 2 pi.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
 /// Largest angle, rad, of which a sine is enclosed more tightly than by [-1, 1]. For larger angles the rounding of angle / 2 pi
 /// comes near [`PEAK_DISTANCE_TURNS`].

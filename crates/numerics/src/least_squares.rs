@@ -1,17 +1,19 @@
-//! Solves least squares from a triangle (R, z of QR), and finds the directions that the data do not determine.
+//! Solves least squares from a triangle (R, z and rho of a QR decomposition), and finds the directions that the data do not
+//! determine.
 //!
 //! min |R x - z|. The columns are scaled to unit norm: R = S D with a diagonal D, and S = U diag(s) V'. The condition number is
 //! s_1 / s_p of the scaled columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not determined by the data, and
 //! parameters with a component along such a direction have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
 //!
-//! sigma^2 = |rho|^2 / (r - p) from r rows, C = sigma^2 (R'R)^-1: covariance for white noise of equal variance in all rows.
+//! sigma^2 = rho^2 / (r - p) from r rows, |rho|: norm of the residual. C = sigma^2 (R'R)^-1 is the covariance of x for white
+//! noise of equal variance in all rows.
 
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// If the ratio of a singular value to the largest one is below this, it is rounding. Columns of filtered signals have about nine
-/// digits, and fewer if their terms nearly cancel.
+/// If the ratio of a singular value to the largest one is below this, the singular value is rounding. Columns of filtered signals
+/// have about nine correct digits, and fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// A parameter is not determined if its entry in an undetermined direction of unit norm exceeds this value.
@@ -48,13 +50,14 @@ impl Solution {
     }
 }
 
-/// The least-squares solution of a triangle. A direction is undetermined if its singular value is at most 1e-7 times the largest.
+/// The least-squares solution x of R x = z from a triangle. A direction is undetermined if its singular value is at most 1e-7
+/// times the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
     solve_within(triangle, SINGULAR_VALUE_TOLERANCE)
 }
 
-/// The least-squares solution of a triangle. A direction is undetermined if its singular value is at most `tolerance` times the
-/// largest.
+/// The least-squares solution x of R x = z from a triangle. A direction is undetermined if its singular value is at most
+/// `tolerance` times the largest.
 pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
@@ -71,7 +74,8 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     let largest = s.first().copied().unwrap_or(0.0);
     let rank = s.iter().filter(|&&s| s > tolerance * largest).count();
 
-    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, over the determined directions.
+    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, over the determined directions. D: column norms; U
+    // diag(s) V': decomposition of the scaled R.
     let mut x = vec![0.0; p];
     let mut inverse = DMatrix::zeros(p, p);
     for &i in &order[..rank] {

@@ -1,15 +1,16 @@
 //! Numerical methods: matrices, transforms, intervals and distributions.
 //!
-//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that does not store the rows.
-//! [`reflection`] and [`row_block`] compute it. [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve
-//! linear systems. [`interval`], [`range`] and [`jet`] enclose the values of a function between two instants. [`fft`] and
-//! [`fourier`] transform signals, [`student`] has the distributions of tests, and [`interruption`] ends long work.
+//! A log gives equations W x = y, with one row per sample and joint. A [`triangle`] is the part R, z, rho of the QR decomposition
+//! [W y] = Q [R z; 0 rho]; it is updated row by row, and the rows are not stored. [`reflection`] and [`row_block`] compute the
+//! triangle. [`least_squares`], [`total_least_squares`] and [`information_matrix`] solve linear systems. [`interval`], [`range`]
+//! and [`jet`] enclose the values of a function between two instants. [`fft`] and [`fourier`] transform signals, [`student`] has
+//! the distributions of tests, and [`interruption`] ends long work.
 //!
-//! It depends on the type `Eight` of `generated`: a triangle takes eight samples in SIMD lanes, as a generated function writes
-//! them.
+//! This crate depends on the crate `generated` only for the type `Eight` (eight samples in SIMD lanes). Generated functions write
+//! rows in this layout, and a triangle reads them.
 //!
-//! It does not know robots, logs, parameters or units: a column is an array of numbers. For matrices that `nalgebra` handles
-//! well, `nalgebra` is used directly.
+//! This crate does not know robots, logs, parameters or units: a column is an array of numbers. For matrices that `nalgebra`
+//! handles well, `nalgebra` is used directly.
 
 #![warn(missing_docs)]
 

@@ -71,9 +71,9 @@ pub struct Enclosed {
     pub middle: Vec<Interval>,
 }
 
-/// Least tolerance, divided by the width of an enclosure at an instant. A subinterval that exceeds the reached value by less is
-/// not divided: the excess is rounding, because the reached value is the cautious end of an enclosure, and a subinterval has a
-/// few more roundings.
+/// Least tolerance, divided by the width of an enclosure at an instant. If the bound on a subinterval exceeds the reached value
+/// by less, the excess is rounding, and the subinterval is not divided. The reached value is the end of an enclosure on the safe
+/// side, and the bound contains a few more roundings.
 const ROUNDING_WIDTHS: f64 = 4.0;
 
 /// Number of subintervals that are enclosed in parallel at a time.
@@ -97,7 +97,8 @@ pub fn ranges(
         found: vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()],
         rounding: vec![0.0; sought.len()],
     };
-    // First the instants between subintervals are enclosed, then the subintervals. Then subintervals are divided.
+    // First the functions are enclosed at the instants between subintervals, then on the subintervals. Then subintervals are
+    // divided.
     for time in (0..=parts).map(at) {
         search.include_instant(time, &enclose(Interval::point(time)).over);
     }
@@ -165,7 +166,7 @@ impl RangeSearch<'_> {
         all.into_iter().map(part).collect()
     }
 
-    /// Halves subintervals round by round until `aim` needs no division or `enclosures` are used up. `beyond`: the maximum number
+    /// Halves subintervals round by round until the goal `aim` is met or `enclosures` are used up. `beyond`: the maximum number
     /// of enclosures instead if a function exceeds `enough`.
     fn divided(
         &mut self,
@@ -272,8 +273,8 @@ mod tests {
         let count = AtomicUsize::new(0);
         let large = |part: Interval| {
             count.fetch_add(1, Ordering::Relaxed);
-            // Adding and subtracting 1e15 leaves a rounding error in the value. A motion with a blend of a microsecond causes
-            // such errors.
+            // Adding and subtracting 1e15 leaves a rounding error in the value. Such errors occur in a motion whose start or end
+            // lasts only a microsecond.
             let [far, near] = [1e15, -1e15].map(Interval::point);
             on(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };

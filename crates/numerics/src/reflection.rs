@@ -1,4 +1,4 @@
-//! Householder reflections that annihilate a block of rows below a triangle, four at a time.
+//! Householder reflections that annihilate a block of rows below a triangle (R of a QR decomposition), four at a time.
 //!
 //! Reflection k annihilates the column x_k of the rows below the diagonal entry R_kk:
 //! v_k = [e_k (R_kk - beta_k); x_k], beta_k = -sign(R_kk) sqrt(R_kk^2 + |x_k|^2), H_k = I - v_k v_k' / (beta_k (beta_k - R_kk)).
@@ -30,7 +30,7 @@ use crate::row_block::RowBlock;
 /// filtered sign of the velocity decays to such values.
 const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 
-/// Where the columns of a triangle R are stored, in R and in a row.
+/// Where the columns of the triangle R are stored: in the array of R, and in a row of a block.
 #[derive(Clone, Copy)]
 pub struct ColumnPlaces<'a> {
     /// Index in R of each column, in the order of elimination.
@@ -39,8 +39,8 @@ pub struct ColumnPlaces<'a> {
     pub places: &'a [usize],
 }
 
-/// Folds the rows of `block` into the triangle `r` by reflections that annihilate them. Entry (i, j) of r is at j n + i. The
-/// entries of the block at `places` are overwritten.
+/// Updates the triangle `r` (R of a QR decomposition) with the rows of `block`: reflections annihilate these rows. Entry (i, j)
+/// of r is at j n + i. The entries of the block at `places` are overwritten.
 pub(crate) fn reflect(r: &mut [f64], n: usize, columns: ColumnPlaces, block: &mut RowBlock) {
     let stride = block.stride();
     let rows = RowGroups { numbers: block.numbers(), stride };
@@ -264,7 +264,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
         if first + 4 >= m {
             break;
         }
-        // T column by column: T_ik = -T_kk sum_l T_il x_l . x_k.
+        // The matrix T of the combined reflections, column by column: T_ik = -T_kk sum_l T_il x_l . x_k.
         let x = [places[first], places[first + 1], places[first + 2], places[first + 3]];
         for k in 1..4 {
             let [products] = dots::<V, 4, 1>(&rows, x, [x[k]]);
@@ -288,7 +288,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
 #[inline(always)]
 fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: RowGroups) {
     let m = places.len();
-    // At the end the last column is used several times, to fill up four columns. Its additional products are not read.
+    // If fewer than four columns are left, the last column is repeated to fill up four. The additional products are not read.
     let at = |k: usize| places[k.min(m - 1)];
     for i in (0..m).step_by(4) {
         for j in (i..m).step_by(2) {
@@ -338,8 +338,8 @@ fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight],
     }
 }
 
-/// Applies one reflection to columns of the triangle and of the rows. The reflection: `lead` R_kk - beta_k, `factor` T_kk, column
-/// x of the rows. `columns`: index in R and column in the rows.
+/// Applies one reflection to columns of the triangle and of the rows. It is given by `lead` = R_kk - beta_k, `factor` = T_kk, and
+/// column x of the rows. `columns`: index of each column in R and in the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
     r: &mut [f64],

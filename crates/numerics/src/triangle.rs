@@ -20,7 +20,7 @@ use crate::row_block::RowBlock;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
     p: usize,
-    /// Columns that have had a non-zero entry, ascending. The number p is the right-hand side.
+    /// Columns that have had a non-zero entry, ascending. Column number p is the right-hand side.
     live: Vec<usize>,
     /// For each column, its index among the columns in `live`, or [`NOT_LIVE`].
     places: Vec<u32>,
@@ -39,7 +39,7 @@ const NOT_LIVE: u32 = u32::MAX;
 /// If the pivot of a column is below this share of its norm, it is rounding, and the column depends on the earlier columns.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
-/// Collects rows in a block and folds full blocks into a triangle.
+/// Collects rows in a block, and updates a triangle (R of a QR decomposition) with each full block.
 #[derive(Clone, Debug)]
 pub struct TriangleBuilder {
     triangle: Triangle,
@@ -72,12 +72,13 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns, such as the columns of one joint. Its rows come in blocks that have other entries too.
+/// The triangle of some of p columns, such as the columns of one joint. The rows of its blocks also have entries of other
+/// columns.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
-    /// The numbers of these columns among the p columns, ascending.
+    /// The numbers of the triangle's columns among all p columns, ascending.
     columns: Vec<usize>,
-    /// The indices of these columns in a row of the block, then the index of the right-hand side.
+    /// The indices of the triangle's columns in a row of a block, then the index of the right-hand side.
     places: Vec<usize>,
     index: Vec<usize>,
     entries: Vec<f64>,
@@ -93,8 +94,8 @@ impl ColumnTriangle {
         ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    /// Folds the rows of a block into the triangle. `rows`: number of rows that are not zero. The entries of these columns in the
-    /// block are overwritten.
+    /// Updates the triangle with the rows of a block. `rows`: number of rows that are not zero. The entries of these columns in
+    /// the block are overwritten.
     #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;
@@ -102,8 +103,8 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns. `least`: for each column, the rms up to which it is removed; columns beyond the end of
-    /// `least` are kept.
+    /// The triangle of all p columns. `least`: for each column, an rms; a column with at most this rms counts as zero. Columns
+    /// beyond the end of `least` are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
@@ -113,8 +114,8 @@ impl ColumnTriangle {
             square > 0.0 && square <= self.rows as f64 * least * least
         };
         if (0..m).any(is_small) {
-            // The row of R of a removed column has entries of the other columns, so the rows of R are folded again without the
-            // column.
+            // A removed column has a row in R with entries of the other columns. So all rows of R are folded into a new triangle
+            // without the removed columns.
             let mut others = TriangleBuilder::new(p);
             for i in 0..m {
                 let mut row = vec![0.0; p + 1];
@@ -187,7 +188,7 @@ impl Triangle {
         }
     }
 
-    /// The columns that have had a non-zero entry, ascending. The number p is the right-hand side.
+    /// The columns that have had a non-zero entry, ascending. Column number p is the right-hand side.
     pub fn live(&self) -> Vec<usize> {
         self.live.clone()
     }
@@ -210,7 +211,8 @@ impl Triangle {
         Some(triangle)
     }
 
-    /// Folds in the rows of a block and empties it. A row has the entries of all p columns, then the right-hand side.
+    /// Updates the triangle with the rows of a block, and empties the block. A row has the entries of all p columns, then the
+    /// right-hand side.
     fn fold(&mut self, block: &mut RowBlock) {
         self.rows += block.rows;
         let stride = block.stride();
@@ -232,7 +234,7 @@ impl Triangle {
         sum
     }
 
-    /// Folds in the rows of another triangle, each multiplied by `weight`.
+    /// Updates the triangle with the rows of another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);
         self.taken_out += weight * weight * other.taken_out;

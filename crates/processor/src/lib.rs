@@ -2,7 +2,7 @@
 //!
 //! By default a program for x86-64 uses only SIMD registers of two numbers, because every such processor has them. Nearly every
 //! processor in use also has registers of four numbers (AVX2) and faster shifts and bit counts (BMI). Slow work is compiled for
-//! both.
+//! both kinds of processors.
 //!
 //! Both versions give the same bits: they use no fused multiplications, and the compiler reorders no sum.
 

@@ -35,7 +35,8 @@ pub struct FrameColumn {
 pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<FrameColumn>> {
     let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
-    // SAFETY: a capsule of this name holds a stream. We own it from here on, and a released stream stays in the capsule.
+    // SAFETY: a capsule of this name holds a stream. `from_raw` moves it out, so we own it, and leaves a released stream in the
+    // capsule.
     let mut stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.as_ptr().cast()) };
     // If another consumer took the stream, it has no `release`, and its functions must not be called.
     if stream.release().is_none() {

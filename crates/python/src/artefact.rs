@@ -1,5 +1,5 @@
-//! Methods that all artefacts have in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, a table as repr, a page for
-//! notebooks, and pickling.
+//! Methods that all artefacts (results of rist that are saved as files) have in Python: `read`, `to_yaml`, `to_dict`, `save`,
+//! equality, a table as repr, a page for notebooks, and pickling.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;

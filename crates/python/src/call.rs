@@ -1,4 +1,4 @@
-//! Converts the keyword arguments of a call to the fields of a request, like flags of the program.
+//! Converts the keyword arguments of a Python call to the fields of a request, as the program does with its flags.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

@@ -20,7 +20,7 @@ pyo3::create_exception!(
     "A result that is not to be trusted: its verdict says no. The message says why, and what to do now."
 );
 
-/// Issues a warning if the verdict is no, so that the user of a notebook notices it.
+/// Issues a warning if the verdict on the trust in a result is "no", so that the user of a notebook notices it.
 pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
     if verdict.trust != Trust::No {
         return Ok(());
@@ -35,17 +35,17 @@ pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult
     Ok(())
 }
 
-/// Spells the fields in a text as Python keywords, and commands as Python functions.
+/// Rewrites a message for Python: names of request fields become Python keywords, and commands become Python functions.
 pub fn for_python(text: &str) -> String {
     spelled(text, Audience::Python)
 }
 
-/// The exception `rist.Error` with a message whose fields are spelled as Python keywords.
+/// The exception `rist.Error`. Names of request fields in its message are written as Python keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {
     Error::new_err(for_python(&message.to_string()))
 }
 
-/// Sentences whose fields are spelled as Python keywords.
+/// Sentences in which names of request fields are written as Python keywords.
 pub fn all_spelled(texts: &[String]) -> Vec<String> {
     texts.iter().map(|text| for_python(text)).collect()
 }

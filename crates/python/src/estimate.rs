@@ -99,7 +99,7 @@ impl Estimate {
         }
     }
 
-    /// The plot data of logs; `None` for an estimate of plan experiments.
+    /// The plot data of logs; `None` for an estimate from the experiments of a plan.
     fn plot_data<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<PlotData>> {
         let Some(options) = &self.inner.options else { return Ok(None) };
         let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);

@@ -147,7 +147,7 @@ pub fn evaluate<'py>(
         Some(wanted) => model.parameters(wanted, parameters)?,
         None => Vec::new(),
     };
-    // Without q, the number of states is that of the other inputs.
+    // Without q, the number of states follows from the other inputs.
     let (count, is_one) = states.as_ref().map_or((others.count, others.is_one), |s| (s.count, s.is_one));
     let shapes = evaluation.outputs();
     let size: usize = shapes.iter().map(|o| o.rows * o.columns).sum();

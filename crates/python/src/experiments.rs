@@ -152,7 +152,7 @@ impl Played {
         }
     }
 
-    /// The number of records, without those with a load.
+    /// The number of simulated records. Records with a load are not counted.
     fn count(&self) -> usize {
         match self {
             Played::Plan(plan) => plan.experiments.len(),
@@ -170,7 +170,7 @@ fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> 
     }
 }
 
-/// Records as a dict by name, each a dict of arrays. `effort`: whether they contain torques or currents.
+/// Records as a dict: name -> dict of arrays. `effort`: whether the records contain torques or currents.
 fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let logs = PyDict::new(py);
     for (name, record) in records {

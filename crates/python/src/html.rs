@@ -14,7 +14,7 @@ pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>
 /// Largest page that is shown in a notebook, bytes. It is limited because the file of the notebook stores the page.
 const LARGEST_PAGE_BYTES: usize = 2 << 20;
 
-/// A whole page in a frame, so that its style and script do not affect the notebook. `None` if it is too large.
+/// An HTML page in an iframe, so that its style and script do not affect the notebook. `None` if the page is too large.
 pub fn frame(page: &str) -> Option<String> {
     let page = (page.len() <= LARGEST_PAGE_BYTES).then(|| page.replace('&', "&amp;").replace('"', "&quot;"))?;
     Some(format!(

@@ -189,11 +189,12 @@ pub struct LogCheck {
     state: LogCheckState,
 }
 
-/// State of a joint: coordinate, slope, share, explained share, and range of motion, rad (m).
+/// Result of a joint in a pickled log check: coordinate; slope of measured over nominal torque; share of the torque on which the
+/// slope is based; share of the torque that is explained; range of motion, rad (m).
 type JointState = (String, Option<f64>, Option<f64>, Option<f64>, f64);
 
 /// A log check as it is shown and pickled: text with one line per joint, findings, checks that were not possible, whether a
-/// finding is gross, joints, claims.
+/// finding is gross (makes estimates unusable), results of the joints, claims.
 type LogCheckState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
 
 impl LogCheck {

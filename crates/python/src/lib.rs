@@ -1,7 +1,7 @@
 //! The Python package `rist`: the library `rist` with NumPy arrays as data and keyword arguments as options.
 //!
-//! This package only converts arguments and results. Functions have the names of the program's commands, most options those of
-//! its flags, and classes those of the library. Exception: `Model.regressor` is the regressor of the standard parameters here,
+//! This package only converts arguments and results. Functions are named like the program's commands, most options like its
+//! flags, and classes like types of the library. Exception: `Model.regressor` is the regressor of the standard parameters here,
 //! and `Model.base_regressor` is `Model::regressor` of the library. Long work runs without the interpreter lock (`work`). A
 //! failure raises `rist.Error` with the message of the program.
 

@@ -99,7 +99,7 @@ pub fn validate(
     let used = Model::for_estimate(model, estimate)?;
     let (model, estimate, logs) = (&used.get().inner, &estimate.inner, self::logs(logs)?);
     model.check_estimate("the estimate".as_ref(), estimate).or_error()?;
-    // A fitted log proves nothing about predictions.
+    // A log that was used in the fit does not test predictions.
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {

@@ -17,7 +17,7 @@ pub struct Verdict {
     pub said: Said,
 }
 
-/// A verdict and its sentences. Claims cannot be read back, so a verdict from a pickle has only their sentences.
+/// A verdict and its sentences. Claims cannot be rebuilt from a pickle, so a verdict from a pickle has only their sentences.
 #[derive(Clone)]
 pub struct Said {
     pub inner: rist::fit::verdict::Verdict,

@@ -66,8 +66,8 @@ pub fn work<T: Send>(
             if raised.is_ok() {
                 raised = looked;
             }
-            // The flag is set again each time, because the end of a search clears it. Otherwise the work would continue with
-            // the best result.
+            // The interruption flag is raised again at each check, because the end of a search lowers it. Otherwise the work
+            // would continue with the best result of the search.
             if raised.is_err() {
                 interruption.raise();
             }

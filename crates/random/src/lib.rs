@@ -2,7 +2,8 @@
 //! cryptography.
 //!
 //! [`SplitMix`] is a small generator with 64 bits of state, for a derivation or a test that needs few numbers. [`Random`] is for
-//! thousands of numbers: it also gives normally distributed numbers, and an independent stream for each index of an enumeration.
+//! thousands of numbers: it also gives normally distributed numbers, and an independent stream for each index, such as the number
+//! of a start of a search.
 
 #![warn(missing_docs)]
 

@@ -1,6 +1,6 @@
 //! Small charts as SVG: lines, envelopes, bands and dots over two axes.
 //!
-//! Coordinates are whole tenths of a pixel, relative to the previous point. This takes a third of the space of decimals.
+//! Coordinates are whole tenths of a pixel, relative to the previous point. This takes a third of the bytes of decimal numbers.
 //! Colours are CSS classes, so a page can define them for light and dark mode; [`Chart::alone`] includes the definitions.
 //! Colour-blind readers can distinguish the colours (palette of Okabe and Ito), and lines also differ in their dashes.
 
@@ -239,7 +239,8 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
-        // Both axes get the same scale: one axis fills its side, the other is extended equally at both ends.
+        // Both axes get the same scale: one axis fills its side of the chart, the range of the other axis is extended equally at
+        // both ends.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let place = AxesFrame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
         let (width, height) = (place.right - place.left, place.bottom);

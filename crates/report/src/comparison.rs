@@ -44,7 +44,8 @@ struct ComparisonRow {
 /// Value of |z| at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 10.0;
 
-/// Both values of a parameter and the z of their difference. `None` if a value or a standard deviation is missing.
+/// Both values of a parameter, and z: their difference divided by its standard deviation. `None` if a value or a standard
+/// deviation is missing.
 fn apart(a: &Identified, b: &Identified) -> Option<(f64, f64, f64)> {
     let (x, y) = (a.value?, b.value?);
     let z = (x - y) / a.sigma?.hypot(b.sigma?);

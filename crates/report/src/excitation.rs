@@ -80,7 +80,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
             "The file says: {claims}. Nobody proved it for this page; [:check] does, from the motion and the model."
         ),
     };
-    // The text on the margins is split into lines, and each line becomes a note.
+    // The text on the safety margins of the proof is split into lines, and each line becomes a note.
     let margins = plot_data.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
     let margins: Vec<String> = margins.lines().map(str::to_string).collect();
     let in_words = |row: &CertificateRow| {
@@ -201,7 +201,8 @@ fn drawn<'a>(joint: &'a JointCourse, plot_data: &MotionPlotData) -> Vec<Quantity
     let one = |(kind, course): &'a (LimitKind, Envelope)| {
         let row = plot_data.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
         let bounds = match kind {
-            // For torque and power, the certificate gives the bound that was proved: a share of the limit, minus dry friction.
+            // For torque and power, the drawn limit is the bound in the certificate: the allowed share of the limit, minus dry
+            // friction.
             LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
             _ => joint.limits.bounds(*kind),
         };
@@ -236,7 +237,7 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
 /// Values below this share of their limit are printed as zero.
 const ZERO_SHARE_OF_LIMIT: f64 = 1e-9;
 
-/// The caption of a chart: what the certificate states about this quantity.
+/// The caption of a chart: the statement of the certificate (list of proven limits) on this quantity.
 fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
         return format!("{name}: no limit is looked at");
@@ -274,8 +275,8 @@ fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, Strin
     planes.map(plane).into_iter().collect()
 }
 
-/// Lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are outlines. A plane is drawn only if it
-/// is perpendicular to the view, over the extent of `path`. `axes`: the two axes of the view.
+/// Lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are outlines. A plane is drawn, as a line
+/// over the extent of `path`, only if the view direction lies in it. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
     let extent = |of: fn(&(f64, f64)) -> f64| {
@@ -306,8 +307,8 @@ const EDGE_ON_SINE: f64 = 0.9999;
 /// Shortest length of a bar, per cent of the longest bar. It keeps every bar visible.
 const SHORTEST_BAR_PERCENT: f64 = 2.0;
 
-/// Table rows for the parameters, in the order of the motion, and a sentence that explains the bars. A bar shows the relative
-/// standard deviation (or the absolute one, if no parameter has a relative one), on a logarithmic scale between powers of ten.
+/// Table rows for the parameters, in the given order, and a sentence that explains the bars. A bar shows the relative standard
+/// deviation (or the absolute one, if no parameter has a relative one), on a logarithmic scale between powers of ten.
 fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let is_relative = parameters.iter().any(|p| p.relative_deviation.is_some());
     let shown = |p: &VisibleParameter| if is_relative { p.relative_deviation } else { p.deviation };
@@ -362,7 +363,7 @@ mod tests {
     fn planes_are_lines_where_they_are_seen_edge_on() {
         let wall = |normal| Wall { point: [0.5, 0.0, 0.0], normal, links: None };
         let path = [(0.0, 0.2), (0.4, 0.5)];
-        // Planes are drawn beyond the path by half of its diagonal.
+        // The line of a plane extends beyond the path by half of the path's diagonal.
         let radius = 0.25;
         let of = |space: SpaceLimits, axes| edges(&space, axes, &path);
         let floor = SpaceLimits { floor: Some(Floor::At(-0.1)), ..Default::default() };

@@ -107,8 +107,8 @@ fn seconds(reference: &Reference) -> f64 {
     reference.q.first().map_or(0, Vec::len) as f64 * reference.sample_time
 }
 
-/// One chart per experiment of the plan, with the positions of all joints. A swing is drawn over one period, a sweep from start
-/// to end and back. Empty if an experiment is invalid.
+/// One chart per experiment of the plan, with the positions of all joints. A swing (periodic motion) is drawn over one period, a
+/// sweep (slow motion through the range) from start to end and back. Empty if an experiment is invalid.
 fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {
@@ -119,7 +119,8 @@ fn motions(plan: &ExperimentPlan) -> Vec<ChartFigure> {
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
         let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
-        // Order of the lines: the fast joint, the other moving joints, the joints at rest. The legend names all of them.
+        // Order of the lines: the fast joint (which the experiment excites), the other moving joints, the joints at rest. The
+        // legend names all of them.
         let moving = trajectory.moving();
         let mut all: Vec<usize> = (0..plan.coordinates.len().min(reference.q.len())).collect();
         all.sort_by_key(|k| (*k != trajectory.fast, !moving.contains(k)));
@@ -228,7 +229,7 @@ fn plots(validation: &Validation) -> Vec<String> {
     validation.pictures.iter().enumerate().map(plot).collect()
 }
 
-/// Two charts of a joint, torque and residual, as in figure 2(a-c) of the paper.
+/// Two charts of a joint, torque and residual, as in figure 2(a-c) of [Vandanjon, Gautier, Desbats 1995].
 fn charts<'a>(validation: &Validation, picture: &TorquePicture, lines: &'a [Envelope; 3]) -> [Chart<'a>; 2] {
     let joint = validation.joints.iter().find(|joint| joint.coordinate == picture.coordinate);
     let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));

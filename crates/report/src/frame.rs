@@ -22,7 +22,8 @@ impl Width {
         if self == Width::Usual { 4800.0 } else { 7200.0 }
     }
 
-    /// Left margin, which contains the tick labels, tenths of a pixel. A wide chart has larger letters on a narrow screen.
+    /// Left margin, which contains the tick labels, tenths of a pixel. It is larger for a wide chart, whose letters are larger on
+    /// a narrow screen.
     pub(crate) fn left(self) -> f64 {
         if self == Width::Usual { 560.0 } else { 760.0 }
     }

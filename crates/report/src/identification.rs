@@ -75,7 +75,7 @@ struct IdentificationContext {
     name: String,
     title: String,
     kind: &'static str,
-    /// For each time axis: its name, and its lines as JSON that cannot break the page.
+    /// For each time axis: its name, and its lines as JSON, escaped so that it cannot end the script element of the page.
     times: Vec<(&'static str, String)>,
     /// The drawing of the robot as HTML, and the name of the time axis by which it moves.
     drawing: Option<(String, &'static str)>,

@@ -27,7 +27,7 @@ fn the_page_stands_alone() {
     assert!(!html.contains("could not be made"), "{html}");
     assert!(html.contains("arm &amp; co") && html.contains("Torque of q&lt;1&gt;") && html.contains("ZZR1"));
     assert!(html.contains("not identifiable") && html.contains("0.300"), "{html}");
-    // The page loads no file. Its only address is the name of the SVG namespace.
+    // The page loads no file. The only address in it is the name of the SVG namespace.
     assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
     // The page has one additional SVG, with the clip paths of the charts.
     assert_eq!(html.matches("<svg").count(), page.pictures().len() + 1);
@@ -73,7 +73,7 @@ fn a_page_is_alive_within_its_room() {
         {
             assert!(html.contains(part), "{part}");
         }
-        // The page loads no file. Its only address is the name of the SVG namespace; it has no attribute src and no import.
+        // The page loads no file. The only address in it is the name of the SVG namespace; it has no attribute src and no import.
         assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
         for word in [" src=", "url(h", "url(d", "url(\"", "@import", "import(", "fetch(", "XMLHttp", "WebSocket"] {
             assert!(!html.contains(word), "{word}");

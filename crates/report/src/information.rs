@@ -1,5 +1,5 @@
-//! A map of the correlations between parameters, and a table of leverages: the share of each joint and time interval in a
-//! parameter.
+//! A map of the correlations between parameters, and a table of leverages: the share of each joint and time interval in the
+//! information on a parameter.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};
@@ -34,10 +34,10 @@ struct Data<'a> {
     names: &'a [String],
     joints: Vec<&'a str>,
     parts: usize,
-    /// Correlation rho of each pair i > j in two letters: 2047 (rho + 1).
+    /// Correlation rho of each pair i > j as the number 2047 (rho + 1), written in two letters.
     rho: String,
-    /// Leverage of each time interval as one letter: 63 sqrt(leverage / largest leverage in the parameter). Order: parameter,
-    /// joint, interval.
+    /// Leverage of each time interval as the number 63 sqrt(leverage / largest leverage in the parameter), written as one letter.
+    /// Order: parameter, joint, interval.
     shares: String,
     /// For each parameter, the leverage of each joint.
     sums: Vec<Vec<f64>>,

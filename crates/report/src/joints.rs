@@ -44,7 +44,8 @@ pub(crate) struct ChartFigure {
     pub svg: String,
 }
 
-/// A residual counts as noise if its autocorrelation time, divided by that of filtered white noise, is below this value.
+/// A residual counts as noise if its autocorrelation time, divided by the autocorrelation time of white noise after the same
+/// filter, is below this value.
 const NOISE_TIME_RATIO: f64 = 1.5;
 /// Largest frequency of a drawn spectrum, divided by the cut-off frequency.
 const SHOWN_FREQUENCY_RATIO: f64 = 1.3;

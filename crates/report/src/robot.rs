@@ -1,4 +1,4 @@
-//! Writes the sheet of a robot as text, Markdown, LaTeX and HTML.
+//! Writes the data sheet of a robot (links, base parameters, regrouping rules) as text, Markdown, LaTeX and HTML.
 
 use std::fmt::Write;
 

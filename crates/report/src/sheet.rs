@@ -1,5 +1,5 @@
-//! The sheet of a robot: its links, the base parameters of each link with meaning, value and rule, and the base parameters that
-//! contain the inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown, LaTeX and HTML.
+//! The data sheet of a robot: its links, the base parameters of each link with meaning, value and rule, and the base parameters
+//! that contain the inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown, LaTeX and HTML.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,8 @@ pub struct Sheet {
     pub count: String,
     /// The base parameters, grouped by link.
     pub groups: Vec<LinkBaseParameters>,
-    /// Rules of regrouped parameters that are not base parameters. Empty if the rules are expanded.
+    /// Rules of the regrouped parameters that the rules of base parameters name and that are not base parameters. Empty if the
+    /// rules are expanded.
     pub regrouped: Vec<String>,
     /// Names of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
@@ -116,7 +117,8 @@ pub struct SheetInput<'a> {
     pub robot: &'a Robot,
     /// The base parameters of the robot.
     pub parameters: &'a BaseParameters,
-    /// The regrouping rules of the base parameters, nested or expanded.
+    /// The regrouping rules of the base parameters: nested (they name other regrouped parameters) or expanded (they name only
+    /// standard parameters).
     pub rules: &'a Rules,
     /// Nominal values of the base parameters; `None` if the description has no inertials.
     pub described: Option<&'a [f64]>,
@@ -303,7 +305,8 @@ fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
          or less",
         rank.smallest_kept, rank.largest_dropped
     );
-    // Relations between columns are proven either for all values of the symbols, or only for the values of this robot.
+    // Relations between columns of the regressor are proven either for all values of the symbols, or only for the values of this
+    // robot.
     let relations = match (rank.general_relations, rank.numeric_relations) {
         (0, 0) => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
         (general, numeric) => {

@@ -42,8 +42,8 @@ struct Curve {
 }
 
 impl Timeline {
-    /// Encodes lines, each given by its key and its data. All must have the time spans of the first line; others are omitted.
-    /// `None` without a span.
+    /// Encodes lines, each given by its key and its data. Lines with other time spans than the first line are omitted. `None`
+    /// without a span.
     pub(crate) fn new<'a>(lines: impl IntoIterator<Item = (String, &'a Envelope)>) -> Option<Timeline> {
         let mut lines = lines.into_iter().peekable();
         let spans = lines.peek()?.1.spans();

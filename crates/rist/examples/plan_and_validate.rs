@@ -17,7 +17,8 @@ fn main() -> Result<(), Error> {
     let planned = plan(&model, &request, &|_, _, _| ())?;
     println!("{}", planned.plan);
 
-    // A real robot would run the plan. Here it is simulated, with friction, noise and drive gains that the plan does not know.
+    // A real robot would run the plan. Here the robot is simulated, with friction, noise and drive gains that the plan does not
+    // know.
     let folder = std::env::temp_dir().join(format!("rist-plan-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(Error::new)?;
     let gains = vec![("q1".to_string(), 2.393), ("q2".to_string(), 0.870)];

@@ -1,4 +1,5 @@
-//! The error type of all steps. Its text may advise another step: `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
+//! The error type of all steps (functions that correspond to commands of `rist`). Its text may advise another step: `[:doctor]`,
+//! or with arguments `[:validate MODEL LOG]`.
 
 use std::fmt;
 

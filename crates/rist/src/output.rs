@@ -1,4 +1,4 @@
-//! Writes the output files of a step completely or not at all, and never overwrites its inputs.
+//! Writes the output files of a command completely or not at all, and never overwrites its inputs.
 //!
 //! An input is a file that the user named, or a file that it refers to: an included file, a mesh, a part of a data set
 //! ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is renamed
@@ -152,7 +152,7 @@ pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<
     Ok(())
 }
 
-/// Whether two paths lead to the same file, also by hard links or symbolic links, or if the file does not exist yet.
+/// Whether two paths lead to the same file. Hard links and symbolic links are followed, and the file need not exist yet.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let name = path.file_name()?;
@@ -238,7 +238,7 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A file to which an input refers is protected only in steps that read this input.
+    /// A file to which an input refers is protected only in commands that read this input.
     #[test]
     fn what_an_input_brings_along_is_not_written_over() {
         let here = folder("brought");

@@ -29,7 +29,8 @@ pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
 pub use robot::mesh::MeshFormat;
 
-/// Functions that a wing adds to core. An `Err` is the error text for a function that this build does not contain.
+/// Functions that a wing (an optional package) adds. If a function is an `Err`, this build does not contain the function, and the
+/// `Err` is the error text for the user.
 #[derive(Default)]
 pub struct Wing {
     /// The requests of the wing.
@@ -38,17 +39,17 @@ pub struct Wing {
     pub log_formats: Vec<LogFormat>,
     /// Formats of meshes that the wing reads.
     pub mesh_formats: Vec<MeshFormat>,
-    /// Writers of descriptions.
+    /// Functions that write a description of the robot in a file format.
     pub writers: Vec<DescriptionWriter>,
-    /// Functions that read motions from other sources.
+    /// The functions that read motions from other sources, or the error text if this build lacks them.
     pub points: Option<Result<PointReader, &'static str>>,
     /// Functions of a link for generated code.
     pub functions: Vec<FunctionOfLink>,
-    /// An identification that simulates the experiments of a plan.
+    /// The identification methods that simulate the experiments of a plan, or the error text if this build lacks them.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
-    /// The search for a plan with a proof of its efficiency.
+    /// The search for a plan with a proof of its efficiency, or the error text if this build lacks it.
     pub prove_plan: Option<Result<ProvePlan, &'static str>>,
-    /// The function that repeats the proof of a plan's efficiency.
+    /// The function that repeats the proof of a plan's efficiency, or the error text if this build lacks it.
     pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 

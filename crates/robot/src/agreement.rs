@@ -1,21 +1,22 @@
 //! Sets angles and lengths in the frames of a URDF to one common value if they differ only by rounding.
 //!
-//! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the angles of
-//! the three fingers of a hand agree to 1e-7 rad, and axes that intersect have a distance of 1e-8 m. Each such difference
-//! leads to additional base parameters that no motion excites. An angle is set to an earlier angle of the robot if they agree
-//! within [`ROUND_ANGLE_TOLERANCE_RAD`], up to the sign. A length is set to an earlier length if they agree within
-//! [`LENGTH_AGREEMENT_M`]. A length below this tolerance is set to zero.
+//! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding. For example, the
+//! angles of the three fingers of a hand agree only to 1e-7 rad, and axes that should intersect have a distance of 1e-8 m. Each
+//! such difference leads to additional base parameters that no motion excites. So an angle is set to an earlier angle of the
+//! robot if they agree within [`ROUND_ANGLE_TOLERANCE_RAD`], up to the sign. A length is set to an earlier length if they agree
+//! within [`LENGTH_AGREEMENT_M`]. A length below this tolerance is set to zero.
 
 use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// Two lengths, m, count as equal if they differ by at most this. An angle with six digits causes this error over 1 m.
+/// Two lengths, m, count as equal if they differ by at most this. An angle that is rounded to seven decimals causes at most half
+/// of this error over 1 m.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
 /// A change of at most this, rad or m, only removes a rounding error of this program, so it gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
-/// Sets the angles and lengths that agree to one common value, and adds a note to the robot for each change.
+/// Sets angles, and lengths, that nearly agree to one common value, and adds a note to the robot for each change.
 pub(crate) fn make_one(robot: &mut Robot) {
     let (mut angles, mut lengths) = (Vec::new(), Vec::new());
     let mut notes = Vec::new();
@@ -30,7 +31,7 @@ pub(crate) fn make_one(robot: &mut Robot) {
             ("r", &mut geometry.r, false),
         ];
         for (key, value, is_angle) in given {
-            // Multiples of pi and expressions are exact, so they are not changed.
+            // Only plain numbers are changed. Multiples of pi and expressions are exact.
             let &mut Value::Number(x) = value else { continue };
             let (known, tolerance) =
                 if is_angle { (&mut angles, ROUND_ANGLE_TOLERANCE_RAD) } else { (&mut lengths, LENGTH_AGREEMENT_M) };

@@ -21,7 +21,7 @@ const LONGEST_CUT_RAD: f64 = 1e-4;
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
 /// A unit axis is replaced by a coordinate axis if its two other components are at most this.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// A length of a file below this is a rounding error of the exporter, m.
+/// A length in a file, m, that is below this is a rounding error of the exporter.
 const LENGTH_NOISE_M: f64 = 1e-9;
 /// A difference between two angles of at most this, rad, is a rounding error of double precision. It is removed without a
 /// note, even with [`AngleSnapping::AsGiven`].
@@ -29,7 +29,7 @@ pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation matrix is set to a known value if it differs by at most this. Products of three sines or cosines
 /// have an error of a few units in the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
-/// An axis has no direction if its largest component is below this: files contain unit vectors.
+/// An axis with all components below this has no direction, and counts as the zero vector: the axes in files are unit vectors.
 const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
 /// A value that this program computes from exact values has at most this rounding error, rad or m. The values are below 10,
 /// and the computation has only a few operations.
@@ -37,7 +37,7 @@ const SNAPPED_VALUE_ROUNDING: f64 = 1e-12;
 /// An angle is only replaced if it is below this number times pi/12.
 const MAX_TWELFTHS: f64 = 1e6;
 
-/// Whether rounded angles of a file are replaced by exact values.
+/// How the reader treats rounded angles of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleSnapping {
     /// Rounded angles are replaced: 1.5707 becomes pi/2.
@@ -62,7 +62,7 @@ pub(crate) fn given_angle(angle: f64, angles: AngleSnapping) -> Value {
     if away <= tolerance && n.abs() < MAX_TWELFTHS { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
 }
 
-/// The note that the angle `name` of `subject`, rad, was replaced by `taken`; `None` up to a difference of rounding.
+/// The note that the angle `name` of `subject`, rad, was replaced by `taken`. `None` if the two differ only by rounding.
 pub(crate) fn note_of(subject: &str, name: &str, given: f64, taken: &Value) -> Option<Note> {
     let text = || format!("{name} {given} is taken as {}", multiple_of_pi(taken));
     let is_other = (taken.number(&[]) - given).abs() > UNNOTED_DIFFERENCE_RAD;
@@ -85,7 +85,7 @@ fn multiple_of_pi(angle: &Value) -> String {
 fn last_decimal(angle: f64) -> f64 {
     let text = angle.to_string();
     let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
-    // The factor subtracts one unit in the last place, because 10^-4 itself is rounded.
+    // The factor 1 - epsilon makes the value slightly smaller, because 10^-4 itself is rounded and may be too large.
     10f64.powi(-(decimals.min(300) as i32)) * (1.0 - f64::EPSILON)
 }
 
@@ -142,7 +142,7 @@ pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
     exact(&product(&product(&z, &y), &x))
 }
 
-/// Sets entries that equal 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 up to rounding and sign to exactly these values.
+/// Sets matrix entries that equal 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1, up to rounding and sign, to the exact value with this sign.
 pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
     m.map(|row| row.map(exact_entry))
 }

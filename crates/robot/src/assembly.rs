@@ -1,19 +1,19 @@
 //! Determines the type of linkage of a loop with four sides and equal opposite sides.
 //!
-//! Such a loop can be assembled in two ways: as a parallelogram, v_1 = -v_3, or crossed, as an antiparallelogram. v_i: vector
-//! of side i. Both coincide only if all sides lie along one line. The start values of the passive joints determine the
-//! assembly: the nearest closed loop is found by
+//! Such a loop can be assembled in two ways: as a parallelogram, v_1 = -v_3, or crossed, as an antiparallelogram. v_i: vector of
+//! side i. The two assemblies coincide only if all sides lie along one line. The assembly of the robot is the closed loop that is
+//! nearest to the start values of the passive joints. It is found by
 //!
 //! ```text
 //! x <- x - J^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
-//! e: the gap of the polygon ([`crate::polygon`]) with all coordinates at zero. J: its Jacobian with respect to
-//! the passive variables.
+//! x: the passive variables, e: the gap of the polygon ([`crate::polygon`]) with all coordinates at zero, J: Jacobian of e with
+//! respect to x, J^+: its pseudo-inverse.
 
 use crate::linear_angle::wrapped;
 use crate::polygon::{Polygon, Side};
 
-/// The type of linkage of four sides, at the closed loop nearest to the start values.
+/// The type of linkage of a loop with four sides, at the closed loop that is nearest to the start values of the passive joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Linkage {
     /// Opposite sides stay parallel.
@@ -22,19 +22,21 @@ pub(crate) enum Linkage {
     Crossed,
     /// All sides lie along one line, so both types coincide.
     Stretched,
-    /// The type is unknown: the file gives no start values, and the loop is not closed with every passive variable at zero.
+    /// The type is unknown: no closed loop was found, or the file gives no start values and the loop is open with all passive
+    /// variables at zero.
     NoStart,
 }
 
-/// A loop counts as closed up to this gap, relative to the longest side, or rad: start values have six digits.
+/// A loop counts as closed if its gap is at most this. Lengths are relative to the longest side, angles in rad. Start values in a
+/// file have six digits.
 const CLOSED_GAP: f64 = 1e-5;
-/// Opposite sides count as parallel and equal up to this difference, relative to the longest side.
+/// Opposite sides count as parallel and equal if their vectors differ by at most this, relative to the longest side.
 const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
-/// The search ends if the gap is below this, relative to the longest side, or rad.
+/// The search ends if the gap is below this. Lengths are relative to the longest side, angles in rad.
 const SEARCH_END_GAP: f64 = 1e-14;
 /// Largest number of steps of the search. Near a solution, a few steps are enough for two or three unknowns.
 const MAX_SEARCH_STEPS: usize = 60;
-/// A step of the search is not reduced below this fraction.
+/// Step lengths are halved down to this fraction of the Gauss-Newton step, and not further.
 const SMALLEST_STEP_FRACTION: f64 = 1e-3;
 
 /// The type of linkage of four `groups` of sides of a polygon, in the order of the loop. `start`: a value for every variable:
@@ -58,7 +60,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
     if norm(&search.gap(&x)) > CLOSED_GAP {
         return Linkage::NoStart;
     }
-    // |a x b| = 0: all sides lie along one line. a = -c and b = -d: the sides form a parallelogram.
+    // |a x b| = 0 means that all sides lie along one line. a = -c and b = -d means that the sides form a parallelogram.
     if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED_GAP {
         return Linkage::Stretched;
     }
@@ -66,7 +68,7 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
     if norm(&apart) < PARALLEL_SIDES_GAP { Linkage::Parallelogram } else { Linkage::Crossed }
 }
 
-/// Indices of the passive variables that turn a side of the polygon.
+/// Indices of the passive variables that rotate a side of the polygon or its end; the search changes only these.
 fn unknown(polygon: &Polygon, n: usize) -> Vec<usize> {
     let moves = |k: &usize| polygon.turn[*k] != 0.0 || polygon.sides.iter().any(|s| s.turn[*k] != 0.0);
     (n..polygon.turn.len()).filter(moves).collect()
@@ -79,7 +81,7 @@ struct PolygonSearch<'a> {
 }
 
 impl PolygonSearch<'_> {
-    /// The gap of the polygon divided by the longest side (x, y), and the angle between the ends of the polygon, rad.
+    /// The gap of the polygon: its x and y components divided by the longest side, and the angle between its two ends, rad.
     fn gap(&self, x: &[f64]) -> [f64; 3] {
         let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);
         self.polygon.sides.iter().fold([0.0, 0.0, angle], |gap, side| {
@@ -122,7 +124,8 @@ impl PolygonSearch<'_> {
     }
 }
 
-/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. mu is negligible unless the loop is singular.
+/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. The small mu keeps the matrix regular if the loop is
+/// singular; otherwise it has no visible effect.
 fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     const MU: f64 = 1e-12;
     let mut a = [[0.0; 4]; 3];
@@ -167,8 +170,8 @@ fn norm(x: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// A loop with sides 0.5, 0.2, 0.5, 0.2, and the crank at the angle `crank` to the base. Variables: q, the angle from
-    /// crank to coupler, the angle from base to rocker, and the angle of the cut.
+    /// A polygon with sides 0.2, 0.5, 0.2, 0.5 (crank, coupler, rocker, base) and the crank at the angle `crank` to the base.
+    /// Variables: q, the angle from crank to coupler, the angle from base to rocker, and the angle of the cut.
     fn four_bar(crank: f64) -> Polygon {
         let (s, c) = crank.sin_cos();
         let side = |vector: [f64; 2], turn: [f64; 4]| Side { vector, turn: turn.to_vec() };
@@ -190,10 +193,11 @@ mod tests {
 
     #[test]
     fn the_linkage_next_to_the_start() {
-        // If the crank is at 1 rad, the parallelogram has its coupler at -1 rad and its rocker at 1 rad.
+        // If the crank is at 1 rad, the parallelogram has its coupler at -1 rad to the crank, and its rocker at 1 rad to the
+        // base.
         assert_eq!(at(1.0, [-1.0, 1.0, -1.0]), Linkage::Parallelogram);
         assert_eq!(at(1.0, [-0.8, 0.9, -1.1]), Linkage::Parallelogram);
-        // The antiparallelogram has its coupler and its rocker at -1.811163 rad.
+        // In the antiparallelogram, the angles of coupler and rocker are both -1.811163 rad.
         assert_eq!(at(1.0, [-1.811163, -1.811163, -1.0]), Linkage::Crossed);
         assert_eq!(at(1.0, [-1.6, -1.9, -0.9]), Linkage::Crossed);
     }

@@ -1,9 +1,9 @@
-//! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q. 0T_cut, 0T_twin: poses of the two frames of a
-//! loop in the base frame.
+//! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q. A loop is cut at one place: 0T_cut and 0T_twin are
+//! the poses of the frames on both sides of the cut, in the base frame.
 //!
-//! Both sides are trigonometric polynomials in the coordinates. So if they agree at a few generic configurations, they agree
-//! everywhere. A loop with passive coordinates closes only at solved positions of the passive coordinates, so its gap at
-//! other points has no meaning.
+//! Both poses are trigonometric polynomials in the coordinates. So if they agree at a few generic configurations, they agree
+//! everywhere. A loop with passive coordinates closes only at solved positions of the passive coordinates, so its gap at other
+//! points has no meaning.
 
 use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
@@ -32,7 +32,7 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
-        // Numbers of a description may overflow in f64. Then the gap counts as infinite.
+        // Very large numbers in a description may overflow in f64. Then the gap is NaN and counts as infinite.
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         let (position, orientation) = distance(&cut, &twin);
         let (position, orientation) = (known(position), known(orientation));
@@ -43,7 +43,8 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> ClosureGap {
     worst
 }
 
-/// Checks that every loop without passive coordinates closes. On failure: index of the first open loop, and a message.
+/// Checks that every loop without passive coordinates closes. If one does not, the error is the index of the first such loop and
+/// a message.
 pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
         let gap = largest_gap(robot, one);
@@ -68,7 +69,8 @@ pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     let between = a.inverse().compose(b);
     let [x, y, z] = between.position;
     let r = between.rotation;
-    // Half of the skew-symmetric part of the rotation is sin(angle) times the axis. Its trace is 1 + 2 cos(angle).
+    // For a rotation matrix R with angle a: (R - R') / 2 is the skew-symmetric matrix of sin(a) times the axis; trace R = 1 + 2
+    // cos(a).
     let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(|s| s / 2.0);
     let sine = (skew[0] * skew[0] + skew[1] * skew[1] + skew[2] * skew[2]).sqrt();
     let cosine = (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0;

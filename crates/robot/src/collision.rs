@@ -1,7 +1,7 @@
-//! The collision geometry of a link, as the file describes it.
+//! The collision geometry of a link, as the description file gives it.
 //!
-//! The pose of a shape is relative to the frame of the link that carries it. This frame differs from the frame of the file.
-//! Mesh files are not read here, and distances between shapes are not computed here.
+//! The pose of a shape is relative to the frame of the moving link that carries it. In general, this frame is not the frame that
+//! the file uses. Mesh files are not read here, and distances between shapes are not computed here.
 
 use crate::inertial::Pose;
 

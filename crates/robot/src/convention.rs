@@ -1,15 +1,16 @@
 //! Converts the inertial parameters of a link to and from the conventions of other programs.
 //!
 //! In all conventions the off-diagonal entries are entries of the inertia matrix, ixy = -sum m x y. The conventions differ in the
-//! point of the inertia (the origin of a frame, or the centre of mass), in the order of the entries, in the form of the centre of
-//! mass (first moment m c, or c), and in whether the inertia is divided by the mass. Two differences are easily overlooked. In
+//! reference point of the inertia (origin of a frame, or centre of mass), in the order of the entries, in the form of the centre
+//! of mass (first moment m c, or c), and in whether the inertia is divided by the mass. Two differences are easily overlooked. In
 //! Pinocchio, Iyy precedes Ixz. In a URDF, the inertia is about the centre of mass, in the axes of the inertial frame.
 //!
 //! ```text
 //! I_O = I_C + m (c . c E - c c^T)
 //! ```
-//! c: centre of mass. The conversions are linear except for divisions by m, so conventions with the centre of mass need m !=
-//! 0. The caller chooses the frame: Khalil's link frame, or [`crate::Link::file_frame`].
+//! I_O, I_C: inertia about the origin and about the centre of mass; m: mass; c: centre of mass; E: identity matrix. The
+//! conversions are linear except for divisions by m, so conventions that contain c need m != 0. The caller chooses the frame:
+//! Khalil's link frame, or [`crate::Link::file_frame`].
 
 use crate::inertial::{Part, Pose, transform_inertial};
 
@@ -43,7 +44,7 @@ pub enum About {
     Centre,
 }
 
-/// The quantity that an entry of a convention contains, with its index within XX .. ZZ or within MX MY MZ.
+/// The quantity that an entry of a convention contains. The number is the index within XX XY XZ YY YZ ZZ, or within MX MY MZ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum BodyEntry {
     Inertia(usize),
@@ -150,8 +151,8 @@ impl Convention {
         std::array::from_fn(|i| (names[i], entries[i]))
     }
 
-    /// Converts XX .. M about the origin of a frame, in its axes, to this convention. `None` if the mass is zero and the
-    /// convention divides by it.
+    /// Converts the ten parameters XX .. M, about the origin of a frame and in its axes, to this convention. `None` if the mass
+    /// is zero and the convention divides by it.
     pub fn write(self, x: &[f64; 10]) -> Option<NamedParameters> {
         let m = x[9];
         let rows = self.rows();
@@ -178,8 +179,8 @@ impl Convention {
         Some(NamedParameters { convention: self, about: self.about(), values: rows.map(|(n, e)| (n, value(e))) })
     }
 
-    /// Converts values of this convention, given by name, to XX .. M about the origin of the frame. Fails with the first name
-    /// that has no value.
+    /// Converts values of this convention, given by name, to the ten parameters XX .. M about the origin of the frame. Fails with
+    /// the first name that has no value.
     pub fn read(self, value: impl Fn(&str) -> Option<f64>) -> Result<[f64; 10], &'static str> {
         let rows = self.rows();
         let mut found = [0.0; 10];

@@ -24,7 +24,7 @@ pub enum Mistake {
     TriangleInequality,
     /// Ixz and Iyz are probably exchanged: with the exchange, the inertia is physically possible.
     SwappedProducts,
-    /// Values in the order of Pinocchio were read in another order.
+    /// The values are in the order of Pinocchio (Iyy before Ixz), but they were read in another order.
     SwappedOrder,
     /// The inertia is about the centre of mass instead of the origin, or about the origin instead of the centre of mass.
     WrongPoint,

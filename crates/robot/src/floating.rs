@@ -43,7 +43,8 @@ impl Robot {
     }
 }
 
-/// The seven links that are added between ground and base: six moving links, then the base, which is fixed to the sixth.
+/// The seven links that are added between ground and base: six links moved by the six joints, and the base, fixed to the sixth
+/// link.
 fn root_links() -> Vec<Link> {
     use JointKind::{Fixed, Prismatic, Revolute};
     let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
@@ -58,7 +59,7 @@ fn root_links() -> Vec<Link> {
         (ModifiedDh::ZERO, Revolute),
         (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
         (forward(), Revolute),
-        // This fixed frame turns the axes back to the axes of the base.
+        // The last frame is fixed. It turns the axes of the roll frame back to the axes of the base.
         (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
     ];
     let link = |(j, (geometry, kind)): (usize, (ModifiedDh, JointKind))| {

@@ -1,10 +1,11 @@
 //! Transforms the ten inertial parameters between frames; defines the rigid bodies (parts) of a link.
 //!
-//! A body is given in frame b: inertia I_b about the origin of b, first moment h_b, mass m. R_ab and p = p_ab are orientation
-//! and position of b in a. With h = R_ab h_b, its parameters in frame a are
+//! A body is given in frame b: inertia I_b about the origin of b, first moment h_b, mass m. R_ab and p = p_ab are orientation and
+//! position of b in a. E is the identity matrix. With h = R_ab h_b, the parameters in frame a are
 //! I_a = R_ab I_b R_ab^T + 2 (p . h) E - (p h^T + h p^T) + m (p . p E - p p^T)
 //! h_a = h + m p
-//! These equations are linear in the ten parameters. They follow from sum m (r . r E - r r^T) with r_a = R_ab r_b + p_ab.
+//! These equations are linear in the ten parameters. They follow from I = sum m (r . r E - r r^T) with r_a = R_ab r_b + p_ab (r:
+//! position of a point mass m).
 
 use crate::vector::{Vector3, dot, product, scaled, transposed, turned};
 
@@ -60,8 +61,8 @@ impl Part {
         transform_inertial(&x, &self.pose)
     }
 
-    /// The body with the ten `parameters` about the origin of the link frame. `rotation`: orientation of its inertial frame
-    /// in the link frame. `None` if the mass is zero, because then there is no centre of mass.
+    /// The body with the ten `parameters` about the origin of the link frame. `rotation`: orientation of the body's inertial
+    /// frame in the link frame. `None` if the mass is zero, because then there is no centre of mass.
     pub(crate) fn from_parameters(name: String, parameters: &[f64; 10], rotation: Matrix3) -> Option<Part> {
         let mass = parameters[9];
         if mass == 0.0 {
@@ -92,7 +93,7 @@ pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2), mx, my, mz, m]
 }
 
-/// The 10 x 10 matrix (row by row) of [`transform_inertial`]: x_a = matrix x_b.
+/// The 10 x 10 matrix (row by row) that does the same as [`transform_inertial`]: x_a = matrix x_b.
 pub fn inertial_matrix(pose: &Pose) -> [[f64; 10]; 10] {
     let mut matrix = [[0.0; 10]; 10];
     for j in 0..10 {
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn point_masses_give_their_sums() {
-        // sum m, sum m r, and sum m (r.r E - r r^T) of point masses are computed directly in both frames.
+        // For point masses, sum m, sum m r, and sum m (r.r E - r r^T) are computed directly in both frames, for comparison.
         let masses = [(1.5, [0.1, 0.2, -0.3]), (0.4, [-0.5, 0.1, 0.7]), (2.0, [0.3, -0.6, 0.2])];
         let sums = |place: &dyn Fn(Vector3) -> Vector3| {
             let mut x = [0.0; 10];

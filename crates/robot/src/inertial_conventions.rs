@@ -15,25 +15,25 @@ use crate::vector::{Vector3, norm, plus, turned};
 
 /// Density of osmium, the densest metal, kg/m^3.
 const LARGEST_DENSITY: f64 = 22_600.0;
-/// The units are probably wrong if the radius of gyration is below this fraction of the smallest possible one.
+/// If the radius of gyration is below this fraction of the smallest possible radius, the units are probably wrong.
 const POSSIBLE_RADIUS_SHARE: f64 = 0.5;
 /// Lowest and highest usual mean density of a whole link, kg/m^3: foam and solid steel.
 const LINK_DENSITIES: (f64, f64) = (20.0, 12_000.0);
-/// Largest usual distance of a centre of mass from the collision shapes, as a multiple of their diagonal.
+/// Largest usual distance of a centre of mass from the collision shapes, as a multiple of the diagonal of their bounding box.
 const CENTRE_MARGIN: f64 = 0.5;
-/// Largest usual radius of gyration, as a multiple of the diagonal of the collision shapes. The theoretical limit is one; two
-/// allows for rough shapes.
+/// Largest usual radius of gyration, as a multiple of the diagonal of the collision shapes. A body inside the shapes has at most
+/// one; two allows for rough shapes.
 const RADIUS_MARGIN: f64 = 2.0;
-/// A body without inertia is suspicious if its mass is above this, kg. A lighter one is often only a marker of a frame.
+/// A body without inertia is suspicious if its mass is above this, kg. A lighter body is often only the marker of a frame.
 const POINT_MASS_KG: f64 = 0.05;
 /// A limit of at least this absolute value means that there is no limit, rad or m.
 const NO_LIMIT: f64 = 1e5;
-/// This number of bodies with the same mass and inertia counts as copies of one body.
+/// If at least this number of bodies have the same mass and inertia, they count as copies of one body.
 const FEWEST_COPIES: usize = 3;
 /// Two full turns, rad. A larger position limit is probably in degrees.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
 
-/// Adds the findings on all links, and then the findings on the limits.
+/// Adds the findings on the bodies of all links, then the finding on copied bodies, then the findings on the limits.
 pub(crate) fn inertial_conventions(robot: &Robot, findings: &mut Vec<Finding>) {
     let links = robot.links.iter().map(|link| (&link.parts, &link.collisions));
     let bodies: Vec<(&Part, Vec<&Collision>)> = std::iter::once((&robot.base.parts, &robot.base.collisions))
@@ -100,7 +100,7 @@ fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, Str
 }
 
 /// Lowest and highest corner of the bounding box of the shapes, m, and their total volume, m^3, in the frame of their link.
-/// `None` if a shape is a mesh or could not be read.
+/// `None` if a shape is a mesh or could not be read, or if the volume is zero.
 fn extent(shapes: &[&Collision]) -> Option<(Vector3, Vector3, f64)> {
     let (mut low, mut high, mut volume) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     for shape in shapes {

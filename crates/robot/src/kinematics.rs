@@ -1,7 +1,7 @@
 //! Forward kinematics in f64: computes the pose of every link frame in the base frame.
 //!
-//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]; s, c: sin, cos; g, a, t:
-//! gamma, alpha, theta:
+//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]. Its rotation R_ij and position p_ij
+//! (sg, cg: sine and cosine of gamma; sa, ca: of alpha; st, ct: of theta):
 //! R_ij = [ cg ct - sg ca st   -cg st - sg ca ct    sg sa ]   p_ij = [ cg d + sg sa r ]
 //!        [ sg ct + cg ca st   -sg st + cg ca ct   -cg sa ]          [ sg d - cg sa r ]
 //!        [ sa st               sa ct               ca    ]          [ ca r + b       ]
@@ -31,7 +31,7 @@ impl ModifiedDh {
     }
 }
 
-/// Sine and cosine of an angle in rad. They are exactly 0 and +-1 if the expression of the angle is a multiple of pi/2.
+/// Sine and cosine of an angle in rad. If the expression of the angle is a multiple of pi/2, they are exactly 0, 1 or -1.
 pub fn sin_cos(angle: &Value, symbols: &[Symbol]) -> (f64, f64) {
     if let Some((n, d)) = angle.as_multiple_of_pi(symbols)
         && 2 % d == 0

@@ -1,4 +1,4 @@
-//! Exact sums of angles: equal symbols cancel, and multiples of pi/12 are added exactly.
+//! Exact sums of angles: a symbol minus itself is zero, and multiples of pi/12 are added as integers.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

@@ -1,9 +1,9 @@
 //! Finds usual mistakes in the inertial parameters of a description: values that no real body can have.
 //!
-//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part
-//! of the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of
-//! the principal moments. If S is not positive definite, possible mistakes are tried: exchanged entries, or an inertia about
-//! another point. A mistake cannot be found if the wrong values are also physically possible.
+//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C (E: identity matrix) must be positive
+//! definite; it is part of the pseudo-inertia [Wensing, Kim, Slotine 2018]. The triangle inequalities of the principal moments
+//! mean that the eigenvalues of S are positive. If S is not positive definite, possible mistakes are tried: exchanged entries, or
+//! an inertia about another point. A mistake cannot be found if the wrong values are also physically possible.
 //!
 //! Whether the values are correct for the real robot is not checked here; this is the task of identification.
 
@@ -14,7 +14,8 @@ use crate::robot::{Link, Robot};
 
 pub use crate::finding::{Finding, Mistake};
 
-/// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of I, because files contain rounded digits.
+/// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of the inertia: the digits in a file are
+/// rounded.
 const EIGENVALUE_SLACK: f64 = 1e-4;
 /// If a mass is above this, kg, its unit is probably g.
 const LARGE_MASS_KG: f64 = 3000.0;
@@ -77,8 +78,8 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Checks a body that is given about its centre of mass. `file_frame`: pose of the file's link frame in the link frame.
-/// `own`: whether this file frame belongs to the body itself.
+/// Checks a body that is given about its centre of mass. `file_frame`: pose of the link's frame in the file, in our link frame.
+/// `own`: whether the body is the link itself, so that this frame of the file is the frame of the body.
 fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
     if part.mass < 0.0 {
@@ -97,8 +98,9 @@ fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Fi
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
-    // Checks whether the inertia was shifted from the origin to the centre of mass once too often: the shift m (c.c E - c
-    // c^T) is added again. c: vector from the origin of the file's frame, in the axes of the inertia.
+    // Tests one mistake: the shift m (c.c E - c c^T) from the origin to the centre of mass was subtracted twice. If so, the
+    // inertia is possible after the shift is added once. c: vector from the origin of the file's frame, in the axes of the
+    // inertia.
     let c = in_file.inverse().position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
@@ -118,7 +120,7 @@ fn with_inertia(x: &[f64; 10], six: [f64; 6]) -> [f64; 10] {
     changed
 }
 
-/// Tries exchanges of two entries, and reports those with which the body becomes possible.
+/// Exchanges two entries of the inertia for trial, and reports exchanges with which the body becomes possible.
 fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl FnMut(Mistake, String)) {
     let exchanged = |i: usize, j: usize| {
         let mut six = [0.0; 6];
@@ -178,11 +180,11 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
-/// The inertial frame counts as not rotated if the rotation changes each entry by at most this fraction of the largest
-/// principal moment: files give angles with six digits.
+/// The inertial frame counts as not rotated if its rotation changes each entry of the inertia by at most this fraction of the
+/// largest principal moment. Angles in files have six digits.
 const ROUNDED_TURN_SHARE: f64 = 1e-6;
 
-/// Reports an inertial frame if its rotation relative to the link changes the inertia.
+/// Reports a body whose inertial frame is rotated relative to the link frame, if this changes the entries of its inertia.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
         return;

@@ -12,7 +12,7 @@ use crate::value::{Affine, Value};
 impl Robot {
     /// This robot with the coordinate `name` locked at `position`, rad (m).
     ///
-    /// Fails if there is no coordinate of this name or no other coordinate, or if a loop is solved numerically.
+    /// Fails if there is no coordinate of this name, if it is the only coordinate, or if a loop is solved numerically.
     pub fn locked(&self, name: &str, position: f64) -> Result<Robot, String> {
         let names = || self.coordinates.iter().map(|coordinate| coordinate.name.as_str());
         let Some(k) = names().position(|own| own == name) else {
@@ -46,7 +46,8 @@ impl Robot {
     }
 }
 
-/// Adds the contribution of the locked coordinate k to the geometry, and renumbers the other coordinates.
+/// Adds the constant contribution of the locked coordinate k to the geometry, removes k from the joint variable, and renumbers
+/// the other coordinates.
 fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: usize, position: f64) {
     let part: f64 = variable.terms.iter().filter(|term| term.0.0 == k).map(|term| term.1 * position).sum();
     variable.terms.retain(|term| term.0.0 != k);
@@ -55,7 +56,7 @@ fn hold(geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine, k: us
         return;
     }
     let shifted = |value: &Value, exact: fn(f64) -> Value| match value {
-        // The value may contain symbols, so the position is added as a term of the expression.
+        // The value may contain symbols. Then the contribution is added as a new term of the expression.
         Value::Number(x) => exact(x + part),
         value => Value::Add(Box::new(value.clone()), Box::new(Value::Number(part))),
     };

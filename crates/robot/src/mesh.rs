@@ -25,7 +25,8 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
 
 /// The triangles in the content of a mesh file. `path` determines the format and appears in messages.
 ///
-/// Fails if the content does not have this format, or if the format is a registered one, because those provide only vertices.
+/// Fails if the content does not have this format. Also fails for a format that another package registered, because such a format
+/// provides only vertices.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     if let (Format::Stl, Some(body)) = (format(path)?, binary(bytes)) {
         return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).map(triangle).collect());
@@ -54,7 +55,7 @@ pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
 pub struct MeshFormat {
     /// File extension of the format, in lower case.
     pub extension: &'static str,
-    /// The function that reads the vertices; or a message why the format cannot be read.
+    /// The function that reads the vertices, or a message that says why this format cannot be read.
     pub vertices: Result<ReadVertices, &'static str>,
 }
 
@@ -124,8 +125,8 @@ const STL_HEADER_BYTES: usize = 84;
 /// Number of bytes of a triangle in a binary STL: its normal, three vertices, and two more bytes.
 const STL_TRIANGLE_BYTES: usize = 50;
 
-/// The bytes of the triangles of a binary STL. `None` if the length does not fit: then it is a text STL. The header of a
-/// binary STL may also start with `solid`, so only the length is reliable.
+/// The bytes of the triangles, if the file is a binary STL. `None` if the length does not fit the number of triangles: then it is
+/// a text STL. Only the length is reliable, because the header of a binary STL may also start with `solid`.
 fn binary(bytes: &[u8]) -> Option<&[u8]> {
     let body = bytes.get(STL_HEADER_BYTES..)?;
     let is_whole = body.len().is_multiple_of(STL_TRIANGLE_BYTES);

@@ -4,8 +4,8 @@ use std::fmt;
 
 use crate::robot::{Link, LinkId, Robot, RotorInertia};
 
-/// A standard parameter: one of the ten inertial parameters of a link, or its rotor inertia. The order is the order
-/// in all vectors.
+/// A standard parameter: one of the ten inertial parameters of a link, or its rotor inertia. Vectors of parameters have the order
+/// of this enum.
 ///
 /// XX .. ZZ: inertia about the origin of the link frame, in its axes, kg m^2 (XY = -sum m x y, the entry of the matrix). MX
 /// MY MZ: first moments, kg m. M: mass, kg. Ia: rotor inertia as seen from the joint, kg m^2 (kg for a prismatic joint); its

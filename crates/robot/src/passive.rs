@@ -1,17 +1,17 @@
 //! Expresses the passive joints of closed loops as affine functions of the coordinates, if this is possible.
 //!
-//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation. Its polygon may give more equations.
-//! Because of the relations that were found before, some sides have a constant angle to each other. The sides of each such
-//! group are added up to one vector. Equations follow if the result is
+//! A planar loop is a closed polygon of vectors ([`crate::polygon`]). It gives one linear equation by its orientation (sum of
+//! angles). It may give more: if relations found before keep some sides at constant angles to each other, these sides form a
+//! group and are added up to one vector. Equations follow if the groups are
 //!
 //! - two vectors: they are opposite;
-//! - four vectors with equal opposite lengths: if the loop nearest to the start values is a parallelogram, v_1 = -v_3 and
-//!   v_2 = -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal
-//!   at every value of the symbols. If they are equal only at the values of the file, the loop is a general four-bar.
+//! - four vectors with equal opposite lengths: if the loop nearest to the start values is a parallelogram, v_1 = -v_3 and v_2 =
+//!   -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal at every
+//!   value of the symbols. If they are equal only at the values of the file, the loop is a general four-bar.
 //!
 //! The loops are treated repeatedly as long as one of them gives a new relation, because parallelograms with common links are
-//! resolved one after the other. The constants of the relations are exact: their changes with each symbol show that they are
-//! integer combinations of symbols and a multiple of pi/12. A joint without a relation stays a passive coordinate.
+//! resolved one after the other. To make the constants of the relations exact, their changes with each symbol are computed: they
+//! show an integer combination of symbols and a multiple of pi/12. A joint without a relation stays a passive coordinate.
 //!
 //! General and crossed four-bars, slider-cranks and spatial loops are not resolved, because no affine relation describes them.
 
@@ -41,17 +41,18 @@ pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     Ok(())
 }
 
-/// The source of an equation. It is stored so that the equation can be formed again at other values of the symbols.
+/// How an equation was found. This is stored so that the equation can be formed again at other values of the symbols.
 #[derive(Clone, Debug)]
 enum EquationOrigin {
     /// The equation follows from the orientation of the loop with this index.
     Turn(usize),
-    /// The equation states that the sums of two groups of sides of a loop are opposite: index of the loop, and indices
-    /// of the sides.
+    /// The equation states that the sums of two groups of sides of a loop are opposite vectors: index of the loop, and indices of
+    /// the sides of each group.
     Opposite(usize, Vec<usize>, Vec<usize>),
 }
 
-/// Finds the relations of all loops. Adds the sources of their equations to `steps`, and notes on assumed linkages to `notes`.
+/// Finds the relations between the joint variables of all loops. Adds the origins of their equations to `steps`, and notes on
+/// assumed linkages to `notes`.
 fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
     let symbols = &robot.symbols;
     let mut relations: Vec<Relation> = Vec::new();
@@ -62,7 +63,7 @@ fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>)
         let planar = if robot.is_implicit(one) { polygon(robot, symbols, one).map_err(named)? } else { None };
         polygons.push(planar);
     }
-    // First the equations from the orientation of each loop are tried, then those from groups of sides with constant angles.
+    // The equations from the orientation of each loop are tried first. Then the equations from groups of sides are tried.
     let mut tried: Vec<EquationOrigin> =
         (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(EquationOrigin::Turn).collect();
     let mut first = true;
@@ -91,7 +92,8 @@ fn settle(robot: &Robot, steps: &mut Vec<EquationOrigin>, notes: &mut Vec<Note>)
     }
 }
 
-/// The pairs of groups of sides of loop l whose sums must be opposite because of the relations found so far.
+/// The pairs of groups of sides of loop l whose sums must be opposite vectors. A group has sides that the relations found so far
+/// keep at constant angles to each other.
 fn opposite(
     robot: &Robot,
     l: usize,
@@ -100,8 +102,8 @@ fn opposite(
     steps: &[EquationOrigin],
     notes: &mut Vec<Note>,
 ) -> Result<Vec<EquationOrigin>, String> {
-    // Groups of sides with constant angles to each other. Each group has: coefficients of its angle Phi, sum of its vectors, and
-    // indices of its sides.
+    // Groups of sides that keep constant angles to each other. Each group has: coefficients of the angle Phi of the group, sum of
+    // its vectors, and indices of its sides.
     let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
     for (k, side) in polygon.sides.iter().enumerate() {
         let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
@@ -139,8 +141,8 @@ fn opposite(
     }
 }
 
-/// Whether four sums of sides form a parallelogram; their opposite lengths are equal at the values of the file. Also returns
-/// the note about the assumption.
+/// Whether four sums of sides form a parallelogram. The caller checked that opposite sums have equal lengths at the values of the
+/// file. Also returns a note for the user on what was assumed.
 fn parallelogram(
     robot: &Robot,
     l: usize,
@@ -160,7 +162,7 @@ fn parallelogram(
     }
     let n = robot.n_coordinates();
     let start: Vec<f64> = vec![0.0; n].into_iter().chain(robot.passive.iter().map(|p| p.start)).collect();
-    // The relations are substituted into the polygon, so that only free variables remain in it.
+    // The relations found so far are substituted into the polygon, so that only variables without a relation remain in it.
     let settled = |(turn, angle): Linear| reduced(relations, (turn, angle));
     let side = |side: &Side| {
         let (turn, angle) = settled((side.turn.clone(), 0.0));
@@ -188,15 +190,15 @@ fn parallelogram(
     }
 }
 
-/// The symbols that make the lengths of opposite sums of sides unequal if they change alone. Empty if the lengths are equal
-/// at every value of the symbols.
+/// The symbols that make the lengths of opposite sides unequal if only this symbol changes. Empty if the lengths are equal at
+/// every value of the symbols.
 fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [&[usize]; 4]) -> Vec<String> {
-    /// Lengths count as unequal if they differ by at least this, m. Changed symbols change a length by about 0.01 m, rounding
-    /// by 1e-15 m.
+    /// Lengths count as unequal if they differ by more than this, m. The change of a symbol changes a length by about 0.01 m, and
+    /// rounding changes it by 1e-15 m.
     const DIFFERENT_LENGTHS_M: f64 = 1e-7;
     let free = free_symbols(robot);
     let differ = |amounts: &dyn Fn(usize) -> f64| {
-        // If the loop is not a polygon at the changed values, no statement about its sides is possible.
+        // At the changed values the loop may be no polygon. Then nothing can be said about its sides.
         let Some((polygons, relations)) = again(robot, &free, steps, amounts) else { return false };
         let Some(polygon) = &polygons[l] else { return false };
         let length = |sides: &[usize]| {
@@ -217,16 +219,16 @@ fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [
     alone.map(|&s| robot.symbols[s].name.clone()).collect()
 }
 
-/// Change of a symbol if it is the only one that changes, m or rad.
+/// Change of a symbol, m or rad, in a trial where only this symbol changes.
 const SINGLE_SYMBOL_STEP: f64 = 0.0137;
-/// Mean change of a symbol if all symbols change, m or rad.
+/// Mean change of the symbols, m or rad, in a trial where all symbols change.
 const COMMON_STEP: f64 = 0.05;
-/// If all symbols change, their changes differ from the mean by up to this, m or rad.
+/// In a trial where all symbols change, their changes differ from the mean by up to this, m or rad.
 const COMMON_STEP_VARIATION: f64 = 0.031;
-/// The changes of consecutive symbols are values of a sine with this phase difference, rad.
+/// In this trial, the changes follow a sine over the index of the symbol, with this phase from one symbol to the next, rad.
 const COMMON_STEP_PHASE: f64 = 1.7;
 
-/// Change of symbol s if all symbols change, m or rad. It is different for each symbol.
+/// Change of symbol s in a trial where all symbols change, m or rad. It is different for each symbol.
 fn together(s: usize) -> f64 {
     COMMON_STEP + COMMON_STEP_VARIATION * (s as f64 * COMMON_STEP_PHASE).sin()
 }
@@ -236,7 +238,8 @@ fn free_symbols(robot: &Robot) -> Vec<usize> {
     (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect()
 }
 
-/// Forms the polygons and the relations of `steps` again after the free symbols change by `amounts`. `None` if a step fails.
+/// Forms the polygons and the relations of `steps` again, with the free symbols changed by `amounts`. `None` if an equation
+/// cannot be formed or contradicts the others.
 fn again(
     robot: &Robot,
     free: &[usize],
@@ -260,13 +263,14 @@ fn again(
     Some((polygons, relations))
 }
 
-/// The equation of a step; `None` if its loop is not a polygon.
+/// The equation with this origin; `None` if its loop is not a polygon.
 fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &EquationOrigin) -> Option<Linear> {
     match step {
         EquationOrigin::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
         EquationOrigin::Opposite(l, one, other) => {
             let polygon = polygons[*l].as_ref()?;
-            // The coefficients of the angle Phi of the first side (`polygon`), and the angle of the sum of the sides at Phi = 0.
+            // Two results for a group of sides: the coefficients of the angle Phi of its first side (see `polygon`), and the
+            // angle of the sum of the sides at Phi = 0.
             let sum = |sides: &[usize]| -> Linear {
                 let lead = reduced(relations, (polygon.sides[sides[0]].turn.clone(), 0.0));
                 let mut total = [0.0; 2];
@@ -283,8 +287,8 @@ fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Equatio
     }
 }
 
-/// Adds an equation to the relations. Returns false if the equation follows from them or contains no passive variable. Fails
-/// if it contradicts them or relates coordinates to each other.
+/// Adds an equation to the relations. Returns false if the equation gives no new relation for a passive variable. Fails if it
+/// contradicts the relations, or relates coordinates to each other.
 fn add(
     robot: &Robot,
     relations: &mut Vec<Relation>,
@@ -292,7 +296,8 @@ fn add(
     step: &EquationOrigin,
 ) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is `sum coefficient x = constant`. So the constant from the substitution moves to the right-hand side.
+    // The equation is `sum coefficient x = constant`. The substitution adds a constant on the left; it is moved to the right-hand
+    // side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;
@@ -335,15 +340,16 @@ fn add(
     Ok(true)
 }
 
-/// A slope counts as an integer if it differs from one by at most this, rad/rad. Angles are accurate to 1e-15, so a slope
-/// over a step of 0.01 has an error of 1e-13. A slope that depends on lengths is not that close to an integer.
+/// A slope (change of an angle per change of a symbol) counts as an integer if it differs from the nearest integer by at most
+/// this. Angles are accurate to 1e-15, so a slope over a step of 0.01 has an error of 1e-13. A slope that depends on lengths is
+/// not that close to an integer.
 const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 
-/// The constants of the relations, and whether each is an exact expression. Otherwise it is a number that holds only at the
-/// present values of the symbols.
+/// The constants of the relations, each with a flag: whether it is an exact expression of the symbols. If not, it is a number
+/// that holds only at the present values of the symbols.
 fn exact_constants(robot: &Robot, steps: &[EquationOrigin], relations: &[Relation]) -> Vec<(Value, bool)> {
     let free = free_symbols(robot);
-    // The constants of the relations after each free symbol changes by its amount.
+    // The constants of the relations, with each free symbol changed by its amount.
     let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
         again(robot, &free, steps, amounts).map(|(_, relations)| relations.iter().map(|r| r.constant).collect())
     };

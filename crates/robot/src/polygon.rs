@@ -1,26 +1,27 @@
 //! Describes a planar loop as a closed polygon.
 //!
-//! If all moving joints of a loop are revolute with parallel axes, the loop lies in the plane normal to the axes. Each rigid
-//! side is a vector s_k in this plane. It is turned by the angle Phi_k: the sum of the joint variables before it, with signs
+//! If all moving joints of a loop are revolute with parallel axes, the loop lies in the plane normal to the axes. Each rigid side
+//! is a vector s_k in this plane. It is rotated by the angle Phi_k: the sum of the joint variables before it, with signs
 //! according to the directions of the axes:
 //!
 //! ```text
 //! sum_k s_k exp(i Phi_k) = 0        Phi_cut - Phi_twin = delta  (mod 2 pi)
 //! ```
-//! Phi_cut, Phi_twin: the angles at the ends of the two branches. All Phi are linear in the variables. Constant angles are
-//! included in the s_k and in delta.
+//! Phi_cut, Phi_twin: the angles at the ends of the two branches. delta: constant angle between these ends when the loop is
+//! closed. All Phi are linear in the variables. Constant angles of the joints are included in the s_k and in delta.
 
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, minus, norm, product, scaled, transposed, turned};
 
-/// Bound of the rounding error between two frames that coincide, m and rad.
+/// Two frames coincide if they differ by at most this, m and rad: rounding errors are smaller.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// The sides in the order of the loop: first from the common link to the cut, then from the twin back.
+    /// The sides in the order of the loop: from the last common link of the two branches to the cut, then along the other branch
+    /// back.
     pub sides: Vec<Side>,
     /// Coefficients of Phi_cut - Phi_twin, one for each variable of the robot.
     pub turn: Vec<f64>,
@@ -32,7 +33,7 @@ pub(crate) struct Polygon {
 pub(crate) struct Side {
     /// The vector s_k of the side in the plane, m.
     pub vector: [f64; 2],
-    /// Coefficients of the angle Phi_k, one for each variable of the robot.
+    /// Coefficients of the angle Phi_k by which the side is rotated, one for each variable of the robot.
     pub turn: Vec<f64>,
 }
 
@@ -86,7 +87,7 @@ struct Chain<'a> {
     end: Pose,
 }
 
-/// A moving joint of a branch, with all variables at zero, in the frame of the first link of the branch.
+/// A moving joint of a branch, with all variables at zero. Axis and origin are in the frame of the link where the branch starts.
 struct MovingJoint {
     axis: Vector3,
     origin: Vector3,
@@ -102,7 +103,7 @@ impl<'a> Chain<'a> {
         Chain { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
     }
 
-    /// The branch without its first `common` links, expressed in the frame of the last of these links.
+    /// The branch without its first `common` links, expressed in the frame of the last of these `common` links.
     fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Chain<'a> {
         self.links.drain(..common);
         let mut pose = Pose::IDENTITY;
@@ -122,8 +123,8 @@ impl<'a> Chain<'a> {
         self
     }
 
-    /// The vectors from joint to joint, each with the coefficients of its Phi; and the coefficients of Phi at the end
-    /// of the branch.
+    /// Two results: the vectors from joint to joint, each with the coefficients of its angle Phi; and the coefficients of Phi at
+    /// the end of the branch.
     fn sides(&self, axis: Vector3, n: usize) -> (Vec<(Vector3, Vec<f64>)>, Vec<f64>) {
         let mut sides = Vec::with_capacity(self.joints.len() + 1);
         let mut phi = vec![0.0; n];

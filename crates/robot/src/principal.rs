@@ -3,7 +3,7 @@
 use crate::inertial::{Matrix3, Pose};
 use crate::vector::{product, transposed};
 
-/// Number of sweeps of Jacobi's method. It converges in fewer sweeps.
+/// Number of sweeps of Jacobi's method. A 3 x 3 matrix needs fewer sweeps to converge.
 const JACOBI_SWEEPS: usize = 30;
 
 /// Eigenvalues, in ascending order, of the symmetric matrix xx xy xz yy yz zz, and the matrix with the eigenvectors as

@@ -1,4 +1,4 @@
-//! Linear relations between joint variables; substitutes them into equations and joints.
+//! Linear relations between joint variables, and their substitution into equations and joints.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,8 @@ use crate::polygon::COINCIDENCE_ROUNDING;
 use crate::robot::{JointKind, ModifiedDh, Note, Robot};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
-/// A linear relation: x_pivot = constant - sum of (coefficient times variable) over the other variables.
+/// A linear relation that gives the variable with index `pivot`: x_pivot = constant - sum of (coefficient times variable) over
+/// the other variables.
 #[derive(Clone, Debug)]
 pub(crate) struct Relation {
     pub pivot: usize,
@@ -41,7 +42,7 @@ pub(crate) fn reduced(relations: &[Relation], (mut coefficients, mut constant): 
 pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)]) {
     let n = robot.n_coordinates();
     let total = robot.n_variables();
-    // A passive variable without a relation remains. The remaining variables are renumbered.
+    // A passive variable without a relation stays. The passive variables that stay are renumbered.
     let remains: Vec<usize> = (n..total).filter(|k| relations.iter().all(|r| r.pivot != *k)).collect();
     let place = |k: usize| if k < n { k } else { n + remains.iter().position(|&r| r == k).unwrap_or_default() };
     let solution = |k: usize| -> (Affine, bool) {
@@ -68,7 +69,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
         robot.notes.push(Note { subject: names[k].clone(), text });
     }
 
-    // The solutions are substituted into the joints and loop frames.
+    // The relations are substituted into the variables of all joints and loop frames.
     let symbols = robot.symbols.clone();
     let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
         substitute(&solutions, &symbols, geometry, kind, variable);

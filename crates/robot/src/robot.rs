@@ -21,11 +21,11 @@ pub struct Robot {
     pub symbols: Vec<Symbol>,
     /// The generalised coordinates q. All vectors over coordinates have this order.
     pub coordinates: Vec<Coordinate>,
-    /// The variables of passive joints that the loops determine and that are no affine functions of the coordinates.
-    /// `CoordinateId(n + p)` is passive coordinate p, n: number of coordinates. So in the vector q of the kinematics they
+    /// The variables of passive joints that the loops determine and that are no affine functions of the coordinates. With n
+    /// coordinates, `CoordinateId(n + p)` is the passive coordinate p: in the vector q of the kinematics, the passive coordinates
     /// follow the coordinates. Empty if every joint variable is affine.
     pub passive: Vec<PassiveCoordinate>,
-    /// The links of the robot. Each antecedent comes before the links that it carries.
+    /// The links of the robot. The antecedent (parent) of a link comes before the link.
     pub links: Vec<Link>,
     /// The body of the base. It has no effect while the base is at rest. It becomes a link if the base floats.
     pub base: Base,
@@ -39,8 +39,8 @@ pub struct Robot {
     pub file_gravity: Option<[f64; 3]>,
     /// Notes for the user on assumptions that were made when the file was read.
     pub notes: Vec<Note>,
-    /// Notes on angles and axes that were replaced when the file was read. There the robot differs from the file in
-    /// the last digits.
+    /// Notes on angles and axes that were replaced by exact values when the file was read. In these values, the robot differs
+    /// from the file in the last digits.
     pub snapped: Vec<Note>,
     /// Findings on the text of the file. [`crate::lint`] includes them in its findings.
     pub oddities: Vec<Finding>,
@@ -48,7 +48,7 @@ pub struct Robot {
     pub format: Format,
 }
 
-/// The kind of file, by the properties of a robot that it can express.
+/// The kind of file that a robot was read from. It says which properties of a robot the file can express.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
     /// YAML or .par: all properties.
@@ -119,7 +119,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link named by its label, with a frame equal to the file's frame and without inertial parameters, bodies and shapes.
+    /// A link whose name is its label. Its frame equals the frame in the file; it has no inertial parameters, bodies or shapes.
     pub fn bare(label: String, antecedent: Option<LinkId>, geometry: ModifiedDh, joint: Joint) -> Link {
         Link {
             name: label.clone(),
@@ -195,7 +195,7 @@ pub struct Joint {
     pub friction: Friction,
     /// Torque (force) per unit of measured motor current, N m/A (N/A); `None` if it is unknown.
     pub drive_gain: Option<f64>,
-    /// Only for a joint that follows another joint: its largest torque, N m (or force, N).
+    /// Largest torque, N m (or force, N), of a joint that follows another joint; `None` for all other joints.
     pub follower_effort: Option<f64>,
 }
 
@@ -304,7 +304,7 @@ impl Robot {
         &self.links[j.0]
     }
 
-    /// The indices of all links, antecedents before the links that they carry.
+    /// The indices of all links. The antecedent (parent) of a link comes before the link.
     pub fn link_ids(&self) -> impl DoubleEndedIterator<Item = LinkId> + use<> {
         (0..self.links.len()).map(LinkId)
     }
@@ -342,7 +342,7 @@ impl Robot {
         [0, 1, 2].map(|i| self.gravity[i].number(&self.symbols))
     }
 
-    /// The actuated joint whose variable equals this coordinate; `None` if there is no such joint.
+    /// The actuated joint whose variable equals coordinate k; `None` if there is no such joint.
     pub fn joint_of(&self, k: CoordinateId) -> Option<LinkId> {
         self.link_ids().find(|&j| {
             let joint = &self.link(j).joint;

@@ -1,4 +1,4 @@
-//! Tests of the base as a body, of mimic joints without a leader, and of the range of numbers.
+//! Tests of the base as a body with inertial parameters, of mimic joints without a leader, and of the range of numbers.
 
 use robot::format::{Mimic, ReadOptions, read_urdf, read_urdf_with, read_yaml, write_yaml};
 
@@ -51,8 +51,8 @@ fn numbers_beyond_any_robot_are_refused() {
     assert!(many.contains("more than 2000 links"), "{many}");
 }
 
-/// A robot is written as YAML and read again. Its names would be read as other types (`true`, `1.0`), and it has a loop that
-/// is solved numerically.
+/// A robot is written as YAML and read again. YAML would read its names as other types (`true`, `1.0`), and it has a loop that is
+/// solved numerically.
 #[test]
 fn what_is_written_is_read_again() {
     let text = "convention: khalil-kleinfinger\nname: fourbar\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
@@ -75,8 +75,8 @@ fn what_is_written_is_read_again() {
     }
 }
 
-/// In a URDF, the velocity limit of a mimic joint, divided by |multiplier|, limits the speed of its leader. Soft position
-/// limits narrow the position limits of the joint.
+/// In a URDF, the velocity limit of a mimic joint, divided by |multiplier|, also limits its leader. Soft position limits narrow
+/// the position limits of the joint.
 #[test]
 fn followers_and_soft_limits_narrow_a_coordinate() {
     let read = |soft: &str, velocity: &str| {

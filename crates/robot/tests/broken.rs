@@ -75,7 +75,7 @@ fn damaged_models_do_not_panic() {
     }
 }
 
-/// Texts that would use too much time or memory, for example very long or very deep expressions.
+/// Texts that would use too much time or memory are refused, for example very long or deeply nested expressions.
 #[test]
 fn hostile_texts_are_refused() {
     let head = "convention: khalil-kleinfinger\nname: x\nlinks:\n  - {link: 1, antecedent: base, theta: q1, d: ";

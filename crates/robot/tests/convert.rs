@@ -49,14 +49,15 @@ fn yaml_carries_every_robot() {
         }
         let limits = |r: &Robot| r.coordinates.iter().map(|c| c.limits).collect::<Vec<_>>();
         assert_eq!(limits(&robot), limits(&back));
-        // The written text gives a value for a generic symbol, so the symbol is no longer generic after reading.
+        // The written text gives a generic symbol (one without a value in the file) its substitute value, so it is no longer
+        // generic after reading.
         let generic = "   # generic: the description gave no value";
         assert_eq!(format::write_yaml(&back).0, text.replace(generic, ""));
     }
 }
 
-/// A URDF describes a tree by numbers. An open chain that is written and read again has the same motion up to rounding, and
-/// its `file_frame`s coincide with the written frames.
+/// A URDF describes a tree by numbers. An open chain that is written as a URDF and read again has the same motion up to rounding,
+/// and its `file_frame`s coincide with the frames that were written.
 #[test]
 fn urdf_carries_open_chains() {
     for robot in models() {
@@ -68,7 +69,8 @@ fn urdf_carries_open_chains() {
         if !robot.loops.is_empty() || robot.links.iter().any(|l| l.joint.drive == robot::Drive::Locked) {
             continue;
         }
-        // The URDF reader sorts joints by tree and name, so the coordinates must be matched by name.
+        // The URDF reader puts joints in the order of the tree, and sorts them by name. So the coordinates must be matched by
+        // name.
         let find = |name: &str| back.coordinates.iter().position(|c| c.name == name).unwrap();
         let order: Vec<usize> = robot.coordinates.iter().map(|c| find(&c.name)).collect();
         let q: Vec<f64> = (0..robot.n_coordinates()).map(|k| 0.3 + 0.7 * k as f64).collect();

@@ -15,7 +15,8 @@ const ROWS: [[f64; 4]; 4] =
 /// Mass, kg, and position, m, of the three points of each body, in the frame at the far end of its link.
 const POINTS: [(f64, [f64; 3]); 3] = [(1.5, [0.1, 0.2, -0.3]), (0.4, [-0.5, 0.1, 0.7]), (2.0, [0.3, -0.6, 0.2])];
 
-/// XX .. M of the points about the origin of a frame a. `pose`: pose of the frame of the points in a.
+/// XX .. M of the points, about the origin of a frame a and in its axes. `pose`: pose in a of the frame in which the points are
+/// given.
 fn sums(pose: &Pose) -> [f64; 10] {
     let mut x = [0.0; 10];
     for (m, p) in POINTS {
@@ -40,7 +41,7 @@ fn parameters(label: usize, x: [f64; 10]) -> String {
     format!("  {label}: {{{}}}\n", entries.join(", "))
 }
 
-/// The arm as text, read. `row`: placement keys of link k. `body`: parameters of link k.
+/// The arm, read from a YAML text. `row`: the placement keys of link k. `body`: the parameters of link k.
 fn arm(head: &str, row: impl Fn(usize) -> String, body: impl Fn(usize) -> String) -> Robot {
     let mut text = format!("{head}\nname: arm\nrotor_inertia: none\nlinks:\n");
     for k in 1..=4 {
@@ -66,7 +67,7 @@ fn same(a: &Robot, b: &Robot) {
     }
 }
 
-/// theta and d of row k as text, in the units of the table. The joint variable contains the coordinate `q{k}`.
+/// theta and d of row k as text, in the units of the table. The joint variable among them contains the coordinate `q{k}`.
 fn moving(k: usize, angle: f64, length: f64) -> [String; 2] {
     let of = |x: f64, moves: bool| if moves { format!("q{k} + {x}") } else { x.to_string() };
     [of(angle, k != 3), of(length, k == 3)]
@@ -91,7 +92,7 @@ fn a_table_of_denavit_and_hartenberg_is_that_of_khalil_with_its_bodies_moved() {
     for word in ["denavit-hartenberg", "standard", "paul"] {
         let found = arm(&format!("convention: {word}"), standard, own);
         same(&found, &wanted);
-        // The frames of the file must equal the frames A_1 A_2 .. of the table.
+        // The file frames of the links must equal the frames A_1 A_2 .. A_k that follow from the table.
         let q = [0.2, -0.4, 0.1, 0.7];
         let mut place = Pose::IDENTITY;
         for (j, [theta, d, a, alpha]) in ROWS.into_iter().enumerate() {
@@ -175,7 +176,7 @@ fn what_is_likely_another_unit_or_table_is_refused_with_the_remedy() {
     }
     let notes = link("convention: khalil-kleinfinger", "theta: q1, r: 400").unwrap();
     assert_eq!(notes[0].text, "a length of it is 400 m: millimetres are read with `lengths: mm`");
-    // A symbol may have any value, so its angle of more than a full turn is accepted.
+    // A symbol has no fixed value, so an expression with a symbol is accepted even if its angle exceeds a full turn.
     let generic = "convention: khalil-kleinfinger\nsymbols: {A: 7}";
     assert_eq!(link(generic, "theta: q1 + A").unwrap(), []);
     let both = "convention: craig\nname: r\nlinks: [{link: 1, antecedent: base, theta: q1}]\nstandard_parameters: {1: {mass: 1, \

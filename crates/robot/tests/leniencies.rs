@@ -1,4 +1,4 @@
-//! URDF texts that other readers accept although they are unusual. Each is read or reported in a note.
+//! URDF texts that are unusual but accepted by other readers. The reader accepts each of them too, or reports it in a note.
 
 use std::path::Path;
 
@@ -66,7 +66,7 @@ fn loops_that_an_extension_states_are_named() {
     assert!(read(&gazebo, false).unwrap().notes.iter().all(|n| !n.text.contains("loop")));
 }
 
-/// Refused files that are not in testdata/broken. Each error message contains a remedy.
+/// Refused files that are not in testdata/broken. Each error message must tell the user what to do.
 #[test]
 fn refusals_of_the_field_name_the_way_out() {
     let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);

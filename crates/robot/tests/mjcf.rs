@@ -1,4 +1,5 @@
-//! Tests the MJCF reader: torques from an independent recursion for every form of a model, refused models, and notes.
+//! Tests the MJCF reader: torques must equal those of an independent Newton-Euler recursion for every form of a model; unsuitable
+//! models are refused; data that are not read get notes.
 
 mod recursion;
 
@@ -21,7 +22,8 @@ fn refused(text: &str) -> String {
     read_as(text, options()).map(|r| r.name).unwrap_err()
 }
 
-/// A model with one body and one hinge about its x axis. `compiler`, `body`: attributes. `inside`: elements of the body.
+/// A model with one body and one hinge about its x axis. `compiler`, `body`: attributes of these elements. `inside`: the elements
+/// inside the body.
 fn one(compiler: &str, body: &str, inside: &str) -> String {
     format!(
         "<mujoco model=\"one\">\n<compiler {compiler}/>\n<worldbody>\n<body name=\"arm\" {body}>\n<joint name=\"turn\" \
@@ -45,7 +47,7 @@ fn same(a: &Robot, b: &Robot) {
     }
 }
 
-/// Each pair of models describes the same orientation, inertia or position in two forms.
+/// Each pair of models gives the same orientation, inertia or position in two different forms, so the robots must be equal.
 #[test]
 fn every_way_to_say_a_thing_is_the_same_robot() {
     let rod = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" diaginertia=\"0.03 0.02 0.01\"/>";
@@ -72,7 +74,7 @@ fn every_way_to_say_a_thing_is_the_same_robot() {
     // `zaxis` gives z along (1, 1, 0) by the smallest rotation; `axisangle` gives the same rotation.
     same(&turned("zaxis=\"1 1 0\""), &turned("axisangle=\"-1 1 0 90\""));
     same(&turned("zaxis=\"0 0 -1\""), &turned("axisangle=\"1 0 0 180\""));
-    // The same inertia by principal moments with axes, and as a full matrix.
+    // The same inertia is given once by principal moments with their axes, and once as a full matrix.
     let quarter = "<inertial pos=\"0 0.1 0.2\" quat=\"1 0 0 1\" mass=\"2\" diaginertia=\"0.02 0.03 0.01\"/>";
     let full = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" fullinertia=\"0.03 0.02 0.01 0 0 0\"/>";
     for other in [quarter, full] {
@@ -91,7 +93,7 @@ fn shapes_weigh_what_their_formulas_say() {
     let (r, h) = (0.1, 0.3);
     let (cylinder, balls) = (2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r * r * r);
     let (c, b) = (3.0 * cylinder / (cylinder + balls), 3.0 * balls / (cylinder + balls));
-    // The centre of mass of a half ball with radius r is at 3/8 r from its plane face.
+    // Uses that the centre of mass of a half ball with radius r is at a distance of 3/8 r from its plane face.
     let across = c * (r * r / 4.0 + h * h / 3.0) + b * (0.4 * r * r + h * h + 0.75 * h * r);
     let along = c * r * r / 2.0 + b * 0.4 * r * r;
     for (geom, wanted) in [
@@ -109,7 +111,7 @@ fn shapes_weigh_what_their_formulas_say() {
         ("<geom type=\"capsule\" fromto=\"0 0.1 0 0 0.7 0\" size=\"0.1\" mass=\"3\"/>", {
             inertial("0 0.4 0", 3.0, [across, along, across])
         }),
-        // The second shape is in a group without mass, and a plane never has a mass.
+        // The second shape is in a group outside of `inertiagrouprange`, so its mass does not count. A plane never has a mass.
         (
             "<geom size=\"0.1\" mass=\"5\"/><geom size=\"9\" mass=\"1\" group=\"3\"/><geom type=\"plane\" size=\"1 1 1\"/>",
             inertial("0 0 0", 5.0, ball(5.0, 0.1)),
@@ -124,7 +126,7 @@ fn shapes_weigh_what_their_formulas_say() {
     let x = |compiler: &str, inside: &str| read(&one(compiler, "", inside)).links[0].inertial.unwrap();
     let thin = inertial("0 0 0", 0.5, [0.1, 0.2, 0.9]);
     assert!((x("balanceinertia=\"true\"", &thin)[0] - 0.4).abs() < 1e-15);
-    // The z axis of the link frame is the x axis of the body, about which the joint turns.
+    // The z axis of the link frame is the joint axis, which is the x axis of the body.
     assert_eq!(x("boundmass=\"2\" boundinertia=\"0.15\"", &thin)[..6], [0.2, 0.0, 0.0, 0.9, 0.0, 0.15]);
     assert_eq!((x("boundmass=\"2\"", &thin)[9], x("settotalmass=\"4\"", &thin)[9]), (2.0, 4.0));
     assert!((x("settotalmass=\"4\"", &thin)[3] - 7.2).abs() < 1e-14);
@@ -203,7 +205,7 @@ fn joints_take_what_their_classes_and_actuators_say() {
     assert_eq!(has(gears), 1, "{notes:?}");
 }
 
-/// Two joints in one body equal one joint each in two nested bodies. `ref` shifts the coordinate.
+/// Two joints in one body give the same robot as one joint each in two nested bodies. `ref` shifts the coordinate.
 #[test]
 fn several_joints_of_a_body_move_it_one_after_the_other() {
     let nested = r#"<mujoco><compiler angle="radian"/><worldbody>
@@ -259,12 +261,13 @@ fn a_connect_in_a_plane_is_a_loop() {
   <equality><connect name="pin" body1="coupler" body2="rocker" anchor="0.6 0.1 0"/></equality>
   <actuator><motor joint="drive"/></actuator></mujoco>"#;
     let robot = read(text);
-    // Three joints are undriven: c, r and the hinge of the `<connect>`. The sum of the angles around the loop determines one of
-    // them, so two passive coordinates remain.
+    // Three angles are unknown: the undriven joints c and r, and the hinge of the `<connect>`. The sum of the angles around the
+    // loop determines one of them, so two passive coordinates remain.
     assert_eq!((robot.n_coordinates(), robot.passive.len(), robot.loops.len()), (1, 2, 1));
     assert!(robot::closure::largest_gap(&robot, &robot.loops[0]).position > 0.1, "it closes at some places only");
     let parallelogram = read(&text.replace("anchor=\"0.6 0.1 0\"", "anchor=\"0.5 0 0\""));
-    // Opposite sides are equal, so the rocker turns by the angle of the crank. No numerical solution is needed.
+    // Opposite sides of the loop are equal, so it is a parallelogram: the rocker has the angle of the crank, and nothing is
+    // solved numerically.
     assert!(parallelogram.passive.is_empty(), "{:?}", parallelogram.passive);
     let yaml = read_yaml(
         "convention: khalil-kleinfinger\nname: p\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, antecedent: \
@@ -296,7 +299,7 @@ fn what_floats_is_asked_for() {
     assert_eq!((robot.n_coordinates(), robot.base.inertial.unwrap()[9]), (1, 9.0));
     assert!(robot.notes.iter().any(|n| n.text.contains("left out (ball)")), "{:?}", robot.notes);
     assert_eq!(robot.floating().n_coordinates(), 7);
-    // If the arm is fixed to the ground, a separate floating object is ignored.
+    // Without the free joint, the arm is fixed to the ground. A separate floating object in the model is then ignored.
     let arm = text.replace("<freejoint name=\"root\"/>", "");
     assert_eq!(read(&arm).n_coordinates(), 1);
 }
@@ -339,7 +342,8 @@ fn geared(joint: &str, actuators: &str) -> Robot {
     ))
 }
 
-/// M11 is 0.02 + armature + sum gear^2 armature; the damping likewise. MuJoCo 4.0 gives 0.31 and 0.7 for the first case.
+/// Expected M11: 0.02 + armature of the joint + sum of gear^2 times armature of the actuators; damping in the same way. MuJoCo
+/// 4.0 gives 0.31 and 0.7 for the first case.
 #[test]
 fn an_actuator_brings_its_rotor_and_its_damping() {
     let motor = "<motor joint=\"j\" gear=\"20\" armature=\"0.0005\" damping=\"0.001\"/>";
@@ -350,7 +354,7 @@ fn an_actuator_brings_its_rotor_and_its_damping() {
         ("", motor, 400.0 * 0.0005, Some(400.0 * 0.001)),
         ("", &format!("{motor}{other}"), 400.0 * 0.0005 + 100.0 * 0.001, Some(400.0 * 0.001)),
         ("", other, 100.0 * 0.001, None),
-        // The actuator gets its armature from its default class.
+        // The `pid` actuator gets its armature of 3 from its default class.
         ("", pid, 0.25 * 3.0, None),
         ("", "<motor joint=\"j\" gear=\"0\" armature=\"2\"/>", 0.0, None),
     ] {
@@ -372,7 +376,8 @@ fn an_actuator_brings_its_rotor_and_its_damping() {
     assert!(!said("<motor tendon=\"t\" gear=\"3\" armature=\"0\"/>", "are not read"));
 }
 
-/// With `inertiafromgeom`, a body keeps its `<inertial>` if its shapes have no mass or belong to groups without mass.
+/// With `inertiafromgeom`, a body keeps its `<inertial>` if its shapes have no mass, or belong to groups whose mass does not
+/// count.
 #[test]
 fn a_body_without_a_shape_that_weighs_keeps_its_inertial() {
     let own = "<inertial pos=\"0.2 0 0\" mass=\"2\" diaginertia=\"0.02 0.02 0.01\"/>";
@@ -393,7 +398,8 @@ fn a_body_without_a_shape_that_weighs_keeps_its_inertial() {
     assert_eq!(of("", "<geom size=\"0.3\" mass=\"5\"/>")[9], 5.0);
 }
 
-/// A free joint gets the armature of its default class, a `<freejoint>` does not. MuJoCo uses this armature; it gets a note.
+/// A `<joint>` of type free gets the armature of its default class, and a `<freejoint>` does not. MuJoCo uses this armature; our
+/// reader does not, and adds a note.
 #[test]
 fn what_a_free_joint_has_of_its_class_is_named() {
     let of = |joint: &str| {

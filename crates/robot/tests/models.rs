@@ -19,7 +19,7 @@ fn every_model_is_read_and_cites_its_source() {
     assert!(files.len() >= 12);
     for file in files {
         let robot = format::read(&file).unwrap_or_else(|e| panic!("{e}"));
-        // If a robot has a second file, its name also contains the format.
+        // If a robot has files in two formats, the name of the second robot ends with the format.
         let stem = file.file_stem().and_then(|s| s.to_str()).unwrap();
         let extension = file.extension().and_then(|s| s.to_str()).unwrap();
         assert!(robot.name == stem || robot.name == format!("{stem}_{extension}"), "{}", robot.name);
@@ -73,7 +73,8 @@ fn degrees_become_radians_and_offsets_join_the_geometry() {
     assert_eq!(model("stanford.yaml").links[2].joint.kind, JointKind::Prismatic);
 }
 
-/// Both UR5 files describe the same motion: between the two frames of each link, the pose is constant.
+/// Both UR5 files describe the same motion: the pose of each link's frame in one file relative to the frame in the other is
+/// constant.
 #[test]
 fn the_two_ur5_move_alike() {
     let (yaml, urdf) = (model("ur5.yaml"), model("ur5.urdf"));

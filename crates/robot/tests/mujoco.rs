@@ -1,7 +1,7 @@
 //! Compares mass matrix and bias torque with MuJoCo, for MJCF models in Python packages.
 //!
-//! This needs a Python with mujoco (`python3`, or `RIST_PYTHON`) and models: those of gymnasium, dm_control and robosuite if
-//! they are installed, and the models in the folders of `RIST_MJCF`. Without models, the test prints a message.
+//! This needs a Python with mujoco (`python3`, or the program in `RIST_PYTHON`). The models are from gymnasium, dm_control and
+//! robosuite, if they are installed, and from the folders in `RIST_MJCF`. Without models, the test prints a message.
 
 mod cost;
 mod recursion;
@@ -13,9 +13,10 @@ use std::process::{Command, Stdio};
 use robot::format::{AngleSnapping, Mimic, ReadOptions, read_with};
 use robot::{Error, Robot};
 
-/// Largest difference, relative to the largest entry. MuJoCo stores an inertia by its principal axes, which causes rounding.
+/// Largest difference to MuJoCo, relative to the largest entry. MuJoCo stores an inertia by its principal axes, which causes
+/// rounding.
 const TOLERANCE: f64 = 1e-10;
-/// Largest relative difference for bodies with masses from meshes. MuJoCo stores vertices in single precision, and omits the
+/// Largest relative difference for bodies with masses from meshes. MuJoCo stores vertices in single precision and omits the
 /// smallest faces.
 const MESH_TOLERANCE: f64 = 1e-5;
 
@@ -23,7 +24,7 @@ fn python(arguments: &[&str], input: &str) -> Option<String> {
     let program = std::env::var("RIST_PYTHON").unwrap_or_else(|_| "python3".into());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/states_of_mujoco.py");
     let mut command = Command::new(program);
-    // MuJoCo writes a file with warnings to its working directory, so a temporary directory is used.
+    // MuJoCo writes its warnings to a file in the working directory, so the program runs in a temporary directory.
     command
         .arg(script)
         .args(arguments)
@@ -37,7 +38,8 @@ fn python(arguments: &[&str], input: &str) -> Option<String> {
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Reads the robot as MuJoCo does: every joint is a coordinate, and angles are kept as given. Also whether its base floats.
+/// Reads the robot as MuJoCo does: every joint is a coordinate, and angles are kept as given. Returns the robot, and whether its
+/// base floats.
 fn read(path: &str) -> Result<(Robot, bool), Error> {
     let options = ReadOptions { mimic: Mimic::Independent, angles: AngleSnapping::AsGiven, ..ReadOptions::default() };
     match read_with(Path::new(path), options) {
@@ -104,8 +106,8 @@ fn called(path: &str) -> String {
     parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
-/// Largest difference of an entry of the mass matrix or the bias torque, relative to the largest entry of the same quantity.
-/// `line`: q, dq, mass matrix and bias torque of MuJoCo.
+/// Largest difference of an entry of the mass matrix or of the bias torque, relative to the largest entry of the same quantity.
+/// `line`: q and dq, then the mass matrix and the bias torque from MuJoCo.
 fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
     let numbers: Vec<f64> = line.split(' ').map(|x| x.parse().unwrap()).collect();
     let (q, rest) = numbers.split_at(n);
@@ -119,7 +121,7 @@ fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
     of(&found_mass, mass).max(of(&found_bias, bias))
 }
 
-/// M(q), row by row, and the bias torque: the torque at the velocities `dq` with zero acceleration.
+/// The mass matrix M(q), row by row, and the bias torque: the torque at velocities `dq` and zero accelerations.
 fn mass_matrix_and_bias(robot: &Robot, q: &[f64], dq: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = dq.len();
     let rest = vec![0.0; n];

@@ -1,9 +1,10 @@
-//! Nearly parallel joint axes: the link frames must stay near the robot, and axes that are made parallel must get a note.
+//! Nearly parallel joint axes. The origins of the link frames must stay near the robot, and axes that are made parallel must get
+//! a note.
 
 use robot::format::{AngleSnapping, ReadOptions, read_urdf_with};
 use robot::{Error, Robot};
 
-/// A robot with three joints. The second axis is tilted relative to the first, and the third relative to the second.
+/// A robot with three joints and nearly parallel axes. `axis`, `rpy`: axis and orientation of the second joint.
 fn tilted(axis: &str, rpy: &str, angles: AngleSnapping) -> Result<Robot, Error> {
     let inertial = "<inertial><origin xyz='0.1 0 0.05'/><mass value='1'/><inertia ixx='0.02' iyy='0.03' izz='0.025' \
                     ixy='0' ixz='0' iyz='0'/></inertial>";
@@ -30,11 +31,11 @@ fn frames_stay_near_the_robot() {
                 for pose in robot.link_poses(&[0.3, -0.4, 0.5]) {
                     assert!(pose.position.iter().all(|x| x.abs() < 3.0), "{what}: {:?}", pose.position);
                 }
-                // The bodies of this robot are equal, so the finding on copies is expected.
+                // The bodies of this robot are equal on purpose, so the finding `Copied` is expected and removed.
                 let mut odd = robot::lint::lint(&robot);
                 odd.retain(|finding| finding.mistake != robot::lint::Mistake::Copied);
                 assert_eq!(odd, [], "{what}");
-                // For a tilt between 2e-9 and 0.01 rad, a note states that the axes were made parallel or are nearly parallel.
+                // For a tilt between 2e-9 and 0.01 rad, a note must say that the axes were made parallel or are nearly parallel.
                 let told = robot.notes.iter().any(|n| n.text.contains("common normal"));
                 assert!(tilt < 2e-9 || told || !robot.snapped.is_empty(), "{what}");
             }
@@ -44,7 +45,7 @@ fn frames_stay_near_the_robot() {
 
 #[test]
 fn an_axis_rounded_to_five_digits_is_taken_as_parallel() {
-    // (0.6, 0, 0.8) turned by the pitch 0.643501..., which is rounded to five digits.
+    // The axis (-0.6, 0, 0.8), rotated by the pitch 0.643501..., is parallel to z. Here the pitch is rounded to five digits.
     let robot = tilted("-0.6 0 0.8", "0 0.64350 0", AngleSnapping::Meant).unwrap();
     assert!(robot.snapped.iter().any(|n| n.text.contains("taken as parallel")), "{:?}", robot.snapped);
     assert_eq!(robot.links[1].geometry.alpha, robot::Value::ZERO);

@@ -40,7 +40,7 @@ fn sr400_has_one_parallelogram() {
     assert!(robot.notes.iter().any(|n| n.subject == "symbols" && n.text.contains("generic")), "{:?}", robot.notes);
 }
 
-/// A passive variable may have any factor: the relations of the joints are the same.
+/// A passive joint may move by any multiple of its variable: the relations between the joints stay the same.
 #[test]
 fn a_passive_joint_may_move_by_a_multiple_of_its_variable() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/par/parallelogram4bar.par");
@@ -52,7 +52,8 @@ fn a_passive_joint_may_move_by_a_multiple_of_its_variable() {
     }
 }
 
-/// Three parallelograms with common links. The relations found from the cut frames equal the relations in models/race.yaml.
+/// The robot RACE has three parallelograms with common links. The relations that the reader finds from its loops must equal the
+/// relations in models/race.yaml.
 #[test]
 fn race_finds_its_passive_joints() {
     let robot = testdata("race.par");
@@ -84,7 +85,7 @@ fn old_files_are_read() {
     assert_eq!(robot.gravity_number(), [0.0, 0.0, -9.81]);
     let generic: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
     assert_eq!(generic, ["G3"]);
-    // A rotor inertia of 0 is read as absent. The inertial parameters of a link are known only if all ten are known.
+    // A rotor inertia of 0 means that there is none. The inertial parameters of a link are known only if all ten are known.
     let rotors: Vec<RotorInertia> = robot.links.iter().map(|l| l.joint.rotor_inertia).collect();
     assert_eq!(rotors, [RotorInertia::Absent, RotorInertia::Known(0.02)]);
     assert_eq!(robot.links[0].joint.friction.viscous, Some(0.4));
@@ -93,8 +94,8 @@ fn old_files_are_read() {
     assert!(told("link 1") && told("FX") && told("symbols"), "{:?}", robot.notes);
 }
 
-/// A general four-bar has only one affine relation, from its orientation: the cut follows two passive joints. These two stay
-/// passive coordinates.
+/// The loop of a general four-bar has only one affine relation, from its orientation: it gives the angle of the cut from two
+/// passive joints. These two joints stay passive coordinates.
 #[test]
 fn a_general_four_bar_keeps_its_passive_coordinates() {
     let robot = read(
@@ -107,8 +108,8 @@ fn a_general_four_bar_keeps_its_passive_coordinates() {
     assert!(robot.is_implicit(&robot.loops[0]));
 }
 
-/// In YAML, the variables of passive joints may be omitted; they follow from the loops. A constant that is no combination of
-/// symbols becomes a number.
+/// In YAML, the variables of passive joints may be omitted; they follow from the loops. A constant that is no integer combination
+/// of symbols becomes a number.
 #[test]
 fn yaml_leaves_passive_joints_to_the_loops() {
     let text = "convention: khalil-kleinfinger\nname: x\nsymbols: {A: 0.3, B: 0.2, C: 0.4}\nlinks:\n\
@@ -120,7 +121,7 @@ fn yaml_leaves_passive_joints_to_the_loops() {
     assert!(error.contains("`q2`"), "{error}");
     let robot = format::read_yaml(&text.replace(", theta: q2 + pi", ""), "x.yaml").unwrap();
     assert_eq!(variables(&robot), ["q1", "-q1", "q1", "-q1"]);
-    // The side of the base is not along x: its angle is the angle of the vector (B, C).
+    // The side on the base is not along x. Its angle is the angle of the vector (B, C), which is no combination of symbols.
     let base = "gamma: 'atan2(C, B)', d: sqrt(B*B + C*C)";
     let twin = "gamma: 0.1, d: sqrt(B*B + C*C)";
     let askew = text.replace(", theta: q2 + pi", "").replace("passive, d: B", &format!("passive, {base}"));
@@ -145,7 +146,8 @@ fn the_samples_of_opensymoro_are_read() {
     }
 }
 
-/// A frame may be placed on a loop frame. The result is the same robot as with the frame placed on the link of the loop frame.
+/// A frame may be placed on a loop frame. The robot is the same as if the frame were placed on the link that carries the loop
+/// frame.
 #[test]
 fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/robots/two_loops_on_one_frame.par");
@@ -154,7 +156,8 @@ fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
     assert!(robot.passive.is_empty(), "{:?}", robot.notes);
     let twin = &robot.loops[1].twin;
     assert_eq!(twin.antecedent, robot.loops[0].twin.antecedent);
-    // The same frame placed on the link, or on the cut instead of its twin. Cut and twin coincide.
+    // The frame is placed on the link of the twin, or on the cut instead of the twin. Cut and twin coincide, so the robot is the
+    // same.
     let on_link = text.replace("3, 6, 11}", "3, 6, 6}").replace("L, H, 0}", "L, H, H}");
     let on_link = on_link.replace("0, 0, 0, pi/3}", "0, 0, 0, 0}").replace("th10, 0, 0}", "th10, 0, pi/3}");
     let on_cut = text.replace("3, 6, 11}", "3, 6, 9}");
@@ -169,7 +172,7 @@ fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
         let (a, b) = (twin.geometry.pose(&robot.symbols, 0.0, 0.0), theirs.geometry.pose(&other.symbols, 0.0, 0.0));
         assert_eq!((twin.antecedent, a), (theirs.antecedent, b));
     }
-    // A frame without a possible placement is refused with a remedy. Angles in degrees are refused as in YAML.
+    // A frame that cannot be placed is refused, and the message says what to do. Angles in degrees are refused, as in YAML.
     let alphas = "pi/2, 0, 0, 0, 0, 0}";
     for (from, to, wanted) in [
         ("3, 6, 11}", "3, 6, 12}", ["t.par:7:41: the antecedents of frame 12 run in a circle", ""]),

@@ -80,7 +80,8 @@ fn parallel_and_opposite_axes() {
         + &joint("three", "continuous", "c", "d", ["0 0 0.2", "0 0 0", "0 0 -1"]);
     let robot = read(&body);
     let pi = std::f64::consts::PI;
-    // The heights along parallel axes have no effect on the torques. They are moved to the last link, where they become zero.
+    // Heights along parallel axes have no effect on the torques. So r of every link is zero, although the joints have heights in
+    // the file.
     assert_eq!(geometry(&robot, 0), [0.0; 6]);
     assert_eq!(geometry(&robot, 1), [0.0, 0.0, pi, 0.3, 0.0, 0.0]);
     assert_eq!(geometry(&robot, 2), [0.0; 6]);
@@ -119,7 +120,7 @@ fn fixed_links_are_lumped_and_absent_inertials_told() {
     assert_eq!(labels, ["one", "slide"]);
     assert_eq!((robot.links[0].inertial, robot.links[1].joint.kind), (None, JointKind::Prismatic));
     assert_eq!(robot.links[1].parts.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["c", "d"]);
-    // First moments about the joint frame of the file: the masses of c and d are at (0, 0.1, 0) and (0.5 - 0.1, 0, 0) m.
+    // First moments about the joint frame of the file: the centres of mass of c and d are at (0, 0.1, 0) and (0.5 - 0.1, 0, 0) m.
     let link = &robot.links[1];
     let x = robot::transform_inertial(&link.inertial.unwrap(), &link.file_frame.inverse());
     for (found, wanted) in x[6..].iter().zip([0.8, 0.2, 0.0, 4.0]) {
@@ -152,7 +153,7 @@ fn mimic_joints_follow() {
         robot.links.iter().map(|l| (l.label.as_str(), l.joint.variable.terms.iter().map(|t| t.1).collect())).collect();
     assert_eq!(moves, [("one", vec![1.0]), ("left", vec![1.0]), ("right", vec![-2.0]), ("thumb", vec![-6.0])]);
     assert!((robot.links[3].geometry.theta.number(&[]).rem_euclid(std::f64::consts::TAU) - 0.53).abs() < 1e-12);
-    // The limits -0.05 <= 0.01 - 2 q <= 0.04 of the follower narrow the limits 0 <= q <= 0.04 of the leader.
+    // The follower's limits -0.05 <= 0.01 - 2 q <= 0.04 also limit its leader q, whose own limits are 0 <= q <= 0.04.
     let (low, high) = robot.coordinates[1].limits.position.unwrap();
     assert!((low, (high - 0.03).abs() < 1e-12) == (0.0, true), "{low} {high}");
 
@@ -186,7 +187,8 @@ fn a_link_or_a_joint_without_a_name_is_refused() {
     }
 }
 
-/// XML reads a line break in an attribute as a blank. The data found by the joint's name must still belong to this joint.
+/// An XML reader turns a line break in an attribute into a blank. The limits that are stored by the joint's name must still be
+/// found.
 #[test]
 fn a_joint_named_with_a_line_break_keeps_its_limits() {
     let moved = "<joint name=\"j&#10;1\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/>\

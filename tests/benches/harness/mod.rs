@@ -1,24 +1,25 @@
-//! Compares the run times of alternatives in the same process. Times of different runs are not comparable. Each result is also
-//! compared with the true result, because the time of a wrong result has no meaning.
+//! Compares the run times of alternative implementations in the same process. Times of different processes are not comparable.
+//! Each result is also compared with the true result, because the time of a wrong result has no meaning.
 //!
-//! The alternatives run in turns. A turn has several repetitions, and its time is their median. The result is the smallest of
-//! these medians: other programs can only increase the time of a turn, and seldom of all turns.
+//! The alternatives run in turns. A turn has several repetitions, and its time is their median. The time of an alternative is the
+//! smallest of these medians: other programs can only increase the time of a turn, and seldom increase it in all turns.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 const TURNS: usize = 15;
 const REPETITIONS: usize = 9;
-/// A repetition lasts at least about this long, so that the resolution of the clock has no effect.
+/// The work is called so often that a repetition lasts at least about this long. Then the resolution of the clock has no effect.
 const REPETITION: Duration = Duration::from_micros(300);
-/// Work that takes longer than this gets only one turn.
+/// Work that takes longer than this is timed in only one turn.
 const LONG: Duration = Duration::from_millis(50);
 
-/// A larger relative difference is not only rounding: about ten thousand operations with errors of 1e-16, on terms up to ten
-/// times the largest torque of a joint.
+/// A relative difference above this is not only rounding. Rounding: about ten thousand operations with errors of 1e-16, on terms
+/// up to ten times the largest torque of a joint.
 const ROUNDING: f64 = 1e-11;
 
-/// One implementation of some work (`units` units), and the difference of its result from the true result.
+/// One implementation of some work, which does `units` units of work (such as samples) in a call; and the difference of its
+/// result from the true result.
 pub(crate) struct Alternative<'a> {
     name: &'a str,
     units: usize,
@@ -36,7 +37,7 @@ impl<'a> Alternative<'a> {
         Alternative { name, units: 1, work: Err(why), difference: None }
     }
 
-    /// Adds a function that gives the relative difference of the result from the true result.
+    /// Adds a function that computes the relative difference of the result from the true result.
     pub(crate) fn held(self, difference: impl Fn() -> f64 + 'a) -> Alternative<'a> {
         Alternative { difference: Some(Box::new(difference)), ..self }
     }
@@ -56,7 +57,7 @@ impl<'a> Alternative<'a> {
     }
 }
 
-/// A table of alternatives.
+/// Prints tables of alternatives. `wrong`: the alternatives whose result was wrong.
 #[derive(Default)]
 pub(crate) struct Comparison {
     wrong: Vec<String>,

@@ -8,12 +8,13 @@ use crate::tape_robot::TapeRobot;
 
 pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
-/// For R3G and R3B: velocity limits, rad/s; `ACCELERATION`: rad/s^2; `NOISE`: standard deviation of the torque per sample, N m.
+/// For R3G and R3B (three revolute axes, with and without gravity): velocity limits, rad/s; `ACCELERATION`: acceleration limits,
+/// rad/s^2; `NOISE`: standard deviation of the torque per sample, N m.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
 pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];
 pub const NOISE: [f64; 3] = [0.20, 0.15, 0.10];
 
-/// A robot with three axes (R3G, R3B or the RACE), with drives, controller, friction and sensors.
+/// A robot with three axes (R3G, R3B, or the robot RACE), with drives, controller, friction and sensors.
 pub fn r3_arm<'a>(name: &'static str, robot: &'a TapeRobot) -> BenchmarkArm<'a> {
     let velocity_pole = std::f64::consts::TAU * 150.0;
     BenchmarkArm {
@@ -36,7 +37,7 @@ pub fn r3_arm<'a>(name: &'static str, robot: &'a TapeRobot) -> BenchmarkArm<'a> 
     }
 }
 
-/// The RACE with the same drives, controller and sensors as R3G, and half its friction.
+/// The robot RACE with the drives, controller and sensors of R3G, and half the friction of R3G.
 pub fn race_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
     let mut arm = r3_arm("RACE", robot);
     arm.friction.iter_mut().for_each(|f| *f = f.scaled(0.5));

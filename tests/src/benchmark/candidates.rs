@@ -9,23 +9,24 @@ use random::Random;
 use crate::benchmark::arms::{ACCELERATION, NOISE, VELOCITY};
 use crate::tape_robot::TapeRobot;
 
-/// Velocities of the slow joints of R3G and R3B, rad/s.
+/// Velocities of the joints of R3G and R3B that move slowly while another joint swings fast, rad/s.
 const SLOW: [f64; 3] = [0.5; 3];
 
-/// A bang-bang swing of R3G for four seconds, with the largest acceleration that keeps the velocity limit. `period`: samples.
+/// A motion of R3G for four seconds in which joint `fast` swings with bang-bang acceleration: the largest acceleration that keeps
+/// the velocity limit. `period`: period of the swing, samples.
 pub fn bang_bang(kind: MotionKind, fast: usize, slow: &[usize], centre: [f64; 3], period: usize) -> ExcitingTrajectory {
     let acceleration = ACCELERATION[fast].min(4.0 * VELOCITY[fast] / (period as f64 * 1e-3));
     let joints = MovingJoints { kind, fast, slow, centre: &centre };
     ExcitingTrajectory::swing(&joints, &four_seconds(period, acceleration, &SLOW))
 }
 
-/// The settings of a bang-bang swing of four seconds with a sampling period of 1 ms.
+/// The settings of a swing with bang-bang acceleration: four seconds, with a sampling period of 1 ms.
 fn four_seconds(period: usize, acceleration: f64, slow_velocity: &[f64]) -> SwingCourse<'_> {
     let profile = Profile::BangBang;
     SwingCourse { profile, period, acceleration, slow_velocity, duration: 4.0, sample_time: 1e-3 }
 }
 
-/// All candidate experiments: 384 for R3G, or 372 for R3B (without gravity).
+/// All candidate experiments of R3G (384, with gravity) or of R3B (372, without gravity).
 pub fn r3_candidates(robot: &TapeRobot, gravity: bool) -> Vec<Candidate> {
     r3_trajectories(gravity).into_iter().map(|t| Candidate::new(t, robot, &NOISE)).collect()
 }
@@ -97,7 +98,7 @@ pub fn race_candidates(robot: &TapeRobot) -> Vec<Candidate> {
     candidates(&grid, &r3_limits(), robot, &NOISE)
 }
 
-/// Candidate experiments of the PUMA 560 at random configurations: 708 experiments for 40 parameters.
+/// Candidate experiments of the PUMA 560 at random configurations: 708 experiments, from which 40 parameters are identified.
 pub fn puma_candidates(robot: &TapeRobot) -> Vec<Candidate> {
     const LOW: [f64; 6] = [-2.5, -2.5, -2.0, -2.0, -1.6, -2.5];
     const HIGH: [f64; 6] = [2.5, 0.5, 2.6, 2.0, 1.6, 2.5];

@@ -1,4 +1,5 @@
-//! Identifies measured robots by recipes, and compares the residuals with those of an independent program.
+//! Identifies robots from measured logs, as recipes prescribe, and compares the residuals with the residuals of an independent
+//! program.
 //!
 //! A recipe names the logs in a folder, how they are read, what is fitted and predicted, and the residual that an independent
 //! program (the baseline) reached with the same columns and the same split of the logs. The recipes are in tests/data/datasets;
@@ -37,7 +38,7 @@ pub struct Dataset {
     pub runs: Vec<Run>,
 }
 
-/// An identification and its predictions.
+/// An identification from some logs, and predictions of other logs with its estimate.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -50,12 +51,13 @@ pub struct Run {
     pub train: Vec<LogFile>,
     #[serde(default)]
     pub validate: Vec<LogFile>,
-    /// Relative residuals of the baseline: training, then each validation log. `None` if the baseline does not state it.
+    /// Relative residuals that the independent program (baseline) reached: in the training, then in each validation log. `None`
+    /// if the baseline does not state it.
     #[serde(default)]
     pub baseline: Vec<Option<f64>>,
 }
 
-/// A log in the folder, or an interval of a log.
+/// A log in the folder of the data set, or an interval of a log.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogFile {
@@ -70,7 +72,7 @@ pub struct Score {
     pub title: String,
     pub parameters: usize,
     pub condition_number: f64,
-    /// Residuals of the training and of each validation, with the names of their logs.
+    /// Residuals of the training and of each validation, each with the names of the logs.
     pub residuals: Vec<(String, Residuals)>,
     pub baseline: Vec<Option<f64>>,
     pub seconds: f64,
@@ -139,8 +141,8 @@ impl Dataset {
         let seconds = start.elapsed().as_secs_f64();
         let couplings = run.options.transmission.coupled();
         let model = Model::new(robot, &run.options.friction, &couplings);
-        // The residuals of the baseline include rows at standstill, so these rows are also used here, unless the recipe excludes
-        // them.
+        // The residuals of the baseline (independent program) include rows at standstill. So these rows are also used here,
+        // unless the recipe excludes them.
         let mut scored = run.options.clone();
         scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");

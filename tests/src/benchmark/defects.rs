@@ -1,10 +1,10 @@
 //! Defects that the models of R3G and similar arms do not contain: torque ripple, springs, eccentric encoders, flexible joints,
 //! backlash, delayed torques.
 //!
-//! Flexible joints are simulated in closed loop with two masses per joint, the rotor at theta and the link at q:
-//!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s'.
-//! s: deflection theta - q, reduced by the gap if there is backlash; zero within the gap. The encoder measures theta. The rotor
-//! torque J theta'' is known and is subtracted from the record.
+//! Flexible joints are simulated in closed loop with two masses per joint, the rotor at theta and the link at q: J theta'' = kt
+//! I - G(theta') - tau, M(q) q'' + h(q, q') = tau, tau = K s + D s'. s: deflection theta - q, reduced by the gap if there is
+//! backlash; zero within the gap. The encoder measures theta. J: inertia of the rotor, kt: drive gain, I: current, G: friction.
+//! The rotor torque J theta'' is known and is subtracted from the recorded currents.
 
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
@@ -24,9 +24,11 @@ use crate::benchmark::scenario::BenchmarkArm;
 pub enum Defect {
     /// The torques are logged with this delay, s.
     Late(f64),
-    /// The drive gain varies by this fraction. Second number: radians of the variation per radian of the joint.
+    /// The drive gain varies sinusoidally with the joint angle, by this fraction. Second number: radians of the sine per radian
+    /// of the joint.
     GainRipple(f64, f64),
-    /// A periodic torque is added: its amplitude as a fraction of the largest torque, and its periods per turn.
+    /// A torque that is periodic in the joint angle is added: its amplitude as a fraction of the largest torque, and its number
+    /// of periods per turn.
     Ripple(f64, f64),
     /// A spring parallel to the motor, N m/rad.
     Spring(f64),
@@ -34,11 +36,12 @@ pub enum Defect {
     Eccentric(f64),
     /// Flexible joints: the links oscillate at this frequency, Hz, if the motors are blocked.
     Elastic(f64),
-    /// Backlash with this gap, rad, in front of a spring with the frequency [`STIFF`].
+    /// Backlash with this gap, rad, in series with a stiff spring. The joint oscillates on this spring with the frequency
+    /// [`STIFF`].
     Play(f64),
 }
 
-/// Frequency of a stiff joint, Hz.
+/// Oscillation frequency of a joint that is nearly rigid, Hz.
 const STIFF: f64 = 100.0;
 /// Damping of flexible joints, and of stiff joints, as fractions of the critical damping. With the damping of a flexible joint, a
 /// stiff joint would oscillate in closed loop until the drive saturates (17 N m of noise in q1 and q3 if only q2 is flexible),
@@ -48,7 +51,8 @@ const STIFF_DAMPING: f64 = 0.1;
 /// Inertia of the rotor, as a fraction of the inertia that the motor moves.
 const ROTOR: f64 = 0.2;
 
-/// The dynamics of joints with two masses: first the coordinates of all motors, then of all links.
+/// The dynamics of a robot with two masses per joint. The coordinates are first the angles of all motors, then the angles of all
+/// links.
 struct TwoMass<'a> {
     links: &'a dyn Dynamics,
     rotor: Vec<f64>,
@@ -83,7 +87,8 @@ impl Dynamics for TwoMass<'_> {
 }
 
 impl Defect {
-    /// Noise-free experiments of a plan with this defect. `joint`: the joint with the defect; `None`: all joints have it.
+    /// Simulates the experiments of a plan with this defect, without noise. `joint`: the joint with the defect; `None`: all
+    /// joints have it.
     pub fn experiments(
         self,
         arm: &BenchmarkArm,
@@ -91,7 +96,7 @@ impl Defect {
         joint: Option<usize>,
     ) -> Result<Vec<SpectralExperiment>, Stop> {
         let has = |k: usize| joint.is_none_or(|j| j == k);
-        // A feedforward with parameters that are wrong by 20 %, as in the other scenarios.
+        // The feedforward is computed with parameters that are wrong by 20 %, as in the scenarios without a defect.
         let mut random = Random::new(77);
         let wrong: Vec<f64> = arm.truth.iter().map(|x| x * if random.uniform() >= 0.5 { 1.2 } else { 0.8 }).collect();
         let mut found = Vec::new();
@@ -109,7 +114,7 @@ impl Defect {
         Ok(found)
     }
 
-    /// Adds a defect to the record of joint k, if the defect is not part of the simulation.
+    /// Adds the defect to the record of joint k, if it is a defect that the simulation does not contain.
     fn log(self, arm: &BenchmarkArm, experiment: &mut SpectralExperiment, k: usize) {
         let current = experiment.current[k].clone();
         let n = current.len();
@@ -201,8 +206,8 @@ impl Defect {
         record.current.truncate(n);
         for k in 0..n {
             let (_, mut acceleration) = circular_differences(&record.q[k], record.sample_time);
-            // The end of the record differs from its start, so a difference across the ends would give an error of 100 A in the
-            // last sample.
+            // The difference quotient takes the last and the first sample as neighbours. But the end of the record differs from
+            // its start, so this would give an error of 100 A in the last sample.
             let last = acceleration.len() - 1;
             acceleration[0] = acceleration[1];
             acceleration[last] = acceleration[last - 1];

@@ -1,7 +1,8 @@
-//! Least squares with filtering on the records of a plan, as a reference for RIST-MH.
+//! Least squares on filtered records of a plan, as a reference for RIST-MH (the estimator in the frequency domain).
 //!
-//! The estimator of `identify` accepts any motion and may change. This one is fixed, so that benchmark results of different years
-//! can be compared. The model is tau = D X + equation (5), with four friction columns per joint.
+//! The estimator of `rist identify` accepts any motion and may change. This one is fixed, so that benchmark results of different
+//! years can be compared. The model is tau = D X plus friction. D: regressor, X: parameters. Friction has four columns per joint:
+//! viscous and Coulomb friction, separately for each direction (equation (5) of [Vandanjon, Gautier, Desbats 1995]).
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use identification::signals::butterworth::Butterworth;
@@ -11,9 +12,9 @@ use linear_model::regressor::Regressor;
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 
-/// The usual estimator on the same records: a zero-phase Butterworth filter of order 4 at 40 Hz on q; central differences; a
-/// second filter at 20 Hz on columns and torque, which are then decimated by 20; the ends are removed. Friction is equation (5)
-/// with four columns per joint. For sweeps, the rows have their mean removed.
+/// The usual estimator for the records of a plan: a zero-phase Butterworth filter of order 4 at 40 Hz on q; central differences;
+/// a second filter at 20 Hz on columns and torque, which are then decimated by 20; the ends are removed. Friction has four
+/// columns per joint (viscous and Coulomb friction in each direction). For slow sweeps, the mean of the rows is removed.
 pub fn filtered_least_squares(
     experiments: &[SpectralExperiment],
     regressor: &dyn Regressor,
@@ -67,7 +68,7 @@ pub fn filtered_least_squares(
     solve(&rows.finish()).x[..p].to_vec()
 }
 
-/// The friction columns of equation (5) at a velocity.
+/// The four friction columns at velocity `v`: viscous and Coulomb friction for positive velocity, then for negative velocity.
 pub fn friction_row(v: f64, out: &mut [f64]) {
     let positive = f64::from(v > 0.0);
     out.copy_from_slice(&[positive * v, positive, (1.0 - positive) * v, 1.0 - positive]);

@@ -5,8 +5,8 @@
 //! half correlated over 0.1 s. Friction varies by 2 % between logs, for example by temperature. A changed robot has a load on its
 //! last link, or other viscous and Coulomb friction in one joint.
 //!
-//! The size of a change is the change of the parameter that changes most, divided by the standard deviation of the difference
-//! from the reference. Divided by the root of the number of logs, it is in standard deviations of one log.
+//! The size of a change is the change of the parameter that changes most, in standard deviations of its difference from the
+//! reference. Divided by the root of the number of logs, it is in standard deviations of a single log.
 
 use std::f64::consts::TAU;
 
@@ -53,7 +53,7 @@ pub struct Found {
     pub parameters: usize,
     pub right_parameters: usize,
     pub changed: usize,
-    /// Number of parameters that changed by at least 90 % of the size. `named`: number of these that are reported.
+    /// Number of parameters that changed by at least 90 % of the simulated size. `named`: number of these that are reported.
     pub moved: usize,
     pub named: usize,
 }
@@ -74,7 +74,7 @@ impl Found {
         share(self.right_robots, self.changed)
     }
 
-    /// Share of the parameters with a change of the full size that are reported.
+    /// Share of the fully changed parameters (at least 90 % of the simulated size) that are reported.
     pub fn parameter_power(&self) -> f64 {
         share(self.named, self.moved)
     }
@@ -84,7 +84,8 @@ fn share(some: usize, of: usize) -> f64 {
     if of > 0 { some as f64 / of as f64 } else { 1.0 }
 }
 
-/// Makes the robots of a fleet: a model, the options, and the parameters of a robot without changes.
+/// Makes the robots of a fleet. It has the model, the options of the identification, and the parameters of a robot without
+/// changes.
 pub struct Workshop<'a> {
     model: &'a Model,
     options: Options,
@@ -96,12 +97,12 @@ pub struct Workshop<'a> {
 }
 
 impl<'a> Workshop<'a> {
-    /// Uses the nominal base parameters, and friction in proportion to the torques of a motion.
+    /// Uses the nominal base parameters. Friction is proportional to the rms torques of a motion.
     pub fn new(model: &'a Model) -> Workshop<'a> {
         let n = model.regressor().coordinates().len();
         let standard = StandardParameter::all(&model.robot);
         let last = standard.iter().map(|s| s.link.0).max().unwrap_or(0);
-        // 1 kg at (0.02, 0.03, 0.08) m in the frame of the last link.
+        // The load: 1 kg at (0.02, 0.03, 0.08) m in the frame of the last link.
         let body = |s: &StandardParameter| match s.inertial {
             _ if s.link.0 != last => 0.0,
             Inertial::M => 1.0,
@@ -183,8 +184,9 @@ impl<'a> Workshop<'a> {
         machine.base.iter().copied().chain((0..machine.viscous.len()).flat_map(friction)).collect()
     }
 
-    /// A changed robot: with an additional load if `k` is even, with other friction in one joint if it is odd. `sigma`: standard
-    /// deviation of the difference of each parameter.
+    /// A changed robot. If `k` is even, it has an additional load; if `k` is odd, it has other friction in one joint. `size`:
+    /// size of the change in standard deviations. `sigma`: standard deviation of the difference of each parameter from the
+    /// reference.
     fn changed(&self, k: usize, size: f64, sigma: &[f64]) -> Machine {
         let mut machine = self.healthy.clone();
         let (n, p) = (machine.viscous.len(), machine.base.len());
@@ -200,8 +202,8 @@ impl<'a> Workshop<'a> {
     }
 }
 
-/// Simulates fleets with changes of several sizes, and compares each robot with the reference. `rate`: false discovery rate. The
-/// unchanged robots are the same for all sizes.
+/// Simulates fleets with changes of the given sizes, and compares each robot with the reference robot. `rate`: false discovery
+/// rate. The unchanged robots are the same for all sizes.
 pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f64, Found)> {
     let shop = Workshop::new(model);
     let random = |k: usize| Random::stream(fleet.seed, k as u64);
@@ -224,8 +226,8 @@ pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f
         let named: Vec<(&str, &Accumulator)> = robots.iter().map(|sums| ("robot", *sums)).collect();
         compare(("reference", &reference), &named, Compared::All, rate).unwrap_or_else(|e| panic!("{e}"))
     };
-    // The standard deviations of the differences. Each is a mean over some robots, because a single one has an uncertainty of 20
-    // %.
+    // The standard deviations of the differences between a robot and the reference. Each is a mean over some robots, because the
+    // value of a single robot has an uncertainty of 20 %.
     let some = compared(&healthy.iter().take(16).collect::<Vec<_>>());
     let columns = some.robots[0].parameters.len();
     let mean = |c: usize| some.robots.iter().map(|r| r.parameters[c].sigma.powi(2)).sum::<f64>();

@@ -1,4 +1,5 @@
-//! Errors of drive gains over draws of noise: bias, rms error, and mean standard deviation of the estimate.
+//! Errors of estimated drive gains over many draws of noise: bias, rms error, and the mean standard deviation that the estimate
+//! states.
 
 use std::fmt;
 

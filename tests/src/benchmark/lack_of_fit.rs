@@ -1,14 +1,17 @@
-//! Simulates logs of a UR5 that differ from the fitted model in one effect, with known true parameters.
+//! Simulates logs of a UR5 with known true parameters. The robot differs from the fitted model in one effect.
 //!
 //! The robot repeats a motion with five harmonics of 0.1 Hz three times. The fitted model has viscous and Coulomb friction and an
-//! offset; the true robot differs from it by [`Truth`]. Encoder noise is 2e-5 rad with steps of 1e-5 rad; velocity noise is 2e-3
-//! rad/s; torque noise is 0.02 N m and 0.5 % of the rms torque. If friction depends on more than the sign of the velocity, the
-//! robot is simulated in closed loop, because a joint sticks when it reverses:
+//! offset; the true robot differs from it by an effect of [`Truth`]. Encoder noise is 2e-5 rad with steps of 1e-5 rad; velocity
+//! noise is 2e-3 rad/s; torque noise is 0.02 N m and 0.5 % of the rms torque.
 //!
-//! u = A_n (ddq_r + Kp (q_r - q) + Kd (dq_r - dq)) + h_n + friction of the reference, held for 1 ms,
+//! If friction depends on more than the sign of the velocity, a joint sticks when it reverses. Then the robot is simulated in
+//! closed loop, with the controller
 //!
-//! A_n, h_n: inertia matrix and bias torque of a robot whose links are wrong by 10 %. The torque of a row is the mean of the
-//! torques before and after it. In all other cases the motion equals the reference, and the torque is from inverse dynamics.
+//! u = A_n (ddq_r + Kp (q_r - q) + Kd (dq_r - dq)) + h_n + friction at the reference velocity.
+//!
+//! u is constant for 1 ms. A_n, h_n: inertia matrix and bias torque of a robot whose links are wrong by 10 %; index r: reference.
+//! The torque of a row is the mean of the torques before and after it. In all other cases the motion equals the reference, and
+//! the torque is from inverse dynamics.
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,20 +26,20 @@ use robot::RotorInertia;
 use crate::joint_log::even_log;
 use crate::tape_robot::TapeRobot;
 
-/// The effect by which the true robot differs from the fitted model.
+/// The effect that the true robot or its sensors have, and the fitted model does not contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// No effect: the model is exact except for white noise.
     WhiteNoise,
     /// Torque noise that is correlated over 0.3 s, with the same rms as the additional white noise.
     SlowNoise,
-    /// Coulomb friction that changes its sign gradually, within 0.005 rad/s.
+    /// Coulomb friction that does not jump at zero velocity: it changes its sign within 0.005 rad/s.
     Tanh,
-    /// Gradual Coulomb friction that is 30 % larger below 0.1 rad/s (Stribeck effect).
+    /// Coulomb friction without a jump, as `Tanh`, that is 30 % larger below 0.1 rad/s (Stribeck effect).
     Stribeck,
-    /// Dahl friction: a bristle that slides after 2 mrad.
+    /// Dahl friction: an elastic bristle in the contact that slides after a deflection of 2 mrad.
     Dahl,
-    /// LuGre friction: a bristle that slides after 1 mrad, with the Stribeck effect and damping of the bristle.
+    /// LuGre friction: an elastic bristle in the contact that slides after 1 mrad, with the Stribeck effect and with damping.
     LuGre,
     /// Torque ripple of 2 % of the rms torque, with 50 and more periods per turn.
     Ripple,
@@ -91,19 +94,20 @@ impl Truth {
         Truth::Jitter,
     ];
 
-    /// Whether friction holds a joint when it reverses. Then the robot is simulated in closed loop.
+    /// Whether friction makes a joint stick when it reverses. Then the robot is simulated in closed loop.
     fn sticks(self) -> bool {
         matches!(self, Truth::Tanh | Truth::Stribeck | Truth::Dahl | Truth::LuGre)
     }
 }
 
-/// Viscous friction of each joint, N m/(rad/s). Then Coulomb friction, N m; offset, N m; rotor inertia, kg m^2.
+/// Viscous friction of each joint, N m/(rad/s). `COULOMB`: Coulomb friction, N m. `OFFSET`: torque offset, N m. `ROTOR`: rotor
+/// inertia, kg m^2.
 const VISCOUS: [f64; 6] = [9.1, 6.4, 8.3, 1.9, 1.2, 1.6];
 const COULOMB: [f64; 6] = [5.2, 7.4, 6.6, 0.8, 1.3, 1.1];
 const OFFSET: [f64; 6] = [0.3, -0.4, 0.1, 0.05, -0.08, 0.02];
 const ROTOR: [f64; 6] = [1.2, 0.9, 0.7, 0.2, 0.15, 0.22];
 
-/// Time between rows, s. `HELD`: controller samples per row. `STEPS`: simulation steps per controller sample.
+/// Time between rows of the log, s. `HELD`: controller samples per row. `STEPS`: simulation steps per controller sample.
 const PERIOD: f64 = 2e-3;
 const HELD: usize = 2;
 const STEPS: usize = 4;
@@ -112,7 +116,7 @@ const STEPS: usize = 4;
 const MOTION: f64 = 10.0;
 const REPEATED: usize = 3;
 
-/// The robot with its rotors, and the wrong model of it that the controller uses.
+/// The true robot with rotor inertias, and the nominal robot with wrong links that the controller uses.
 pub struct LackOfFit {
     pub robot: TapeRobot,
     nominal: TapeRobot,
@@ -139,7 +143,7 @@ impl LackOfFit {
         self.robot.truth.iter().copied().chain(friction).collect()
     }
 
-    /// The log of one draw. Each draw has its own motion and noise.
+    /// The log of one draw, with the effect `truth`. Each draw has its own motion and noise.
     pub fn log(&self, truth: Truth, draw: u64) -> Log {
         let random = &mut Random::stream(1414, draw);
         let motion = FourierMotion::random(random);
@@ -160,7 +164,7 @@ impl LackOfFit {
         let mut y = vec![0.0; 6 * base];
         for i in 0..rows() {
             let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
-            // The drive logs the mean torque over a row. So the sign of the velocity is averaged over the time of the row.
+            // The logged torque is the mean over the time of a row. So the sign of the velocity is averaged over this time.
             const PARTS: usize = 16;
             let parts =
                 (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
@@ -196,13 +200,14 @@ impl LackOfFit {
                 clean.push(&q, &dq, &mean);
             }
             before = Some(u);
-            // Inertia and bias torque are evaluated at the middle of the next interval and kept constant. Only friction changes
-            // faster.
+            // During a controller sample, inertia and bias torque are constant, with their values at the middle of the interval.
+            // Only friction changes within the interval.
             let middle = |x: &[f64; 6], dx: &[f64; 6]| std::array::from_fn(|k| x[k] + 0.5 * held * dx[k]);
             let held = Held::new(&self.robot, &middle(&q, &dq), &middle(&dq, &ddq), u);
             let start = dq;
             for _ in 0..STEPS {
-                // The midpoint rule. A bristle is integrated exactly for a constant velocity during the step.
+                // The midpoint rule. The bristle of the friction model is integrated exactly, with constant velocity during the
+                // step.
                 let first = held.acceleration(&dq, truth, &mut bristle, 0.5 * h);
                 let half: [f64; 6] = std::array::from_fn(|k| dq[k] + 0.5 * h * first[k]);
                 let second = held.acceleration(&half, truth, &mut bristle, 0.5 * h);
@@ -232,7 +237,7 @@ impl Held {
         Held { inertia, net: std::array::from_fn(|k| u[k] - bias[k] - OFFSET[k]) }
     }
 
-    /// The acceleration A^-1 (u - h - friction). Also advances the bristles by `step` s.
+    /// The acceleration A^-1 (u - h - friction). Also integrates the bristles (internal states of friction) over `step` s.
     fn acceleration(&self, dq: &[f64; 6], truth: Truth, bristle: &mut [f64; 6], step: f64) -> [f64; 6] {
         let net = SVector::from_fn(|k, _| self.net[k] - friction(truth, k, dq[k], &mut bristle[k], step));
         self.inertia.solve(&net).into()
@@ -319,7 +324,7 @@ impl Clean {
                 let most = self.tau[k].iter().fold(0.0, |most: f64, tau| most.max(tau.abs()));
                 self.bend(k, 0.01 / most);
             }),
-            // All links except the first rotate with the base as they rotate with the second joint.
+            // A flexible base: all links except the first one rotate with the base in the same way as with the second joint.
             Truth::Yields => self.bend(1, 1.0 / 2e4),
             Truth::CrossTalk => {
                 let tau = self.tau.clone();
@@ -355,7 +360,7 @@ fn root_mean_square(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// Adds torque ripple: a periodic torque of the rotor angle. `times(k)`: periods per turn of joint k.
+/// Adds torque ripple: a torque that is periodic in the rotor angle. `times(k)`: number of its periods per turn of joint k.
 fn add_ripple(clean: &mut Clean, random: &mut Random, times: impl Fn(usize) -> f64) {
     for k in 0..6 {
         let (size, phase) = (0.02 * 2f64.sqrt() * root_mean_square(&clean.tau[k]), random.between(0.0, TAU));
@@ -365,15 +370,15 @@ fn add_ripple(clean: &mut Clean, random: &mut Random, times: impl Fn(usize) -> f
     }
 }
 
-/// Adds backlash: the motor is half the gap ahead of the link on the side that transmits torque, and crosses the gap in about 10
-/// ms.
+/// Adds backlash to the measured positions: the motor is ahead of the link by half the gap, on the side that transmits torque. It
+/// crosses the gap in about 10 ms.
 fn add_backlash(clean: &mut Clean) {
     for k in 0..6 {
         let share = 1.0 - (-PERIOD / 5e-3f64).exp();
         let (mut side, mut before) = (sign(clean.tau[k][0]), sign(clean.tau[k][0]));
         let (mut slow, mut gap) = (side, Vec::new());
         for tau in &clean.tau[k] {
-            // Two low-passes in series, so that the velocity of the crossing does not jump.
+            // The side is filtered by two low-passes in series, so that the velocity in the gap does not jump.
             slow += share * (sign(*tau) - slow);
             side += share * (slow - side);
             gap.push((5e-4 * side, 5e-4 * (side - before) / PERIOD));

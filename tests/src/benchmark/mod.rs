@@ -1,4 +1,5 @@
-//! Robots, experiments and estimators for comparisons. Benches print their results, and tests check bounds.
+//! Robots, experiments and estimators for comparisons of estimators. Benches print the errors of the estimates, and tests check
+//! bounds of these errors.
 //!
 //! `dataset` uses measured logs; all other modules use simulated ones.
 

@@ -8,7 +8,7 @@
 //! | bias | mean error / sigma: rms over the parameters, and largest |
 //! | RMSE | rms error / sigma: rms over the parameters |
 //! | X | median over draws of norm(X^ - X) / norm(X), % (X^: estimate, X: true parameters) |
-//! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % |
+//! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % (D: regressor) |
 //!
 //! sigma: Cramer-Rao bound for white torque noise. It assumes that the motion is known exactly, that all samples of all moving
 //! joints are used, and that each joint has four unknown friction coefficients, equal in all experiments.
@@ -38,9 +38,9 @@ use random::Random;
 pub enum Method {
     PaperEqual,
     PaperWeighted,
-    /// RIST-MH (harmonics) with only equation (5) as friction.
+    /// RIST-MH (estimator in the frequency domain) with viscous and Coulomb friction in each direction, four columns per joint.
     HarmonicPlain,
-    /// RIST-MH with the friction model that it chooses, and with drift of friction.
+    /// RIST-MH with the friction model that it chooses itself, and with friction that changes between experiments (drift).
     Harmonic,
     /// Least squares with a Butterworth filter at 40 Hz, decimation by 20, and friction columns.
     FilteredLeastSquares,
@@ -68,13 +68,13 @@ impl fmt::Display for Method {
     }
 }
 
-/// The noise-free part of a scenario.
+/// The noise-free experiments of a scenario, and what is computed from them once.
 pub struct Fixture<'a> {
     pub(crate) arm: &'a BenchmarkArm<'a>,
     pub scenario: Scenario,
-    /// Noise-free records, cut to the intervals that are used.
+    /// Noise-free records, restricted to the intervals that estimators use.
     experiments: Vec<SpectralExperiment>,
-    /// Cramer-Rao bound of each parameter: its standard deviation.
+    /// The Cramer-Rao bound of each parameter, as a standard deviation.
     pub sigma: Vec<f64>,
     /// D'D of each validation motion, p x p, D: regressor.
     validation: Vec<Vec<f64>>,
@@ -104,8 +104,8 @@ pub struct Comparison {
 }
 
 impl<'a> Fixture<'a> {
-    /// Simulates the experiments and ten validation motions. Fails with the time at which the simulation stops if the robot is
-    /// not physical.
+    /// Simulates the experiments and ten validation motions. Fails with the time at which the simulation stops, if the parameters
+    /// of the robot are physically impossible.
     pub fn new(
         arm: &'a BenchmarkArm<'a>,
         scenario: Scenario,
@@ -152,7 +152,7 @@ impl<'a> Fixture<'a> {
         Ok(self)
     }
 
-    /// One record per experiment, with drift of the friction and with a feedforward of wrong parameters.
+    /// One record per experiment. The friction changes between experiments, and the feedforward uses wrong parameters.
     fn records(&self, dynamics: &dyn Dynamics, plan: &[ExcitingTrajectory], seed: u64) -> Result<Vec<Record>, Stop> {
         let (mut random, scenario) = (Random::new(seed), &self.scenario);
         let wrong = |x: &f64, up: bool| x * if up { 1.2 } else { 0.8 };
@@ -188,7 +188,7 @@ impl<'a> Fixture<'a> {
         }
     }
 
-    /// The experiments with the noise of one draw. `None`: without noise and rounding.
+    /// The experiments with the sensor noise of one draw. If `draw` is `None`: without noise and rounding.
     pub fn measured(&self, draw: Option<u64>, seed: u64) -> Vec<SpectralExperiment> {
         let Some(draw) = draw else { return self.experiments.clone() };
         measured(&self.experiments, self.arm, &self.scenario.sensing, seed, draw)
@@ -303,7 +303,7 @@ pub fn each_draw<T: Send>(draws: usize, threads: usize, one: impl Fn(u64) -> T +
     found.into_iter().map(|f| f.1).collect()
 }
 
-/// The motion of a noise-free record by central differences, restricted to windows.
+/// The motion of a noise-free record in the samples of `windows`. Velocities and accelerations are central differences.
 fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMotion {
     let whole = MeasuredMotion::by_differences(&record.q, record.sample_time);
     let reference = Reference {
@@ -316,7 +316,8 @@ fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMo
     MeasuredMotion::of_reference(&reference)
 }
 
-/// Adds the rows of all samples and moving joints, with four friction columns, divided by the torque noise.
+/// Adds the rows of all samples and moving joints to the information matrix: regressor and four friction columns, divided by the
+/// torque noise.
 fn add_information(
     information: &mut TriangleBuilder,
     arm: &BenchmarkArm,
@@ -327,7 +328,7 @@ fn add_information(
     let p = arm.truth.len();
     let mut windows = trajectory.windows();
     let last = record.q[0].len() - 1;
-    // The last sample is not used, because the differences wrap around at the ends of the record.
+    // The last sample is not used, because the difference quotient takes the first sample as its neighbour.
     windows.iter_mut().for_each(|w| w.end = w.end.min(last));
     let motion = cut_motion(record, &windows);
     let columns = motion.regressor_columns(arm.regressor);

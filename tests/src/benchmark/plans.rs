@@ -1,4 +1,4 @@
-//! Plans for the simulated robots: a given one, and plans that a search finds.
+//! Plans for the simulated robots: one that is given here, and plans that a search finds.
 
 use experiments::plan::candidates::Candidate;
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange, value_of};
@@ -9,8 +9,8 @@ use random::Random;
 
 use crate::benchmark::candidates::bang_bang;
 
-/// A plan of eight experiments for R3G, whose determinant is within 1 % of the best known plan. Its last experiment is a slow
-/// sweep, which only determines gravity parameters.
+/// A plan of eight experiments for R3G (three revolute axes, with gravity). The determinant of its information matrix is within 1
+/// % of the best known plan. Its last experiment is a slow sweep, which only determines gravity parameters.
 pub fn golden_plan() -> Vec<ExcitingTrajectory> {
     let third = |i: f64| 2.2 * i / 6.0;
     let one = |q2, i| bang_bang(MotionKind::Mixed, 0, &[1, 2], [0.0, q2, third(i)], 500);
@@ -27,7 +27,7 @@ pub fn golden_plan() -> Vec<ExcitingTrajectory> {
     ]
 }
 
-/// A set of experiments as indices of candidates, and the logarithm of its determinant.
+/// A set of experiments as indices of candidates, and the logarithm of the determinant of its information matrix.
 pub type Set = (Vec<usize>, f64);
 
 /// The best set of eight experiments that a search finds, and `count` random sets of eight.

@@ -21,11 +21,11 @@ pub struct BenchmarkArm<'a> {
     pub sample_time: f64,
 }
 
-/// Conditions in which sensors or friction differ from those of the arm.
+/// The conditions of a simulation. Sensors and friction may differ from those of the arm.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,
-    /// Whether inverse dynamics with parameters that are wrong by 20 % is added to the controller output.
+    /// Whether a feedforward is added to the controller output: inverse dynamics with parameters that are wrong by 20 %.
     pub feedforward: bool,
     pub sensing: Sensors,
     pub friction: Vec<FrictionLaw>,
@@ -34,8 +34,8 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// S1: the arm itself. S2: encoder quantum 5 times, encoder noise 6 times, torque noise 3 times. S3: S1 with 50 % more
-    /// Stribeck friction and 25 % drift. S4: S1 with Coulomb friction that grows by 5 % per N m.
+    /// S1: sensors and friction of the arm. S2: S1 with encoder quantum 5 times, encoder noise 6 times, torque noise 3 times. S3:
+    /// S1 with 50 % more Stribeck friction and 25 % drift. S4: S1 with Coulomb friction that grows by 5 % per N m.
     pub fn all(arm: &BenchmarkArm) -> Vec<Scenario> {
         let base = |name, feedforward| Scenario {
             name,

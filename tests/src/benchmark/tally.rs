@@ -1,7 +1,8 @@
 //! Collects the errors of one estimator over many simulated experiments.
 //!
-//! Bias and RMSE are divided by the Cramer-Rao bound sigma_i = sigma (W'W)^-1/2_ii at noise-free states. The coverage is the
-//! share of the 95 % intervals x +- 1.96 sigma that contain the true value.
+//! Bias and RMSE are divided by the Cramer-Rao bound sigma_i: square root of the i-th diagonal entry of sigma^2 (W'W)^-1. W:
+//! observation matrix at the noise-free states, sigma: torque noise. The coverage is the share of the 95 % intervals x +- 1.96
+//! sigma that contain the true value.
 
 /// Errors of each parameter, divided by its Cramer-Rao bound, and the number of intervals that contain the true value.
 #[derive(Default)]

@@ -1,5 +1,5 @@
-//! `cargo xtask datasets DIR`: runs all recipes on measured robots, and prints the residuals next to those of the baselines. DIR
-//! contains one folder per data set, with its name.
+//! `cargo xtask datasets DIR`: identifies measured robots by all recipes, and prints the residuals next to the residuals of an
+//! independent program. DIR contains one folder per data set, with its name.
 
 use std::path::Path;
 use std::process::ExitCode;

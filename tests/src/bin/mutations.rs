@@ -1,5 +1,5 @@
-//! `mutations PROGRAM SECONDS FOUND`: changes each file that the program can read at random, for this time, and stores the files
-//! that crash the program in the folder FOUND. `cargo xtask fuzz` calls it.
+//! `mutations PROGRAM SECONDS FOUND`: for SECONDS seconds, changes files that the program can read at random, and runs the
+//! program on them. Files that crash the program are stored in the folder FOUND. `cargo xtask fuzz` calls it.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the mutations. Returns whether no run of the program broke the rules of `mutation`.
+/// Runs the program on randomly changed files. Returns whether every run ended normally, as the module `mutation` requires.
 fn run(program: &Path, seconds: &str, found: &Path) -> Result<bool, String> {
     let told = |path: &Path| format!("{}: it cannot be written", path.display());
     let time = Duration::from_secs(seconds.parse().map_err(|_| format!("{seconds} is no number of seconds"))?);
@@ -32,7 +32,7 @@ fn run(program: &Path, seconds: &str, found: &Path) -> Result<bool, String> {
     std::fs::create_dir_all(&folder).map_err(|_| told(&folder))?;
     let mut seeds = seeds(program, &folder);
     by_time(program, &folder, &mut seeds);
-    // The seed differs in every run, so that several runs test different files.
+    // The seed of the random numbers differs in every run, so that several runs test different files.
     let start = Instant::now();
     let since = std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs());
     let (count, broken) = hunt(program, &folder, &seeds, &mut Random(since), |_| start.elapsed() > time);

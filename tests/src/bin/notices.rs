@@ -2,7 +2,7 @@
 //! accompany a binary. With `--check`, it only compares. `cargo xtask notices` calls it.
 //!
 //! Crates of macros and build scripts are not listed, because no binary contains them. If a crate can be used under MIT, the MIT
-//! text is used; a text that several crates share is written once. The list is for Linux on x86-64, on any machine.
+//! text is used. A text that several crates share is written once. On any machine, the list is made for Linux on x86-64.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,7 +14,7 @@ use tests::workspace;
 const FILE: &str = "THIRD_PARTY_NOTICES";
 const PLATFORM: &str = "x86_64-unknown-linux-gnu";
 
-/// The binaries: manifest next to the lock file, and package.
+/// The binaries with linked crates: for each, the manifest next to its lock file, and the package.
 const BINARIES: [[&str; 2]; 2] = [["Cargo.toml", "cli"], ["crates/python/Cargo.toml", "python"]];
 
 const HEAD: &str = "\
@@ -25,7 +25,7 @@ The program rist and the package rist for Python hold the crates below, each und
 SQLite, which libsqlite3-sys holds, is in the public domain.
 ";
 
-/// The first letters of file names that contain a licence or a notice.
+/// Files whose name starts with one of these words contain a licence or a notice.
 const NOTICE_FILES: [&str; 6] = ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE", "COPYRIGHT"];
 
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,7 +97,7 @@ fn notices() -> Result<String, String> {
     Ok(out)
 }
 
-/// The crates of other authors that a package links.
+/// The crates of other authors that are linked into a package.
 fn linked(manifest: &Path, package: &str) -> Result<BTreeSet<Linked>, String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut metadata = Command::new(cargo);

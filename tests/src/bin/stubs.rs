@@ -44,7 +44,7 @@ impl Keyword {
         Keyword { name: field.name.into(), of_type: field.shape.python.clone(), default, doc }
     }
 
-    /// An argument that is a Python object, whose type differs from the type of the request field.
+    /// An argument that exists only in Python: it is a Python object, so its type differs from the type of the request field.
     fn own(name: &str, of_type: &str, default: &str, doc: &str) -> Keyword {
         Keyword { name: name.into(), of_type: of_type.into(), default: default.into(), doc: doc.into() }
     }
@@ -133,7 +133,7 @@ fn literal(value: &Value) -> String {
     }
 }
 
-/// Divides a text into lines. All lines except the first are indented.
+/// Divides a text into lines of limited length. All lines except the first are indented.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -154,7 +154,7 @@ fn paragraph(keywords: &[Keyword]) -> Vec<String> {
     ["Options:".to_string()].into_iter().chain(keywords.iter().flat_map(of_one)).collect()
 }
 
-/// The Rust source with the signature and docstring of this function replaced; and the new docstring.
+/// Returns the Rust source in which signature and docstring of this function are replaced, and the new docstring.
 fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), String> {
     let (class, _, rust) = function.names();
     let missing = |what: &str| format!("crates/python/src/{}: {what} of {} is missing", function.file, function.name);
@@ -168,7 +168,7 @@ fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), S
     let defaults: Vec<String> = function.keywords.iter().map(|k| format!("{}={}", k.name, k.default)).collect();
     let signed = format!("{before}*, {})\")]", defaults.join(", "));
     let is_doc = |line: &str| line.trim().starts_with("///");
-    // The options of a constructor are in the docstring of its class.
+    // In Python, the arguments of a constructor are documented in the docstring of its class.
     let end = match class.filter(|_| rust == "new") {
         None => (0..signature).rev().find(|&i| is_doc(lines[i])).map_or(signature, |i| i + 1),
         Some(class) => {
@@ -191,7 +191,7 @@ fn in_source(text: &str, function: &Function) -> Result<(String, Vec<String>), S
     Ok((all.join("\n") + "\n", doc))
 }
 
-/// A docstring with the paragraph of its options replaced, or appended if there was none.
+/// Returns a docstring in which the paragraph on the options is replaced, or appended if there was none.
 fn with_options(doc: Vec<String>, keywords: &[Keyword]) -> Vec<String> {
     let found = paragraph(keywords);
     let Some(start) = doc.iter().position(|line| line.starts_with("Options")) else {
@@ -262,7 +262,7 @@ fn tables() -> String {
     text + "\n"
 }
 
-/// A page with the tables between its two marks replaced.
+/// Returns a page in which the tables between its two marks are replaced.
 fn in_page(text: &str) -> Result<String, String> {
     let missing = || format!("{PAGE}: the lines `{}` and `{}` are missing", FROM.trim(), TO.trim());
     let (before, rest) = text.split_once(FROM).ok_or_else(missing)?;

@@ -1,13 +1,15 @@
-//! A tree of rigid bodies. Computes its torques by Newton-Euler and its energy, in plain f64 in the base frame.
+//! A tree of rigid bodies. Its torques are computed by Newton-Euler, and its energy, in plain f64 in the base frame.
 //!
 //! ```text
 //! outward   w = w_i + a dq,  dw = dw_i + a ddq + w_i x a dq         (revolute; a: axis in the base frame)
 //!           p = p_i + R_i o + a q,  acceleration with 2 w_i x a dq  (prismatic)
 //! of a body F = m c'',  N = I dw + w x I w  about its centre of mass c
-//! inward    the wrench of what hangs on a link is added, with its lever
+//! inward    the wrenches of the child links are added, with their lever arms
 //! ```
-//! Gravity is included as the acceleration -g of the base [Luh, Walker, Paul 1980]. Frames are as in a URDF: a fixed placement,
-//! then the motion along an axis. This file uses no code of rist, and no code of `recursion`, which has the frames of rist.
+//! w, dw: angular velocity and acceleration of a link, index i: of its parent; p: origin of the link; R_i: rotation of the
+//! parent; o: origin in the frame of the parent. Gravity is included as the acceleration -g of the base [Luh, Walker, Paul 1980].
+//! Frames are as in a URDF: a fixed placement, then the motion along an axis. This file uses no code of rist. It also uses no
+//! code of `recursion`, whose frames are as in rist.
 
 pub type Vector = [f64; 3];
 /// A 3 x 3 matrix, row by row.
@@ -29,7 +31,7 @@ pub struct Body {
     pub inertia: Matrix,
 }
 
-/// A link and the joint that moves it.
+/// A link, and the joint that connects it to its parent.
 #[derive(Clone, Debug)]
 pub struct Joint {
     /// Index of the parent link; `None`: the base.
@@ -147,7 +149,7 @@ impl Chain {
         links
     }
 
-    /// The joint torques for the bodies without the rotors, N m (N).
+    /// The joint torques that move the bodies, without the torques of the rotors, N m (N).
     pub fn torque(&self, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
         let links = self.moving(q, dq, ddq);
         let mut wrenches: Vec<(Vector, Vector)> =
@@ -219,7 +221,7 @@ impl Body {
     }
 }
 
-/// Force, and moment about the origin of the link, for the motion of a body.
+/// Force, and moment about the origin of the link, that cause the motion of a body.
 fn wrench(link: &Moving, body: &Body) -> (Vector, Vector) {
     let s = turned(&link.rotation, body.centre);
     let of_centre = plus(link.acceleration, plus(cross(link.dw, s), cross(link.w, cross(link.w, s))));

@@ -45,12 +45,12 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug)]
 pub struct Defect {
     pub kind: Kind,
-    /// The joint with the defect, if it concerns one joint. `other`: the second joint, if it concerns two.
+    /// The joint with the defect, if the kind concerns one joint. `other`: a second joint, if the kind concerns two.
     pub joint: usize,
     pub other: usize,
     /// Size of the defect, in the unit of its kind.
     pub size: f64,
-    /// A random number in [0, 1) for other random properties of the defect.
+    /// A random number in [0, 1) from which other properties of the defect follow, for example its sign.
     pub more: f64,
 }
 
@@ -89,7 +89,7 @@ impl Kind {
         self >= Kind::Tilt
     }
 
-    /// Smallest size, largest size, and unit.
+    /// Smallest size, largest size, and unit of a defect of this kind.
     fn sizes(self) -> (f64, f64, &'static str) {
         match self {
             Kind::Stribeck => (0.1, 0.8, "of Coulomb friction more at rest"),
@@ -148,12 +148,12 @@ impl Defect {
         defects
     }
 
-    /// A factor exp(size) or exp(-size).
+    /// The factor by which a scale defect multiplies torques: exp(size) or, with equal probability, exp(-size).
     pub fn factor(&self) -> f64 {
         if self.more < 0.5 { self.size.exp() } else { (-self.size).exp() }
     }
 
-    /// Gravity in the frame of a base that is tilted relative to the description.
+    /// The gravity vector in the frame of a base that is tilted by `size`, rad, about a random horizontal axis.
     pub fn tilted(&self, gravity: Vector) -> Vector {
         let (s, c) = (TAU * self.more).sin_cos();
         super::chain::turned(&about([c, s, 0.0], self.size), gravity)

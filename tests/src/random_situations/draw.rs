@@ -5,8 +5,8 @@ use crate::random::Random;
 pub struct Draw(Random);
 
 impl Draw {
-    /// A generator for one purpose in one situation. If this purpose needs more numbers, the numbers of other purposes do not
-    /// change.
+    /// A generator for one purpose in one situation. Each purpose has its own sequence, so if one needs more numbers, the numbers
+    /// of the others do not change.
     pub fn of(seed: u64, purpose: u64) -> Draw {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose.wrapping_mul(0xd1b5_4a32_d192_ed03));
         random.unit();
@@ -36,7 +36,8 @@ impl Draw {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
-    /// A standard normal number, approximately: half of the sum of twelve uniform numbers in [-1, 1), whose variance is 4.
+    /// A number that is approximately standard normal: half of the sum of twelve uniform numbers in [-1, 1), because this sum has
+    /// the variance 4.
     pub fn normal(&mut self) -> f64 {
         0.5 * (0..12).map(|_| self.0.unit()).sum::<f64>()
     }

@@ -24,23 +24,24 @@ use super::truth::{Truth, truth};
 pub type Worst = (String, f64);
 
 pub struct Judgement {
-    /// Relative torque error |predicted - true| / |true| on the motion of use, for the whole motor torque.
+    /// Relative error |predicted - true| / |true| of the whole motor torque, on a motion that was not logged (`of_use`).
     pub torque: f64,
-    /// The relative error in the unit of the logged torques: the true torque is multiplied by the wrong scale of the log.
+    /// The relative torque error in the unit of the logged torques: the true torque is multiplied by the wrong scale of the log.
     pub as_logged: f64,
-    /// Relative error of the torque of bodies and rotors only.
+    /// Relative error of the torque of bodies and rotors, without friction.
     pub rigid: f64,
     /// The joint with the largest relative torque error.
     pub worst_joint: Worst,
-    /// The parameter with the largest error in standard deviations.
+    /// The parameter with the largest error in units of its standard deviation.
     pub worst_sigma: Worst,
-    /// The same in the unit of the logged torques: if all have the same wrong scale, true parameters are multiplied by it.
+    /// The parameter with the largest error in units of its standard deviation, if errors are computed in the unit of the logged
+    /// torques: if all torques have the same wrong scale, the true parameters are multiplied by it.
     pub worst_sigma_as_logged: Worst,
     /// For each parameter: name, value, standard deviation, true value.
     pub parameters: Vec<(String, f64, f64, f64)>,
-    /// Relative residual of the true torques with the columns of the model. It must be only a rounding error.
+    /// Relative residual of the true torques after a fit with the columns of the model. It must be only a rounding error.
     pub left: f64,
-    /// Number of rotors that the columns of the model cannot represent.
+    /// Number of rotors whose inertia no column of the model can represent.
     pub unsaid: usize,
 }
 
@@ -81,7 +82,7 @@ impl Outcome {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma.1, 5.0))
     }
 
-    /// Whether a parameter has such an error also in the unit of the logged torques.
+    /// Whether a parameter has an error of more than five standard deviations also in the unit of the logged torques.
     pub fn is_oversure_as_logged(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma_as_logged.1, 5.0))
     }
@@ -97,7 +98,7 @@ fn beyond(error: f64, bound: f64) -> bool {
     error.is_nan() || error > bound
 }
 
-/// The rotors that some parameters include according to a claim.
+/// The joints whose rotor inertia, according to an open claim of the program, is included in other parameters.
 fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
     let is_said = |k: &usize| {
         let rotor = Subject::of(ROTOR, [format!("joint_{}", k + 1)]);
@@ -108,8 +109,8 @@ fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
 }
 
 impl Situation {
-    /// Runs the program with default options, and compares its answers with the truth. `fits_all`: all logs are fitted; otherwise
-    /// only the first one, which predicts the other.
+    /// Runs `rist identify` with default options, and compares its answers with the true values. `fits_all`: all logs are fitted;
+    /// otherwise only the first log is fitted, and its estimate predicts the other log.
     pub fn outcome(&self, fits_all: bool) -> Outcome {
         let model = self.model();
         match self.identified(&model, fits_all) {
@@ -144,7 +145,8 @@ impl Situation {
         Ok(Outcome { trust, verdict: Some(judged.verdict), said, judgement: Some(judgement) })
     }
 
-    /// Compares the estimate with the truth. `within`: rotors that some parameters include according to the program.
+    /// Compares the estimate with the true values. `within`: joints whose rotor inertia is included in other parameters,
+    /// according to the program.
     pub fn judgement(&self, model: &Model, estimate: &Estimate, within: &[usize]) -> Judgement {
         let options = estimate.options.clone().unwrap_or_default();
         let couplings = options.transmission.coupled();
@@ -156,7 +158,7 @@ impl Situation {
         let (torque, rigid, worst_joint) = errors(&vec![1.0; joints]);
         let scales: Vec<f64> = (0..joints).map(|k| self.logged_scale(k)).collect();
         let (as_logged, ..) = errors(&scales);
-        // The parameters belong to the model of the estimate, whose base may be tilted by the program.
+        // The parameters belong to the model that was used for the estimate. The program may have tilted its base.
         let as_modelled = Chain { gravity: model.robot.gravity_number(), ..chain };
         let true_base = truth(&as_modelled, model.regressor(), within);
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
@@ -185,9 +187,9 @@ impl Situation {
         }
     }
 
-    /// Errors of the torque on the motion of use: of the whole torque, of the bodies, and of the worst joint. `load`: base
-    /// parameters that predict the load torque, if friction depends on it. `units`: for each joint, the factor of the true
-    /// torque.
+    /// Errors of the torque on the motion `of_use`: of the whole torque, of the bodies, and of the worst joint. `load`: base
+    /// parameters that predict the load torque, if friction depends on it. `units`: for each joint, the factor by which the true
+    /// torque is multiplied.
     fn torque_errors(
         &self,
         linear: &LinearModel,
@@ -196,7 +198,7 @@ impl Situation {
         load: &[f64],
         units: &[f64],
     ) -> (f64, f64, Worst) {
-        /// Number of fine time steps between two states.
+        /// Number of steps of the fine time grid between two states.
         const EVERY: usize = 20;
         let n = chain.len();
         let series = series(&self.machine, chain, &self.of_use, &self.defects);
@@ -238,13 +240,14 @@ impl Situation {
         (total, (of_bodies / bodies).sqrt(), (format!("joint_{}", worst + 1), of_joint(worst)))
     }
 
-    /// The factor by which the torque of joint k is logged too large.
+    /// The wrong scale of the log of joint k: logged torque divided by true torque.
     fn logged_scale(&self, k: usize) -> f64 {
         let is_scale = |d: &&Defect| d.kind == Kind::ScaleOfAll || d.kind == Kind::ScaleOfJoint && d.joint == k;
         self.defects.iter().filter(is_scale).map(Defect::factor).product()
     }
 
-    /// The true value of a parameter. `None` if there is none, for example FS if the friction of the machine follows another law.
+    /// The true value of a parameter. `None` if it has none, for example Coulomb friction FS if the friction of the machine
+    /// follows another law.
     fn true_value(&self, id: &ParameterId, model: &Model, truth: &Truth, terms: &[FrictionTerm]) -> Option<f64> {
         let has = |kind: Kind| self.defects.iter().any(|d| d.kind == kind);
         match id {
@@ -257,7 +260,8 @@ impl Situation {
                     [Kind::Stribeck, Kind::Bristle, Kind::LoadFriction, Kind::Asymmetric].into_iter().any(has);
                 let coordinates = model.regressor().coordinates();
                 let k = coordinates.iter().position(|c| ParameterId::friction(*parameter, c) == *id)?;
-                // If a joint has a term of another friction law, none of its friction parameters has a true value.
+                // If the model has a friction term of another law for this joint, none of the joint's friction parameters has a
+                // true value.
                 let is_alone = |term: &FrictionTerm| !matches!(term, FrictionTerm::At(number, _) if *number == k + 1);
                 if is_other || !terms.starts_with(&FrictionTerm::STANDARD) || !terms.iter().all(is_alone) {
                     return None;

@@ -1,8 +1,8 @@
-//! Random situations of a user with a robot, a description and one or two logs. They test whether the answers of `rist identify`
-//! are correct.
+//! Random situations of a user who has a robot, a description and one or two logs. They test whether the answers of `rist
+//! identify` are correct.
 //!
-//! The machine is simulated by independent mechanics ([`chain`]) on prescribed motions; then sensor errors are added
-//! ([`sensors`]). `experiments::simulate` and `identification` are not used. The seed determines the whole situation.
+//! The machine (the true robot) is simulated by independent mechanics ([`chain`]) on prescribed motions; then sensor errors are
+//! added ([`sensors`]). `experiments::simulate` and `identification` are not used. The seed determines the whole situation.
 
 pub mod chain;
 pub mod defects;
@@ -29,7 +29,7 @@ use motion::Motion;
 use robots::Machine;
 use sensors::Sensors;
 
-/// A machine, its defects, and its motions.
+/// A machine (true robot), its defects, its sensors, and its motions.
 pub struct Situation {
     pub seed: u64,
     pub machine: Machine,
@@ -42,8 +42,8 @@ pub struct Situation {
 }
 
 impl Situation {
-    /// The situation for a seed. Each of these is one of twenty situations: a gantry; a SCARA; two arms, possibly with exchanged
-    /// sides; and a machine of which only one joint moves.
+    /// The situation for a seed. Four special situations have a probability of 1/20 each: a gantry; a SCARA; two arms, possibly
+    /// with exchanged columns of left and right; and a machine of which only one joint moves.
     pub fn of(seed: u64) -> Situation {
         let sort = Draw::of(seed, 6).below(20);
         let draw = &mut Draw::of(seed, 1);

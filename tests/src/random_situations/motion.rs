@@ -9,8 +9,8 @@ use crate::random::State;
 pub enum Track {
     /// Sines about a middle position: (amplitude, angular frequency in rad/s, phase) of each sine.
     Sines(f64, Vec<(f64, f64, f64)>),
-    /// Moves from point to point by a polynomial of fifth degree, each followed by a rest: points; duration of a move, s; of move
-    /// and rest, s.
+    /// Moves from point to point by a polynomial of fifth degree, each followed by a rest. Fields: the points; duration of a
+    /// move, s; duration of a move and its rest, s.
     Points(Vec<f64>, f64, f64),
 }
 
@@ -29,7 +29,7 @@ impl Motion {
         State { q: pick(0), dq: pick(1), ddq: pick(2) }
     }
 
-    /// A motion as a user may record it: from slow and small to the limits, with few or many periods.
+    /// A motion as a user may record it. It may be slow and small, or reach the limits, and it may have few or many periods.
     pub fn recorded(chain: &Chain, draw: &mut Draw) -> Motion {
         // Some motions are poor: 20 % are small, and 20 % are slow.
         let (small, slow) = (draw.chance(0.2), draw.chance(0.2));
@@ -50,7 +50,7 @@ impl Motion {
         motion
     }
 
-    /// A motion for the evaluation of an estimate: 70 % of the range, with up to 60 % of the speed.
+    /// A motion for the evaluation of an estimate: 70 % of the position range, with up to 60 % of the speed limit.
     pub fn of_use(chain: &Chain, draw: &mut Draw) -> Motion {
         Motion::fourier(chain, 0.7, 0.6, |_| false, draw)
     }

@@ -1,4 +1,4 @@
-//! The robots of the situations: random geometries, or shipped models with other bodies.
+//! The robots of the random situations: random geometries, or models of models/ with changed bodies.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use super::chain::{
 };
 use super::draw::Draw;
 
-/// Shipped models that are trees in which each joint has its own coordinate.
+/// Files of models/ whose robots are trees in which each joint has its own coordinate.
 const SHIPPED: [&str; 9] = [
     "ur5.urdf",
     "ur5.yaml",
@@ -25,7 +25,7 @@ const SHIPPED: [&str; 9] = [
 const X: Vector = [1.0, 0.0, 0.0];
 const Z: Vector = [0.0, 0.0, 1.0];
 
-/// The friction of a joint, with the law of the standard fit.
+/// The friction of a joint: viscous and Coulomb friction and an offset, as in a fit with default options.
 #[derive(Clone, Copy, Debug)]
 pub struct Friction {
     /// Viscous friction, N m s/rad (N s/m). `coulomb`: Coulomb friction, N m (N). `offset`: N m (N).
@@ -34,7 +34,7 @@ pub struct Friction {
     pub offset: f64,
 }
 
-/// A machine with its true parameters, and with the parameters of its description.
+/// A machine with its true parameters, and the nominal parameters of its description.
 pub struct Machine {
     pub name: String,
     pub chain: Chain,
@@ -115,7 +115,7 @@ pub fn mirrored_arms(draw: &mut Draw) -> Machine {
     machine_of(format!("two_arms_{n}"), chain, draw)
 }
 
-/// A machine with this geometry. Rotors, friction, effort limits and the description are random.
+/// A machine with this geometry. Its rotors, friction, effort limits and description are random.
 fn machine_of(name: String, mut chain: Chain, draw: &mut Draw) -> Machine {
     let geared = draw.chance(0.6);
     let n = chain.len();
@@ -146,14 +146,15 @@ fn friction(draw: &mut Draw, size: f64, speed: f64) -> Friction {
     }
 }
 
-/// A body whose mass, moments and centre differ by up to 15 %. It remains physically possible.
+/// The body with a random error of up to 15 % in mass, moments of inertia and centre of mass. It remains physically possible.
 fn off(body: &Body, draw: &mut Draw) -> Body {
     let (mass, moments) = (1.0 + draw.uniform(-0.15, 0.15), 1.0 + draw.uniform(-0.15, 0.15));
     let inertia = body.inertia.map(|row| times(row, mass * moments));
     Body { mass: body.mass * mass, centre: body.centre.map(|c| c * (1.0 + draw.uniform(-0.15, 0.15))), inertia }
 }
 
-/// Rms torque at random states with half of the limits, N m (N). At least 1/50 of the largest torque of a joint of the same type.
+/// Rms torque of each joint at random states (80 % of the position range, half of the speed limit), N m (N). At least 1/50 of the
+/// largest rms torque.
 fn torque_size(chain: &Chain, draw: &mut Draw) -> Vec<f64> {
     const STATES: usize = 100;
     let n = chain.len();
@@ -217,7 +218,7 @@ fn shipped(file: &str, draw: &mut Draw) -> (String, Chain) {
     let mut mass = draw.log(3.0, 15.0);
     for joint in &mut chain.joints {
         let length = joint.origin.iter().map(|x| x * x).sum::<f64>().sqrt().min(0.5);
-        // A body of the model is changed. If the model has no body or only a point mass, the body is random.
+        // The body of the model is changed. If the model has no body, or only a point mass, a random body is used.
         let is_body = joint.body.mass > 0.0 && (0..3).all(|i| joint.body.inertia[i][i] > 1e-6);
         joint.body = match is_body {
             true => {

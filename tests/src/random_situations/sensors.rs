@@ -13,7 +13,7 @@ use super::torque::{FINE, Series};
 pub enum Noise {
     None,
     White,
-    /// Noise that is correlated over this time, s.
+    /// Noise that is correlated in time, with this correlation time, s.
     Slow(f64),
     /// White noise; in addition, one row in a hundred has an error of twenty standard deviations.
     Spikes,
@@ -21,10 +21,10 @@ pub enum Noise {
 
 #[derive(Clone, Debug)]
 pub struct Sensors {
-    /// Sampling rate, Hz. It divides the rate of the fine time grid.
+    /// Sampling rate of the log, Hz. The rate of the fine time grid of the simulation is a multiple of it.
     pub rate: f64,
     pub noise: Noise,
-    /// Standard deviation of the torque noise, as a fraction of the rms torque.
+    /// Standard deviation of a joint's torque noise, as a fraction of its rms torque.
     pub level: f64,
     /// Resolution of the encoders, bits per turn (for a prismatic joint: per 0.1 m). `None`: exact positions.
     pub bits: Option<u32>,
@@ -191,7 +191,7 @@ pub fn zero(machine: &Machine, defects: &[Defect], k: usize) -> f64 {
     of_joint.map_or(0.0, |d| unit * d.size * if d.more < 0.5 { 1.0 } else { -1.0 })
 }
 
-/// Noise with standard deviation 1 (spikes excepted).
+/// A generator of noise with standard deviation 1 (spikes excepted).
 struct Noisy {
     noise: Noise,
     rate: f64,
@@ -218,7 +218,8 @@ impl Noisy {
     }
 }
 
-/// Removes some rows, and replaces some rows by the previous row, except for their time.
+/// Removes some rows of the log (`DroppedRows`), and replaces the values of other rows, except their time, by those of the
+/// previous row (`RepeatedRows`).
 fn lose_rows(columns: &mut [Vec<f64>], defects: &[Defect], draw: &mut Draw) {
     let share = |kind: Kind| defects.iter().find(|d| d.kind == kind).map_or(0.0, |d| d.size);
     let (dropped, repeated) = (share(Kind::DroppedRows), share(Kind::RepeatedRows));
@@ -240,7 +241,7 @@ fn lose_rows(columns: &mut [Vec<f64>], defects: &[Defect], draw: &mut Draw) {
     }
 }
 
-/// A signal of the fine time grid at time t, s, by linear interpolation.
+/// The value at time t, s, of a signal that is given on the fine time grid, by linear interpolation.
 fn at(series: &[f64], t: f64) -> f64 {
     let place = (t * FINE).clamp(0.0, (series.len() - 1) as f64);
     let nearest = place.round();

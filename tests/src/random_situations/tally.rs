@@ -16,15 +16,15 @@ pub struct Counts {
     pub no: usize,
     /// Number of situations in which the program ended with an error.
     pub errors: usize,
-    /// Of "yes": number with a torque error of more than 5 % on another motion.
+    /// Number of "yes" answers with a torque error of more than 5 % on another motion.
     pub yes_torque: usize,
-    /// Of "yes": number with such an error also in the unit of the logged torques.
+    /// Number of "yes" answers with a torque error of more than 5 % also in the unit of the logged torques.
     pub yes_as_logged: usize,
-    /// Of "yes": number with an error of more than 5 % in the torque of the bodies.
+    /// Number of "yes" answers with an error of more than 5 % in the torque of the bodies.
     pub yes_bodies: usize,
-    /// Of "yes": number with an error of more than five standard deviations in a parameter.
+    /// Number of "yes" answers with an error of more than five standard deviations in a parameter.
     pub yes_sigma: usize,
-    /// Of "yes": number with such an error also in the unit of the logged torques.
+    /// Number of "yes" answers with an error of more than five standard deviations also in the unit of the logged torques.
     pub yes_sigma_as_logged: usize,
     /// Number of good situations: torque within 2 %, all parameters within four standard deviations, and both logs of the same
     /// machine.
@@ -62,7 +62,7 @@ impl Counts {
 pub struct Tally {
     groups: BTreeMap<(usize, String), Counts>,
     false_yes: Vec<String>,
-    /// Good situations that are not trusted, with the first reason.
+    /// Good situations that the program does not trust, each with the first reason of the program.
     doubted: Vec<String>,
 }
 
@@ -71,7 +71,7 @@ impl Tally {
         let logs = situation.motions.len();
         let mut groups = vec![(0, "all".to_string()), (1, if logs == 1 { "one log" } else { "two logs" }.to_string())];
         groups.push((2, format!("description {}", situation.machine.description)));
-        // Some answers are "yes" only in the unit of the logged torques, because a common factor of all torques cannot be
+        // Some answers "yes" hold only in the unit of the logged torques, because a common factor of all torques cannot be
         // detected.
         let names_units = |reason: &String| reason.starts_with("in the units of the torques as logged");
         if let Some(verdict) = outcome.verdict.as_ref().filter(|_| outcome.is_yes()) {

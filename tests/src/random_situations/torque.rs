@@ -1,9 +1,11 @@
-//! Computes the motor torques of a machine for a motion, on a fine time grid.
+//! Computes the motor torques of a machine (the true robot) for a motion, on a fine time grid.
 //!
 //! The links follow the motion exactly. The motor of a flexible joint is at theta = q + tau / K. Its speed and acceleration
-//! follow from the torque by central differences. K follows from the frequency at which the link oscillates if the motor is
-//! blocked. Bristles are integrated exactly for the constant speed v during a step h (Dahl's law): z -> z_s sign(v) + (z - z_s
-//! sign(v)) exp(-|v| h / z_s).
+//! follow from tau by central differences. The stiffness K follows from the frequency at which the link oscillates if the motor
+//! is blocked.
+//!
+//! Friction may have bristles (Dahl's law) with the deflection z, at most z_s. The deflection is integrated exactly for the
+//! constant speed v during a step h: z -> z_s sign(v) + (z - z_s sign(v)) exp(-|v| h / z_s).
 
 use super::chain::Chain;
 use super::defects::{Defect, Kind};
@@ -13,7 +15,7 @@ use super::robots::{Friction, Machine};
 /// Number of steps of the time grid per second.
 pub const FINE: f64 = 1000.0;
 
-/// All signals on the time grid, one series per joint.
+/// All signals of a motion on the time grid, one series per joint.
 pub struct Series {
     /// Positions q of the links and theta of the motors, rad (m), with their derivatives.
     pub q: Vec<Vec<f64>>,
@@ -33,7 +35,7 @@ impl Series {
     }
 }
 
-/// The machine as installed: with its tilted base, and with its load if `loaded`.
+/// The machine as it is mounted and loaded: with its tilted base if it has this defect, and with its load if `loaded`.
 pub fn standing(machine: &Machine, defects: &[Defect], loaded: bool) -> Chain {
     let mut chain = machine.chain.clone();
     for defect in defects {
@@ -99,13 +101,13 @@ pub fn series(machine: &Machine, chain: &Chain, motion: &Motion, defects: &[Defe
     Series { q, dq, ddq, theta, dtheta, tau, rigid }
 }
 
-/// A torque ripple with 1 to 60 periods per turn (per metre).
+/// The torque ripple at the motor position `theta`. It has 1 to 60 periods per turn (per metre).
 fn ripple_torque(defect: &Defect, size: f64, theta: f64) -> f64 {
     let periods = (60f64.powf(defect.more)).round();
     defect.size * size * (periods * theta + 6.0 * defect.more).sin()
 }
 
-/// First and second derivatives by central differences. The values at the ends repeat the values next to them.
+/// First and second derivatives by central differences. At both ends, the value of the neighbouring sample is used.
 fn derivatives(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let last = x.len() - 1;
     let inside = |i: usize| i.clamp(1, last - 1);
@@ -114,11 +116,11 @@ fn derivatives(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     ((0..=last).map(rate).collect(), (0..=last).map(curve).collect())
 }
 
-/// Friction of joint k, for a series of speeds and loads.
+/// Friction torque of joint k for a series of speeds and load torques. `h`: time step, s.
 fn friction(machine: &Machine, defects: &[Defect], k: usize, speed: &[f64], load: &[f64], h: f64) -> Vec<f64> {
     let Friction { viscous, coulomb, offset } = machine.friction[k];
     let joint = &machine.chain.joints[k];
-    // The friction law is the same for all joints, because they have the same construction.
+    // A friction defect concerns all joints, because they have the same construction.
     let of = |kind: Kind| defects.iter().find(|d| d.kind == kind);
     let mut z = 0.0;
     let law = |i: usize| {

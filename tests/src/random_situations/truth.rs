@@ -1,9 +1,10 @@
-//! Determines the true base parameters of a machine in the frames of a model: least squares on noise-free torques of the chain at
-//! random states. A residual above rounding means that the mechanics differ.
+//! Determines the true base parameters of a machine (the true robot) in the frames of a model: least squares on noise-free
+//! torques at random states. The torques are from independent mechanics (`chain`). A residual above rounding errors means that
+//! the two mechanics differ.
 //!
 //! A rotor contributes to base parameters if the columns of the model can represent it (as ZZR of the first link), or if the
-//! program states that some parameters or offsets include it. In all other cases the model has no rotor inertias, and the true
-//! parameters are those of the bodies.
+//! program states that other parameters or torque offsets contain it. In all other cases the model has no rotor inertias, and the
+//! true parameters are those of the bodies.
 
 use linear_model::regressor::Regressor;
 use nalgebra::{DMatrix, DVector};
@@ -17,15 +18,16 @@ const ROUNDING: f64 = 1e-7;
 /// The true base parameters, and the residual.
 pub struct Truth {
     pub base: Vec<f64>,
-    /// Contribution of rotors to the offset of each joint, if some parameters include these rotors.
+    /// Contribution of rotors to the torque offset of each joint, for rotors that other parameters include.
     pub offsets: Vec<f64>,
     /// Relative residual of the torques of the bodies: norm of the residual divided by the norm of the torques.
     pub left: f64,
-    /// Indices of rotors that the columns cannot represent.
+    /// Indices of rotors whose inertia the columns of the regressor cannot represent.
     pub unsaid: Vec<usize>,
 }
 
-/// The true base parameters of a chain without a tilted base. `within`: rotors that parameters include according to the program.
+/// The true base parameters of a chain without a tilted base. `within`: rotors whose inertia is included in other parameters,
+/// according to the program.
 pub fn truth(chain: &Chain, regressor: &dyn Regressor, within: &[usize]) -> Truth {
     let (n, p) = (chain.len(), regressor.parameters().len());
     let states = 4 * p / n + 20;

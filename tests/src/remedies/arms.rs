@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use rist::describe::description::{ModelOptions, RotorInertias, read_robot};
 use robot::{JointKind, Limits, Robot};
 
-/// The robots in the folder of findings.
+/// Names of the robots whose descriptions are in the folder `../shared/findings/inputs/statistics2`.
 const NAMES: [&str; 6] = ["gen3", "iiwa", "ur10e", "tx40", "scara", "gantry"];
 /// A joint that moves less than this mass, kg, belongs to a gripper.
 const LEAST_MASS: f64 = 0.1;
-/// A larger range between the position limits means that there are no limits, rad (m).
+/// If the range between the position limits is larger than this, the joint counts as unlimited, rad (m).
 const WIDEST: f64 = 7.0;
 /// Half of the range of a joint without known limits, rad (m). `UNKNOWN_SPEED`: its largest speed, rad/s (m/s).
 const UNKNOWN_RANGE: f64 = 1.5;
@@ -114,7 +114,7 @@ fn read(path: &Path, locks: &[(String, f64)], base: Option<[f64; 3]>) -> Result<
     read_robot(path, &options).map_err(|e| e.to_string())
 }
 
-/// Whether joint k has a torque limit and moves some mass.
+/// Whether joint k has a torque limit and moves at least [`LEAST_MASS`].
 fn is_driven(robot: &Robot, k: usize) -> bool {
     let has_limit = robot.coordinates[k].limits.effort.is_some_and(|effort| effort > 0.0);
     // Links come after their antecedents, so one pass is enough.

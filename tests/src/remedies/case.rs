@@ -1,5 +1,5 @@
-//! Inputs of the commands that read no log of a motion, each with one mistake or none. Runs the command, and applies each of its
-//! findings separately.
+//! Inputs of the commands that read no log of a motion, each with one mistake or none. Each command is run on its input, and the
+//! remedy of each finding is applied separately.
 
 use super::arms::Arm;
 use super::judge::{Cause, Obeyed, Outcome};
@@ -22,7 +22,8 @@ pub struct Case<'a> {
     pub clean: Option<Vec<String>>,
 }
 
-/// The arguments after a finding was applied, or the reason why it cannot be applied. `None`: only a person can apply it.
+/// The arguments of the program after the remedy of a finding was applied, or the reason why it cannot be applied. `None`: only a
+/// person can apply it.
 pub type Told = Option<Result<Vec<String>, String>>;
 
 /// A command, and the functions to test it.
@@ -33,12 +34,12 @@ pub struct Command {
     pub case: for<'a> fn(u64, &'a [Arm]) -> Case<'a>,
     /// The findings in the output of a run with these arguments.
     pub findings: fn(&[String], &Run) -> Vec<String>,
-    /// Applies a finding.
+    /// Applies the remedy of a finding.
     pub obeyed: fn(&Case, &str) -> Told,
 }
 
 impl Command {
-    /// Runs the command on an input, and applies the findings.
+    /// Runs the command on an input, and applies the remedies of the findings.
     pub fn outcome(&self, case: &Case) -> Outcome {
         let clean = case.clean.as_ref().map(|words| self.said(words, &[]));
         let known = clean.as_ref().map_or(vec![], |clean| clean.findings.clone());
@@ -96,7 +97,7 @@ impl Command {
         }
     }
 
-    /// The findings of a run, except the known ones. An error message also counts as a finding.
+    /// The findings of a run, except those in `known`. An error message also counts as a finding.
     fn said(&self, words: &[String], known: &[String]) -> Said {
         let run = rist(&folder("remedies"), &words.iter().map(String::as_str).collect::<Vec<_>>());
         let is_refused = !matches!(run.code, Some(0 | 1));
@@ -107,7 +108,7 @@ impl Command {
     }
 }
 
-/// The arguments of a case with the remedy of a finding added: flags, and options in a file.
+/// The arguments of a case, to which the remedy of a finding is added as flags and as a file of options.
 pub fn with_steps(case: &Case, finding: &str) -> Told {
     let steps = steps(finding);
     if steps.is_empty() {

@@ -1,4 +1,4 @@
-//! The commands that read no log of a motion.
+//! The tested commands that do not read a log of a motion.
 
 use super::case::Command;
 use super::{of_excite, of_lint, of_postures, of_wrench};

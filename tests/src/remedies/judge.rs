@@ -1,4 +1,5 @@
-//! Evaluates the output for a situation: whether it names the true cause, and whether its remedy corrects the log.
+//! Evaluates the output of the program for a situation: whether it names the true cause of the mistake, and whether its remedy
+//! corrects the log.
 
 use std::path::Path;
 
@@ -11,18 +12,18 @@ use crate::program::{Run, folder, rist};
 /// An estimate is wrong if its relative torque error on another motion exceeds this.
 const WRONG_TORQUE: f64 = 0.05;
 
-/// Whether the findings name the true cause.
+/// Whether the findings of the program name the true cause of the mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// All findings name it; or the program states that it has corrected the mistake itself.
+    /// All findings name the true cause; or the program states that it has corrected the mistake itself.
     Right,
-    /// Some findings name it.
+    /// Some findings name the true cause, others do not.
     Among,
-    /// No finding names it.
+    /// There are findings, but no finding names the true cause.
     Wrong,
-    /// There are no findings, but a line states that this cannot be determined.
+    /// There are no findings, but a line states that this kind of mistake cannot be determined.
     Untold,
-    /// There are no findings and no such line.
+    /// There are no findings, and no line states that the kind cannot be determined.
     Silent,
 }
 
@@ -60,7 +61,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether an estimate is trusted although the mistake makes it wrong.
+    /// Whether the program trusts an estimate although the mistake makes its torques wrong.
     pub fn is_silent_yes(&self) -> bool {
         self.left.is_some_and(|left| left > WRONG_TORQUE)
     }
@@ -77,7 +78,7 @@ impl Situation<'_> {
     pub fn outcome(&self, identifies: bool) -> Outcome {
         let log = self.write(self.mistake.is_some());
         let said = self.doctor(&log, &[]);
-        // A correct log of another robot would have another motion, so there is none.
+        // For the log of another robot there is no correct log of the same motion.
         let is_own = self.mistake.is_some_and(|m| m.kind != Kind::OtherRobot);
         let clean = is_own.then(|| self.doctor(&self.write(false), &[]));
         let cause = self.cause(&said);
@@ -129,8 +130,9 @@ impl Situation<'_> {
         }
     }
 
-    /// Whether the mistake is larger than the detection limit in the output for the correct log. If there is no limit for this
-    /// kind, gross mistakes count as above. If the output states that the kind cannot be determined, the mistake is below.
+    /// Whether the mistake is larger than the detection limit that the program states for the correct log. If it states none for
+    /// this kind, a gross mistake counts as larger. If it states that the kind cannot be determined, the mistake counts as
+    /// smaller.
     fn is_above(&self, clean: &Said) -> bool {
         let Some(entry) = self.entry else { return false };
         let joints = self.joints();
@@ -179,7 +181,7 @@ impl Situation<'_> {
         (Some(obeyed), needs_person, format!("{told}, by identify\n{}{}", run.out, run.err))
     }
 
-    /// The flags for these steps. Options are written to a file.
+    /// The flags of the program for these actions. Options are written to a file.
     fn flags(&self, steps: &[Step]) -> Result<Vec<String>, String> {
         let mut flags = Vec::new();
         if let Some(yaml) = options(steps)? {
@@ -195,7 +197,7 @@ impl Situation<'_> {
         Ok(flags)
     }
 
-    /// The log with its columns renamed as the steps require.
+    /// Writes the log with the columns renamed as the actions require, and returns its path.
     fn renamed(&self, log: &Path, steps: &[Step]) -> std::path::PathBuf {
         let text = std::fs::read_to_string(log).unwrap_or_else(|e| panic!("{}: {e}", log.display()));
         let (header, rows) = text.split_once('\n').unwrap_or((&text, ""));
@@ -207,14 +209,15 @@ impl Situation<'_> {
         path
     }
 
-    /// The level of trust by `rist identify` for the log and a second log with the same mistake (for one log it is never yes). If
-    /// it is yes, also the relative torque error of the estimate on a third motion.
+    /// The level of trust that `rist identify` states for the log and a second log with the same mistake. (For a single log it is
+    /// never yes.) If it is yes, also the relative torque error of the estimate on a third motion.
     fn trust(&self, log: &Path) -> (Option<String>, Option<f64>) {
         let [second, judge] = [self.write_second(), self.write_judge()].map(|path| path.display().to_string());
         let estimate = folder("remedies").join("estimate.yaml").display().to_string();
         let run = self.run("identify", log, &[second, "--out".into(), estimate.clone()]);
         let trust = run.out.lines().find_map(|line| line.strip_prefix("trust: ")).map(|word| word.trim().to_string());
-        // A yes that excludes the units of the named joints is no wrong yes for these joints.
+        // The program may say "yes" except for the units of some joints. For a wrong scale of one of these joints, such a yes is
+        // not wrong.
         let said = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         let of_units = said.split_once("no factor would have").and_then(|(before, _)| before.rsplit_once("; at "));
         let is_named = |mistake: &Mistake| {

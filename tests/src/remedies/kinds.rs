@@ -1,4 +1,4 @@
-//! The kinds of mistakes. [`KINDS`] has one line for each.
+//! The kinds of mistakes in logs. [`KINDS`] has one line for each.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -34,7 +34,7 @@ pub enum Kind {
     Scaled(f64),
     /// The torque of one joint is half of the true torque, and the torque of another joint is three times the true one.
     TwoScaled,
-    /// The torque columns contain currents; the drive gains differ.
+    /// The torque columns contain currents, and the drive gains of the joints differ.
     Currents,
     /// The torques are delayed by this time, ms.
     Late(f64),
@@ -50,9 +50,9 @@ pub enum Kind {
     LoadPickedUp,
     /// The log is from another robot with the same number of joints.
     OtherRobot,
-    /// A torque that is constant.
+    /// The torque of a joint is constant, as from a broken sensor.
     DeadTorque,
-    /// A torque that is limited to 60 % of its largest value.
+    /// The torque of a joint is limited to 60 % of its largest value.
     Saturated,
     /// The velocities are filtered by a first-order low-pass with this cut-off, Hz.
     FilteredVelocities(f64),
@@ -67,7 +67,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether the logged torques are the true motor torques at the times of the log. Then the mistake is not in the columns.
+    /// Whether the mistake is in the machine and not in the columns: the logged torques are the true motor torques at the times
+    /// of the log.
     pub fn is_of_machine(self) -> bool {
         matches!(
             self,
@@ -85,7 +86,7 @@ pub struct Mistake {
     pub a: usize,
     /// The second of two joints.
     pub b: usize,
-    /// A random number in [0, 1) for other random properties.
+    /// A random number in [0, 1) from which other properties of the mistake follow.
     pub more: f64,
 }
 
@@ -99,7 +100,7 @@ pub struct Entry {
     pub right: &'static [&'static str],
     /// The first word of claims about this kind (`agrees: zero of j2; 20 deg would have shown`).
     pub topic: &'static str,
-    /// The size in the unit of such a claim; `None` if it follows from the machine.
+    /// The size of the mistake in the unit that these claims use; `None` if it depends on the machine.
     pub size: Option<f64>,
     /// Whether the mistake must be found although the program states no detection limit for its kind.
     pub is_gross: bool,

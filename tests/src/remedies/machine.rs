@@ -1,4 +1,4 @@
-//! A machine whose parameters differ slightly from its description, and its sensors.
+//! A machine (the true robot) whose parameters differ slightly from its description, and its sensors.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
@@ -12,7 +12,8 @@ use crate::recursion;
 
 /// Number of samples of a motion from which the rms torques and the mean inertias are computed.
 const LOOKS: usize = 200;
-/// The bodies differ from the description by up to this fraction. `CENTRES`: their centres of mass by up to this length, m.
+/// Largest relative error of mass, first moments and inertia in the description. `CENTRES`: largest error of the centres of mass,
+/// m.
 const BODIES: f64 = 0.15;
 const CENTRES: f64 = 0.01;
 
@@ -45,7 +46,7 @@ pub struct Sensors {
 }
 
 impl Machine {
-    /// The machine for a random generator. Its rms torques are computed for this motion.
+    /// A machine for this robot, with random errors and sensors. Its rms torques are computed for this motion.
     pub fn of(arm: &Arm, motion: &Motion, draw: &mut Draw) -> Machine {
         let robot = &arm.robot;
         let n = robot.n_coordinates();
@@ -72,7 +73,7 @@ impl Machine {
         Machine { parameters: x, loaded, load, viscous, coulomb, offset, size, sensors }
     }
 
-    /// The motor torques at a state, N m (N). `x`: current parameters of the bodies and rotors.
+    /// The motor torques at a state, N m (N), with friction. `x`: present parameters of bodies and rotors.
     pub fn torque(&self, robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
         let mut tau = recursion::torque(robot, state, x);
         for (k, tau) in tau.iter_mut().enumerate() {
@@ -83,7 +84,8 @@ impl Machine {
     }
 }
 
-/// A changed body: mass, first moments and inertia get the same factor, then the centre moves. A possible body remains possible.
+/// A body with random errors: mass, first moments and inertia get the same factor, then the centre of mass moves. If the body was
+/// physically possible, it remains so.
 fn unlike(body: &Body, draw: &mut Draw) -> Body {
     let factor = 1.0 + draw.uniform(-BODIES, BODIES);
     let shift = [0, 1, 2].map(|_: usize| draw.uniform(-CENTRES, CENTRES) / 3f64.sqrt());
@@ -97,13 +99,13 @@ fn unlike(body: &Body, draw: &mut Draw) -> Body {
     std::array::from_fn(|i| factor * body[i] - before[i] + behind[i])
 }
 
-/// The parameters of a point mass m at c.
+/// The parameters XX XY XZ YY YZ ZZ MX MY MZ M of a point mass m at the given position.
 fn of_point(m: f64, [x, y, z]: [f64; 3]) -> Body {
     [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0].map(|a| m * a)
 }
 
-/// The parameters with a load on the last link, and its mass, kg: from half of the link's mass to 2 kg, 5 to 15 cm from the last
-/// frame.
+/// The mass of a random load on the last link, kg, and the standard parameters with this load. The mass is between half of the
+/// link's mass and 2 kg, at 5 to 15 cm from the origin of the last frame.
 fn loaded(robot: &Robot, bodies: &mut [Body], rotors: &[f64], draw: &mut Draw) -> (f64, Vec<f64>) {
     let last = bodies.iter().rposition(|body| body[9] > 0.0).unwrap_or(0);
     let least = (0.5 * bodies[last][9]).clamp(0.05, 1.9);
@@ -138,7 +140,7 @@ fn mean_inertias(robot: &Robot, x: &[f64], states: &[State]) -> Vec<f64> {
     (0..n).map(|k| few.iter().map(|state| at(state, k)).sum::<f64>() / few.len() as f64).collect()
 }
 
-/// The rms of each joint's torque, but at least 1/1000 of the largest one.
+/// The rms of the torque of each joint, but at least 1/1000 of the largest rms.
 fn sizes(n: usize, series: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
     let (mut sums, mut count) = (vec![0.0; n], 0);
     for values in series {

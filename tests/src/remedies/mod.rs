@@ -1,8 +1,8 @@
-//! Random robots with one mistake in their logs. Tests whether `rist doctor` names the true cause, whether its remedy can be
-//! applied as printed, and whether the remedy corrects the log.
+//! Random robots with one mistake in their logs. The tests check whether `rist doctor` names the true cause, whether its remedy
+//! can be applied as printed, and whether the remedy corrects the log.
 //!
-//! The machine is simulated by independent mechanics ([`crate::recursion`]). Its bodies, rotors, friction and sensors differ from
-//! the description. The seed and the list of robots determine robot, motion, mistake and noise.
+//! The machine (the true robot) is simulated by independent mechanics ([`crate::recursion`]). Its bodies, rotors, friction and
+//! sensors differ from the description. The seed and the list of robots determine robot, motion, mistake and noise.
 
 pub mod arms;
 pub mod case;
@@ -39,7 +39,7 @@ const DURATION: f64 = 20.0;
 /// Durations of the logs without a mistake, s.
 const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
 
-/// A robot, its machine, its motions, and the mistake in its log.
+/// A robot, its machine (the true robot), its motions, and the mistake in its log.
 pub struct Situation<'a> {
     /// The seed, which determines all other fields.
     pub seed: u64,
@@ -59,7 +59,8 @@ pub struct Situation<'a> {
 }
 
 impl<'a> Situation<'a> {
-    /// The situation for a seed. The kinds follow in turn; the robot is random among those that can have the kind.
+    /// The situation for a seed. Successive seeds have successive kinds of mistakes. The robot is random among the robots that
+    /// can have the kind.
     pub fn of(seed: u64, arms: &'a [Arm]) -> Situation<'a> {
         let entry = &KINDS[(seed % KINDS.len() as u64) as usize];
         let draw = &mut Draw::of(seed, 1);
@@ -106,8 +107,8 @@ impl<'a> Situation<'a> {
         path
     }
 
-    /// Writes a log of a third motion. Positions and velocities have the mistake; the torques are the true motor torques. Only a
-    /// delay of the torques is kept, because an estimate includes the delay that it corrects.
+    /// Writes a log of a third motion. Positions and velocities have the mistake; the torques are the true motor torques. If the
+    /// mistake is a delay, the torques are also delayed, because an estimate includes the delay that it corrects.
     pub fn write_judge(&self) -> PathBuf {
         let wrong = Simulation { motion: &self.third, ..self.simulation(true) };
         let is_logged = self.mistake.is_none_or(|m| m.kind.is_of_machine() || matches!(m.kind, Kind::Late(_)));
@@ -117,7 +118,7 @@ impl<'a> Situation<'a> {
         self.saved("judge.csv", &log)
     }
 
-    /// The size of the mistake in the unit of the claims about it; `None` if it has none.
+    /// The size of the mistake in the unit of the program's claims about it; `None` if it has no size.
     pub fn size(&self) -> Option<f64> {
         let entry = self.entry?;
         match entry.kind {

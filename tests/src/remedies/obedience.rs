@@ -1,7 +1,7 @@
 //! Applies the remedy of a finding automatically, exactly as it is printed.
 //!
-//! It uses the first clause of the remedy that contains one of these phrases. All phrases in this clause, and in the following
-//! clauses that begin with `and`, are applied:
+//! A remedy consists of clauses, separated by `;`. Used are the first clause that contains one of the phrases below, and the
+//! following clauses that begin with `and`. All phrases in these clauses are applied:
 //!
 //! | phrase | action |
 //! |---|---|
@@ -10,7 +10,7 @@
 //! | `name the columns as currents`, `name the columns tau1_mNm` | the headers of the torques are changed |
 //! | `say the unit in the header` | `_deg` and `_deg_s` are appended to the headers of angles |
 //!
-//! Only a person can apply other phrases, and lists that the program leaves incomplete (`..`).
+//! Other phrases, and lists that the program leaves incomplete (`..`), can be applied only by a person.
 
 use std::fmt;
 
@@ -18,13 +18,13 @@ use serde_json::{Map, Value};
 
 /// The flags that are recognised in a remedy. The flags of the description and of `rist doctor` come first.
 const FLAGS: [&str; 9] = ["base", "gain", "lock", "rotor-inertia", "delay", "unknowns", "friction", "cutoff", "spring"];
-/// Number of these flags that `rist doctor` has.
+/// The first flags in this list are flags of `rist doctor`. This is their number.
 const OF_DOCTOR: usize = 4;
 
-/// The text before options in YAML.
+/// The text that precedes options in YAML in a remedy.
 const OPTIONS: &str = "in the file of --options:";
 
-/// One action of a remedy.
+/// One action that a remedy requires.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Options for the options file, as printed.
@@ -51,7 +51,7 @@ impl fmt::Display for Step {
     }
 }
 
-/// The actions for a finding. Empty if only a person can apply its remedy.
+/// The actions that the remedy of a finding requires. Empty if only a person can apply it.
 pub fn steps(finding: &str) -> Vec<Step> {
     let of_clause = |clause: &&str| {
         if let Some((_, yaml)) = clause.split_once(OPTIONS) {
@@ -78,7 +78,7 @@ pub fn steps(finding: &str) -> Vec<Step> {
     std::iter::once(&clauses[first]).chain(beside).flat_map(of_clause).collect()
 }
 
-/// Whether an action is not a flag, or is a flag of `rist doctor`.
+/// Whether `rist doctor` accepts this action: it is no flag, or it is a flag of doctor.
 pub fn is_of_doctor(step: &Step) -> bool {
     !matches!(step, Step::Flag(name, _) if !FLAGS[..OF_DOCTOR].contains(&name.as_str()))
 }
@@ -113,7 +113,7 @@ fn clauses(text: &str) -> Vec<&str> {
     found
 }
 
-/// The content of the options file for these actions, merged; `None` if they contain no options.
+/// The content of one options file with the options of all these actions; `None` if no action is an option.
 ///
 /// Fails with the printed text if it is not valid YAML.
 pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
@@ -143,7 +143,7 @@ pub fn merge(all: &mut Value, more: Value) {
     }
 }
 
-/// The header of a log with its columns renamed by the actions. `slides`: names of the prismatic joints.
+/// The header of a log in which the columns are renamed as the actions require. `slides`: names of the prismatic joints.
 pub fn renamed(header: &str, steps: &[Step], slides: &[String]) -> String {
     let one = |column: &str| {
         let mut column = column.to_string();

@@ -1,4 +1,4 @@
-//! Tests `rist excite`: motions within limits that may allow no motion.
+//! Tests `rist excite`: it must find a motion, or name the limit that allows no motion.
 
 use serde_json::Value;
 
@@ -9,7 +9,7 @@ use super::of_lint::{Element, text_of};
 use crate::program::{Run, folder, rist};
 use crate::random_situations::draw::Draw;
 
-/// What is limited, and phrases of an error message that name this limit.
+/// For each kind: what is limited, and phrases of an error message that name this limit.
 const KINDS: [(&str, &[&str]); 8] = [
     ("none", &[]),
     ("floor", &["floor"]),
@@ -55,7 +55,8 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     Case { arm, kind: name, is_right: Box::new(is_right), is_above: name != "none", words, clean: None }
 }
 
-/// The description with other shapes: each link has a box around its centre of mass, as large as its mass in water.
+/// The description with other collision shapes: each link has a cube around its centre of mass, with the volume of water of the
+/// link's mass.
 fn with_shapes(arm: &Arm) -> String {
     let mut text = text_of(arm, "<collision", "</collision>");
     for link in Element::all(&text.clone(), "link") {
@@ -71,7 +72,7 @@ fn with_shapes(arm: &Arm) -> String {
     text
 }
 
-/// Findings: motions that are not proven, or that `rist check` does not accept.
+/// The findings of a run: error messages, motions that are not proven, and motions that `rist check` does not accept.
 fn findings(words: &[String], run: &Run) -> Vec<String> {
     if run.code != Some(0) {
         return vec![run.err.trim().to_string()];
@@ -83,7 +84,7 @@ fn findings(words: &[String], run: &Run) -> Vec<String> {
     if check.code == Some(0) { vec![] } else { vec![format!("rist check: {}", check.err.trim())] }
 }
 
-/// Adds the lines that the finding proposes to the file of limits.
+/// Applies a finding: adds the lines that it proposes to the file of limits.
 fn obeyed(case: &Case, finding: &str) -> Told {
     let said =
         ["tried, and a motion is proven: ", "moves it away: "].into_iter().find_map(|words| finding.split_once(words));

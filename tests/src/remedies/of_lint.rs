@@ -36,7 +36,7 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let able: Vec<Element> =
         Element::all(&given, "link").into_iter().filter(|link| link.number(&given, "mass", "value") > 0.05).collect();
     let link = able[draw.below(able.len())].clone();
-    // The inertia axes of this body differ from all frame axes, so that a wrong order of its entries can be detected.
+    // The principal axes of this inertia differ from all frame axes. So a wrong order of its entries can be detected.
     let mut right = given;
     let body = oblique(name, link.number(&right, "mass", "value"), draw);
     link.set_inertia(&mut right, &body);
@@ -73,8 +73,8 @@ pub(super) fn text_of(arm: &Arm, begin: &str, end: &str) -> String {
     text.split(begin).map(|part| part.split_once(end).map_or(part, |(_, behind)| behind)).collect()
 }
 
-/// A slender, physically possible body. It is rotated such that its entries are impossible in the wrong order or about a wrong
-/// point.
+/// The inertia entries of a slender, physically possible body. It is rotated so that the entries in a wrong order, or about a
+/// wrong point, are impossible.
 fn oblique(kind: &str, mass: f64, draw: &mut Draw) -> [f64; 6] {
     loop {
         let turn = Rotation3::new(Vector3::from_fn(|_, _| draw.uniform(-2.0, 2.0))).into_inner();
@@ -97,7 +97,7 @@ fn exchanged(mut six: [f64; 6], a: usize, b: usize) -> [f64; 6] {
     six
 }
 
-/// The inertia with m (c.c E - c c^T) added.
+/// The inertia of a body moved by the parallel axis theorem: m (c.c E - c c^T) is added. c: the given position.
 fn shifted(six: [f64; 6], mass: f64, [x, y, z]: [f64; 3]) -> [f64; 6] {
     let shift = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
     std::array::from_fn(|i| six[i] + mass * shift[i])
@@ -108,7 +108,7 @@ fn can_exist([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> bool {
     moments.min() > 0.0 && moments.sum() > 2.01 * moments.max()
 }
 
-/// Adds a mistake to a link. Returns whether the mistake should be found.
+/// Puts a mistake into the description of a link. Returns whether the mistake is large enough to be found.
 fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool {
     let mass = link.number(text, "mass", "value");
     let six = INERTIA.map(|key| link.number(text, "inertia", key));
@@ -169,7 +169,7 @@ impl Element {
     fn place(&self, text: &str, child: &str, key: &str) -> Option<std::ops::Range<usize>> {
         let head = format!("<{} name=\"{}\"", self.tag, self.name);
         let begin = text.find(&head)?;
-        // An empty element ends before the next element begins.
+        // If the element has no end tag, it ends before the next element of the same kind begins.
         let behind = begin + head.len();
         let end = text[behind..].find(&format!("<{} ", self.tag)).map_or(text.len(), |length| behind + length);
         let begin = begin + if self.tag == "link" { text[begin..end].find("<inertial")? } else { 0 };
@@ -217,7 +217,7 @@ fn findings(_: &[String], run: &Run) -> Vec<String> {
     run.out.lines().filter(|line| !is_count(line)).map(str::to_string).collect()
 }
 
-/// Applies the proposal of a finding: exchanged entries, or another unit.
+/// Applies the proposal of a finding: exchanges entries, or converts the unit of values.
 fn obeyed(case: &Case, finding: &str) -> Told {
     let mut text = std::fs::read_to_string(&case.words[1]).ok()?;
     let name = finding.split_once(": ")?.0.to_string();

@@ -1,4 +1,4 @@
-//! Tests `rist postures`: postures at rest with one mistake, of machines that agree with their description and of others.
+//! Tests `rist postures`: tables of postures at rest with one mistake. Some machines agree with their description, others do not.
 
 use std::f64::consts::PI;
 
@@ -32,11 +32,11 @@ const NAMES: [&str; 11] = [
 ];
 /// Fraction of the Coulomb friction that acts on a joint at rest.
 const HOLDING: f64 = 0.2;
-/// A mistake should be found if it changes a torque by this number times all other errors.
+/// A mistake should be found if it changes a torque by at least this multiple of all other errors.
 const SHOWS: f64 = 10.0;
-/// The direction of gravity, or a zero, counts as found if its error is below this, rad.
+/// The direction of gravity, or a zero, is found correctly if its error is below this, rad.
 const NEAR: f64 = 0.1;
-/// A smaller zero error may be caused by other bodies, rad.
+/// A zero error below this may be caused by wrong nominal bodies, rad.
 const FAR: f64 = 0.1;
 
 pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed: with_steps };
@@ -73,7 +73,7 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
         log
     };
     let (right, wrong, exact) = (table(None, true), table(mistake, true), table(mistake, false));
-    // The residual of the wrong postures with the true bodies.
+    // The torque residual that the mistake causes, computed with the true bodies.
     let of_wrong = at_rest(None, &transposed(&exact.q));
     let left = |a: &[f64], b: &[f64]| {
         let left: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -112,7 +112,7 @@ fn posture(arm: &Arm, draw: &mut Draw) -> Vec<f64> {
     (0..arm.n()).map(place).collect()
 }
 
-/// Whether a text names the mistake of these joints. `off`: zero error of joint a.
+/// Returns a function: whether a text names the mistake of these joints. `off`: zero error of joint a.
 fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f64) -> Box<dyn Fn(&str) -> bool> {
     Box::new(move |text| match entry.map(|entry| entry.kind) {
         None => false,
@@ -123,7 +123,7 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
         }
         Some(Kind::AllTorqueSigns) if text.contains("all joints have the wrong sign") => true,
         Some(kind @ (Kind::Base(_) | Kind::AllTorqueSigns)) => {
-            // At rest, torques with the wrong sign are equivalent to gravity upside down.
+            // If the robot is at rest, torques with the wrong sign are equivalent to a base that hangs upside down.
             let base = if let Kind::Base(base) = kind { base } else { [PI, 0.0, 0.0] };
             let Some((_, flag)) = text.split_once("--base ") else { return false };
             let found: Vec<f64> = flag.split([',', ';', ' ']).filter_map(|x| x.parse().ok()).take(3).collect();
@@ -140,15 +140,15 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
     })
 }
 
-/// Findings: mistakes in the columns, or zeros and base orientation that differ from the description.
+/// The findings of a run: mistakes in the columns, or zeros and base orientation that differ from the description.
 fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_far = run.out.lines().any(is_far);
     let is_finding = |line: &&str| line.contains("; corrected: ") || (is_far && line.starts_with("to hold them"));
     run.out.lines().filter(is_finding).map(str::to_string).collect()
 }
 
-/// Whether a line states a zero error or a base rotation that is far from the description. If only a centre of mass differs by
-/// centimetres, the zero error is small.
+/// Whether a line states a zero error or a base rotation too large to be caused by a wrong centre of mass (an error of some
+/// centimetres gives a small zero error).
 fn is_far(line: &str) -> bool {
     let Some((told, _)) = line.split_once(" zero, ").or(line.split_once(" turn of gravity")) else { return false };
     let numbers: Vec<f64> = told.split_whitespace().filter_map(|word| word.parse().ok()).collect();

@@ -1,4 +1,5 @@
-//! Tests `rist wrench`: logs of a force-torque sensor at the last link with one mistake, as postures at rest or as motions.
+//! Tests `rist wrench`: logs of a force-torque sensor on the last link, each with one mistake. A log has postures at rest or a
+//! motion.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -25,7 +26,7 @@ const KINDS: [(&str, &str); 12] = [
     ("rpy in degrees", "in degrees, taken for radians"),
     ("tared", ""),
 ];
-/// Sampling period, s. `STEP`: time step of the second difference, s.
+/// Sampling period, s. `STEP`: time step of the difference quotient for accelerations, s.
 const PERIOD: f64 = 0.005;
 const STEP: f64 = 1e-3;
 /// Gravity, m/s^2.
@@ -42,7 +43,7 @@ struct Row {
     place: Vector3<f64>,
     force: Vector3<f64>,
     torque: Vector3<f64>,
-    /// Force and torque on the load if it were at rest.
+    /// Force and torque on the load by its weight alone, as if it were at rest.
     weight: [Vector3<f64>; 2],
 }
 
@@ -167,7 +168,7 @@ fn text(rows: &[Row], is_motion: bool, kind: &str) -> String {
     all
 }
 
-/// Findings: the reasons why a load must not be used, with the remedy.
+/// The findings of a run: the reasons why a load must not be used, with the remedy.
 fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_no = run.out.lines().any(|line| line == "trust: no");
     let next = run.out.lines().find_map(|line| line.strip_prefix("next: ")).unwrap_or_default();

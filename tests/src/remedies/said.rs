@@ -9,7 +9,8 @@ pub struct Said {
     pub code: Option<i32>,
     /// The findings, one line each.
     pub findings: Vec<String>,
-    /// The lines on properties that agree. `untold`: the lines on properties that cannot be determined.
+    /// The lines on properties of the log that agree with the description. `untold`: the lines on properties that cannot be
+    /// determined.
     pub agrees: Vec<String>,
     pub untold: Vec<String>,
     /// All other lines: assumptions and corrections that the program makes itself.
@@ -19,8 +20,8 @@ pub struct Said {
 }
 
 impl Said {
-    /// Parses a run of `rist doctor`. The findings are after the table of the joints and before the lines on what agrees; the
-    /// error message states their number.
+    /// Parses the output of `rist doctor`. The findings come after the table of the joints, and before the lines on properties
+    /// that agree. The error message states the number of findings.
     pub fn of(run: &Run) -> Said {
         let is_table = |line: &&str| !(line.starts_with("joint ") && line.contains("slope"));
         let behind = run.out.lines().skip_while(is_table).skip_while(|line| !line.trim().is_empty());
@@ -49,8 +50,8 @@ impl Said {
         matches!(self.code, Some(0 | 1))
     }
 
-    /// The detection limit for a topic at a joint, from lines such as `agrees: zero of j2; 20 deg would have shown`. Without a
-    /// joint: the smallest limit for the topic.
+    /// The detection limit for a topic at a joint, from lines such as `agrees: zero of j2; 20 deg would have shown`. If `joint`
+    /// is `None`: the smallest limit for the topic.
     pub fn least_size(&self, topic: &str, joint: Option<&str>) -> Option<f64> {
         let of_line = |line: &String| {
             let (subject, shown) = line.strip_prefix("agrees: ")?.split_once("; ")?;

@@ -71,7 +71,8 @@ impl Simulation<'_> {
         log
     }
 
-    /// The stiffness of the spring if the mistake is a spring, N m/rad (N/m); otherwise `None`.
+    /// The stiffness of the spring if the mistake is a spring, N m/rad (N/m); otherwise `None`. The spring torque at the largest
+    /// joint position is half of the rms torque.
     pub fn stiffness(&self, log: &JointLog) -> Option<f64> {
         let mistake = self.mistake.filter(|m| m.kind == Kind::Spring)?;
         let farthest = log.q[mistake.a].iter().fold(0.0, |m: f64, q| m.max(q.abs()));
@@ -87,7 +88,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Adds the torques of the mistake that act on the joints in addition to bodies and friction.
+    /// Adds the joint torques that the mistake causes (spring, contact, ..) to the torques of bodies and friction.
     fn forces(&self, log: &mut JointLog) {
         let Some(Mistake { kind, a, more, .. }) = self.mistake else { return };
         if let Some(stiffness) = self.stiffness(log) {

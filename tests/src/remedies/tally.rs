@@ -1,4 +1,4 @@
-//! Counts the outcomes by kind of mistake.
+//! Counts, for each kind of mistake, how the program answered.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,18 +12,18 @@ pub struct Counts {
     pub above: usize,
     /// Numbers of situations by [`Cause`], in the order of its variants.
     pub causes: [usize; 5],
-    /// Of those above the limit: number whose true cause is among the findings.
+    /// Number of mistakes above the detection limit whose true cause is among the findings.
     pub above_right: usize,
-    /// Number of situations with a remedy that can be applied automatically. `accepted`, `gone`: of these, accepted by the
-    /// program, and finding gone.
+    /// Number of situations with a remedy that can be applied automatically. `accepted`: number of these in which the program
+    /// accepts the changed input. `gone`: number of accepted ones in which the finding is gone.
     pub obeyed: usize,
     pub accepted: usize,
     pub gone: usize,
-    /// Of those accepted: number with a new finding.
+    /// Number of accepted changes after which there is a new finding.
     pub new: usize,
-    /// Of those accepted: number whose finding is gone, without a new one.
+    /// Number of accepted changes after which the finding is gone and there is no new one.
     pub mended: usize,
-    /// Number of findings that only a person can apply.
+    /// Number of findings whose remedy only a person can apply.
     pub person: usize,
     /// Number of estimates that are trusted although they are wrong.
     pub silent_yes: usize,

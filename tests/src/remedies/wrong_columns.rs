@@ -1,4 +1,4 @@
-//! Changes the columns of a log as a mistake does.
+//! Changes the columns of a simulated log as a mistake of a user would.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,8 @@ use crate::joint_log::JointLog;
 use crate::random_situations::draw::Draw;
 use crate::random_situations::sensors::low_pass;
 
-/// Adds a mistake to the columns. Mistakes of the machine are already contained in the log.
+/// Adds a mistake to the columns of a log. Mistakes of the machine (such as a load) are not added here; the simulated log already
+/// contains them.
 pub fn spoil(arm: &Arm, mistake: &Mistake, log: &mut JointLog) {
     let Mistake { kind, a, b, more } = *mistake;
     let JointLog { t, q, dq, tau } = log;

@@ -13,7 +13,7 @@ use tests::program::folder;
 use crate::log_files::parquet::{self, PLAIN, Pages, Values};
 use crate::log_files::{Mcap, State, chunk};
 
-/// A robot with independent joints: tau_j = ZZ_j ddq_j.
+/// A robot of wheels that do not influence each other: tau_j = ZZ_j ddq_j.
 pub(crate) struct Wheels {
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,
@@ -84,7 +84,7 @@ fn every_broken_log_has_its_message() {
     assert!(tried >= 20, "{tried}");
 }
 
-/// A joint state of joint a in row r. A quantity that is not measured has an empty array.
+/// A joint state message of joint `a` in row r. A quantity that is not measured has an empty array.
 fn state(r: u32, measured: [bool; 3]) -> State {
     let x = (0.05 * f64::from(r)).sin();
     let arrays = measured.map(|m| if m { vec![x] } else { vec![] });
@@ -162,7 +162,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     long_index[end - 8..end - 4].copy_from_slice(&u32::MAX.to_le_bytes());
     let text = |k: usize, other: usize| (k == other).then_some(Values::Text(80));
     vec![
-        // Broken recordings.
+        // Broken MCAP recordings, each with the expected error message.
         (
             no_joint_states().finish(),
             "no topic carries sensor_msgs/msg/JointState; the topics are: /scan (sensor_msgs/msg/LaserScan), /tf (tf2_msgs/msg/TFMessage)",
@@ -219,7 +219,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
         ),
         (b"\x28\xb5\x2f\xfd\0\0\0\0".to_vec(), "the compressed stream is damaged or cut short"),
         (b"\x89MCAP1\r\n\0\0".to_vec(), "this is a binary file"),
-        // Broken Parquet files.
+        // Broken Parquet files, each with the expected error message.
         (whole[..whole.len() / 2].to_vec(), "does not end with PAR1: it is cut short, or its writer was never closed"),
         (long_index, "the index claims 4294967295 bytes of a file of"),
         (b"PARE and more PARE".to_vec(), "the file is encrypted"),
@@ -250,7 +250,7 @@ fn every_broken_container_has_its_message() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-    // The original files, before the damage, can be read.
+    // The files that were damaged for this test can be read before the damage.
     for whole in [recording(Some("zstd"), 80, ALL).finish(), parquet(|_| None, PLAIN)] {
         std::fs::write(&path, whole).unwrap();
         assert!(message(&wheels, &path).starts_with("no error"));

@@ -53,8 +53,8 @@ fn clean_logs_of_wrong_descriptions_are_accused_of_nothing() {
             let found = verdict(&format!("clean{seed}{file}"), &model, &log);
             assert!(contradicted(&found).is_empty(), "{file} {seed}: {found}");
             assert!(found.trust != Trust::No, "{file} {seed}: {found}");
-            // Joints 2 and 3 carry the arm. Their scale errors are detected from 10 % on, and their zero errors from some degrees
-            // on, if no other body explains the log as well, as the forearm of the Puma does.
+            // Joints 2 and 3 carry the arm. Their scale errors are detected from 10 % on. Their zero errors are detected from
+            // some degrees on. The forearm of the Puma is excepted, because there another body would explain the log as well.
             for (k, joint) in model.regressor().coordinates().iter().enumerate().take(3).skip(1) {
                 assert!(power(&found, SCALE, joint).is_some_and(|p| p <= 10.0), "{file} {seed} {joint}: {found}");
                 let most = if file == "ur5.urdf" { 5.0 } else { 10.0 };
@@ -72,7 +72,7 @@ fn clean_logs_of_wrong_descriptions_are_accused_of_nothing() {
 #[test]
 fn a_fault_above_the_power_is_named_with_its_joint() {
     for file in ["ur5.urdf", "puma560.yaml"] {
-        // Without this option, the program would accept a tilted base.
+        // Without this option, the program would accept a tilted base as an explanation.
         let upright = ModelOptions { base: Some([0.0; 3]), ..ModelOptions::default() };
         let model = Model::read_with(model_path(file), &upright).unwrap();
         let robot = &model.robot;
@@ -85,7 +85,8 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
         let zero = |l: &mut JointLog| each(&mut l.q[off.0..=off.0], |x| x - f64::to_radians(off.1));
         let faults: [(Topic, &str, f64, JointLog); 4] = [
             (ZERO, &names[off.0], off.1, changed(&good, zero)),
-            // A smaller scale would explain less than 1 % of the torque. 20 % of the true torque is 17 % of the logged torque.
+            // The torque of the third joint is 20 % too large, which is 17 % of the logged torque. A smaller scale error would
+            // explain less than 1 % of the torque.
             (SCALE, &names[2], 18.0, changed(&good, |l| each(&mut l.tau[2..3], |x| 1.2 * x))),
             (
                 SPRING,
@@ -103,7 +104,8 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
             assert!(first.subject().of.iter().any(|j| j == joint), "{file}: {topic:?} of {joint}: {found}");
             let Outcome::Contradicted { fault, .. } = first.outcome() else { unreachable!("it is contradicted") };
             let told: f64 = fault.split([' ', '~']).find_map(|w| w.parse().ok()).unwrap_or_else(|| panic!("{fault}"));
-            // The unknown is assumed to be linear in the fault, which is only approximately true, so the tolerance is 15 %.
+            // The size of the fault is estimated under the assumption that torques are linear in it. This is only approximately
+            // true, so the tolerance is 15 %.
             assert!((told / size - 1.0).abs() < 0.15, "{file}: {fault}, true {size}");
             assert_eq!(found.trust, Trust::No, "{file}: {found}");
         }
@@ -124,14 +126,15 @@ fn a_small_scale_is_named_with_its_joint() {
         let claim = found.claims.iter().find(is_open).unwrap_or_else(|| panic!("{file}: {found}")).to_string();
         let told: f64 = claim.split_once(&named).unwrap().1.split(' ').next().unwrap().parse().unwrap();
         let size = 100.0 * (1.0 - 1.0 / factor);
-        // The unknown is assumed to be linear in the fault, which is only approximately true, so the tolerance is 15 %.
+        // The size of the fault is estimated under the assumption that torques are linear in it. This is only approximately true,
+        // so the tolerance is 15 %.
         assert!((told / size - 1.0).abs() < 0.15, "{file}: {claim}, true {size}");
         assert_eq!(found.trust, Trust::WithCare, "{file}: {found}");
     }
 }
 
-/// An arm on a wall or a ceiling with an upright description: the base orientation is named first. After it is corrected in the
-/// description, nothing is contradicted. A large zero error is still named as a zero error.
+/// An arm is mounted on a wall or a ceiling, and its description is upright. The base orientation is the first finding. After it
+/// is corrected in the description, nothing is contradicted. A large zero error is still named as a zero error.
 #[test]
 fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
     for file in ["ur5.urdf", "puma560.yaml"] {
@@ -165,8 +168,8 @@ fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
     }
 }
 
-/// The robot has contact during some per cent of the log. With robust weights, which remove these rows, standard deviations,
-/// detection limits of springs and the autocorrelation time of the residual equal those of the log without contact.
+/// The robot has contact during some per cent of the log. Robust weights remove these rows. Then the standard deviations, the
+/// detection limits of springs and the autocorrelation time of the residual are about the same as for the log without contact.
 #[test]
 fn contact_that_counts_nothing_leaves_deviations_as_they_are() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
@@ -187,7 +190,7 @@ fn contact_that_counts_nothing_leaves_deviations_as_they_are() {
     let found = identified("touching", &touching, Weights::Bisquare);
     for (a, b) in found.estimate.parameters.iter().zip(&reference.estimate.parameters) {
         // The filter spreads the contact over neighbouring rows, and the rows of the contact are missing, so the standard
-        // deviations differ by some per cent. Without weights they were up to a thousand times larger.
+        // deviations differ by some per cent. Without robust weights they are up to a thousand times larger.
         let ratio = a.sigma.unwrap() / b.sigma.unwrap();
         assert!((0.5..2.0).contains(&ratio), "{}: {:?} {:?}", a.id, a.sigma, b.sigma);
     }

@@ -1,6 +1,6 @@
-//! Bias, rms error and coverage of the estimators, for many simulated experiments of a pendulum.
+//! Bias, rms error and coverage of the 95 % intervals of the estimators, over many simulated experiments of a pendulum.
 //!
-//! The same for a whole arm: `cargo bench -p tests --bench synthetic`.
+//! For a whole arm, `cargo bench -p tests --bench synthetic` computes the same numbers.
 
 use experiments::simulate::dynamics::torque;
 use identification::estimate::identify::identify;
@@ -29,7 +29,8 @@ use tests::tape_robot::TapeRobot;
 /// Standard deviation of the torque noise, N m.
 const NOISE: f64 = 0.1;
 
-/// Largest |bias|, rms error over the parameters, and coverage.
+/// Largest |bias| of a parameter, rms error over the parameters (both divided by the Cramer-Rao bound), and coverage of the
+/// intervals.
 fn summary(tally: &Tally, name: &str) -> (f64, f64, f64) {
     let (bias, rmse, coverage) = (tally.bias(), tally.rmse(), tally.coverage());
     println!("{name:<28} bias {bias:6.2}  RMSE/CRLB {rmse:6.2}  coverage {:5.1} %", 100.0 * coverage);
@@ -56,14 +57,14 @@ fn states(arm: &TapeRobot, len: usize) -> States {
     states
 }
 
-/// Cramer-Rao standard deviations at noise-free states.
+/// Cramer-Rao standard deviations of the parameters, computed at noise-free states.
 fn bound(model: &Model, states: &States) -> Vec<f64> {
     let (solution, _) = fit(&Observation::of(model, states, 1).joints(|_| true), Weights::None);
     (0..model.p()).map(|c| NOISE * solution.inverse[(c, c)].sqrt()).collect()
 }
 
-/// The factor by which the variance from twenty blocks is inflated: Student's t with 19 degrees of freedom compared with the
-/// normal distribution, 95 %.
+/// The factor by which a variance that is estimated from twenty blocks is inflated: the 95 % quantile of Student's t with 19
+/// degrees of freedom, divided by the quantile of the normal distribution, squared.
 fn student_variance_ratio() -> f64 {
     let [of_parts, normal] = [19.0, f64::INFINITY].map(|freedom| numerics::student::two_sided_quantile(0.05, freedom));
     (of_parts / normal).powi(2)
@@ -128,13 +129,13 @@ fn estimators_against_the_bound() {
     assert!(s[0].0 < 0.2 && (0.88..1.12).contains(&s[0].1) && (0.92..0.98).contains(&s[0].2));
     assert!(s[1].0 < 0.2 && (0.88..1.18).contains(&s[1].1), "95 % efficiency");
     assert!((0.92..0.98).contains(&s[1].2), "Huber's variance: {}", s[1].2);
-    // The residuals are white except for outliers, whose influence is bounded. So both variances are equal, except for the factor
-    // of Student's t for twenty blocks.
+    // The residuals are white except for outliers, and robust weights limit the influence of these. So the variance from blocks
+    // equals the variance for white noise, except for the factor of Student's t for twenty blocks.
     assert!((0.8..1.25).contains(&(ratios / student_variance_ratio())), "{ratios}");
     assert!(s[3].1 < 0.6 * s[2].1 && s[3].0 < 0.5 * s[2].0, "outliers pull the robust estimate less");
     assert!(s[4].2 < 0.7, "intervals for white noise do not hold in slow noise: {}", s[4].2);
-    // 400 samples with a correlation of 0.9 are equivalent to 20 independent ones, which gives 89 %. The limit is three standard
-    // errors of 900 intervals lower.
+    // 400 samples with a correlation of 0.9 are equivalent to 20 independent ones. With so few, 89 % of the intervals contain the
+    // true value. The limit is lower by three standard errors of 900 intervals.
     assert!(s[5].2 > 0.85, "robust intervals hold better: {}", s[5].2);
 }
 
@@ -171,8 +172,8 @@ fn consistency_helps_poor_data_only() {
     }
 }
 
-/// From a noise-free simulated log, the identification returns the true parameters up to rounding, through the log file and the
-/// whole program.
+/// A noise-free simulated log is written to a file and identified by the whole program. The result is the true parameters up to
+/// rounding.
 #[test]
 fn noise_free_logs_give_the_truth_back() {
     let arm = pendulum();

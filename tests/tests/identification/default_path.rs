@@ -1,5 +1,5 @@
-//! Decisions that an identification makes itself and reports: rotor inertias of a URDF, delayed torques, velocity columns that
-//! are unusable, a tilted base. For a correct log, nothing is changed.
+//! Decisions that `rist identify` makes itself and reports: rotor inertias of a URDF, delayed torques, velocity columns that are
+//! unusable, a tilted base. For a correct log, it makes no such decision.
 
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::RotorInertias;
@@ -72,7 +72,7 @@ fn rotors_of_a_urdf_are_found_where_they_are_and_pinned_where_the_user_says_so()
     let log = swinging(&geared, &truth, 1.2, 0.0);
     let found = identified("rotors", &plain, &log, "");
     assert!(says(&found, DECISIONS[0]) && found.model.is_some(), "{:?}", found.estimate.remarks);
-    // The same description as a xacro, and from standard input.
+    // The same description is given as a xacro file, and from standard input.
     let text = tests::model_text("ur5.urdf");
     for (name, path) in [("xacro", "ur5.xacro"), ("input", "-")] {
         let model = Model::parse(&text, path, &ModelOptions::default()).unwrap();
@@ -93,7 +93,7 @@ fn late_torques_are_taken_back() {
     let found = identified("late", &model, &late, "");
     assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
     assert!(found.decided.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
-    // The user fixes the delay.
+    // The user fixes the delay, so the program does not decide on it.
     let source = late.opened(&model, &folder("default_path_pinned").join("late.csv"));
     let mut samples = SamplesRequest::default();
     samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
@@ -105,7 +105,7 @@ fn late_torques_are_taken_back() {
 fn rates_that_are_none_give_way_to_slopes() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let good = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
-    // Velocities after a first-order low-pass of 10 Hz, which delays them by 16 ms.
+    // The velocities are filtered by a first-order low-pass of 10 Hz, which delays them by 16 ms.
     let slow = changed(&good, |l| l.dq.iter_mut().for_each(|dq| *dq = low_pass(dq, 10.0, 500.0)));
     let found = identified("slow", &model, &slow, "");
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
@@ -120,7 +120,8 @@ fn rates_that_are_none_give_way_to_slopes() {
     assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
 }
 
-/// An arm on a base that is tilted by two degrees about x and one degree about y.
+/// An arm on a base that is tilted by two degrees about x and one degree about y. The program finds the tilt, unless the user
+/// fixes the orientation of the base.
 #[test]
 fn a_tilted_base_is_taken_and_pinned_where_the_user_says_so() {
     let with = |base| {

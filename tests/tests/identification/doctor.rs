@@ -65,7 +65,7 @@ fn every_fault_is_named() {
         &[1],
         |f| matches!(f, Fault::Of(Zero(1), a) if (a.abs() - std::f64::consts::PI).abs() < 1e-9),
     );
-    // The parameters of the machine differ from the description, which is equivalent to a zero error of one or two degrees.
+    // The parameters of the machine differ from the description. This has the same effect as a zero error of one or two degrees.
     let odd = changed(&good, |l| each(&mut l.q[1..2], |x| x + 0.58));
     add("33 degrees", odd, &[1], |f| matches!(f, Fault::Of(Zero(1), a) if (a + 0.58).abs() < 0.04));
     let swapped = |k, l| changed(&good, |log| log.q.swap(k, l));
@@ -94,23 +94,24 @@ fn every_fault_is_named() {
     }
 }
 
-/// If the signs of all torques are changed, the log check has the same other findings, with the same numbers.
+/// If the signs of all torques are reversed, the log check reports this, and all its other findings are the same, with the same
+/// numbers.
 #[test]
 fn signs_of_all_torques_change_nothing_else() {
     let here = folder("all_signs");
     let (model, good) = ur5();
     for factor in [0.35, 1.0, 2.5] {
-        // In the second log, all torques have the wrong sign, in addition to the single torque with a wrong sign.
+        // In the first log, one torque has the wrong sign. In the second log, all torques of the first log are reversed.
         let single = changed(&mirrored(&good, 2, false, true), |l| each(&mut l.tau, |x| factor * x));
         let opposite = changed(&single, |l| each(&mut l.tau, |x| -x));
-        // The evidence without the slopes, because their signs differ.
+        // The slopes (measured over nominal torque) are not compared, because their signs differ.
         let found = |log: &JointLog| -> Vec<(Fault, String)> {
             let findings = look(&model, &here, log).findings.into_iter();
             findings.map(|f| (f.fault, f.evidence.split("; measured over").next().unwrap_or_default().into())).collect()
         };
         let (plain, mut signed) = (found(&single), found(&opposite));
         assert!(matches!(plain.first(), Some((Fault::Of(TorqueSign(2), _), _))), "{plain:?}");
-        // After the single sign is corrected, the common factor of all torques is detected.
+        // The other finding is the common factor of all torques, detected after the single sign is corrected.
         let shared: Vec<&Fault> = plain.iter().skip(1).map(|(fault, _)| fault).collect();
         match shared.as_slice() {
             [] => assert_eq!(factor, 1.0, "{plain:?}"),
@@ -143,7 +144,7 @@ fn nothing_is_found_in_good_logs() {
     assert_eq!(log_check.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{log_check}");
 }
 
-/// The URDF of two arms with three joints each on one base. They are mirror images of each other.
+/// The URDF of a robot with two arms on one base, with three joints each. The arms are mirror images of each other.
 fn two_arms() -> String {
     let mut text = String::from("<robot name=\"two_arms\"><link name=\"base\"/>\n");
     for (side, y) in [("left", 1.0), ("right", -1.0)] {
@@ -168,8 +169,8 @@ fn two_arms() -> String {
     text + "</robot>"
 }
 
-/// The columns of the two sides are exchanged: all six joints are named, and no output trusts the estimate. If the user gives the
-/// columns in order, the output states whether another order would have been detected.
+/// The columns of the left and the right arm are exchanged: all six joints are named, and no output trusts the estimate. If the
+/// user gives the columns in order, the output states whether another order would have been detected.
 #[test]
 fn exchanged_sides_are_named_and_never_trusted() {
     let here = folder("sides");
@@ -208,7 +209,7 @@ fn exchanged_sides_are_named_and_never_trusted() {
             let read_again = rist::fit::verdict::fitted_verdict(&model, &found.estimate, &logs);
             let all = [judged, validated.unwrap(), read_again.unwrap()];
             for verdict in &all {
-                // If free bodies explain the log, it is not contradicted, but it is not trusted either.
+                // If bodies with free parameters explain the log, it is not contradicted, but it is not trusted either.
                 let is_yes = verdict.trust == rist::fit::verdict::Trust::Yes;
                 assert!(!(is_swapped && is_yes), "{seed}: {verdict}");
                 assert!(is_swapped || verdict.trust != rist::fit::verdict::Trust::No, "{seed}: {verdict}");
@@ -229,8 +230,8 @@ fn exchanged_sides_are_named_and_never_trusted() {
     }
 }
 
-/// The last body of the machine is rotated about its joint, compared with the description. This is not reported as a zero error,
-/// because both are equivalent. The robot is a UR5 with an eccentric tool.
+/// The last body of the machine is rotated about the last joint, compared with the description. The torques are the same as for a
+/// zero error of this joint, so no zero error is reported. The robot is a UR5 with an eccentric tool.
 #[test]
 fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     let here = folder("last_body");
@@ -257,7 +258,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         assert!(log_check.findings.is_empty(), "{turn}: {:?}", log_check.findings);
         let [explained] = log_check.explained.as_slice() else { panic!("{turn}: {log_check:?}") };
         assert!(matches!(explained.finding.fault, Fault::Of(Zero(_), _)) && explained.is_likely, "{explained:?}");
-        // The same log as sums.
+        // The same log can also be added to stored sums of logs.
         let request = fleet::SumsRequest::default();
         let mut sums = fleet::accumulator(&model, &request).unwrap();
         let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
@@ -265,7 +266,8 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     }
 }
 
-/// Delayed torques are named if the machine has rotors that its URDF does not contain, as `identify` also finds them.
+/// The machine has rotors that its URDF does not contain. Delayed torques are named nevertheless, as `rist identify` also finds
+/// them.
 #[test]
 fn late_torques_are_named_without_rotors_in_the_description() {
     let here = folder("late_rotors");
@@ -273,7 +275,7 @@ fn late_torques_are_named_without_rotors_in_the_description() {
     let rotating = ModelOptions { rotor_inertia: Some(RotorInertias::Actuated), ..ModelOptions::default() };
     let machine = Model::read_with(model_path("ur5.urdf"), &rotating).unwrap();
     let mut x = unlike(&machine.robot, 6);
-    // The rotors of geared arms have inertias as large as those of their links.
+    // The rotors of geared arms have inertias as large as the inertias of the links.
     let all = robot::StandardParameter::all(&machine.robot);
     let rotor = |(p, x): (&robot::StandardParameter, &mut f64)| {
         if p.inertial == robot::Inertial::Ia {
@@ -360,7 +362,7 @@ fn a_joint_that_moves_alone_accuses_nobody() {
         let findings = look(&model, &here, &log).findings;
         assert!(findings.is_empty(), "joint {}: {findings:?}", k + 1);
     }
-    // The logs of a UR10e for the identification of friction.
+    // Measured logs of a UR10e in which each joint moves alone, for the identification of friction.
     let Some(shared) = shared() else { return };
     let folder = shared.join("data/ur10e_innopolis");
     let ur10e = Model::read(folder.join("ur10e.urdf")).unwrap();
@@ -372,7 +374,7 @@ fn a_joint_that_moves_alone_accuses_nobody() {
     }
 }
 
-/// The URDF for this log lacks the offsets of two joints, and the transmission in its recipe lacks them too.
+/// The URDF of the TX40 lacks the zero offsets of two joints. The transmission options in its recipe lack them too.
 #[test]
 fn the_zeros_of_the_tx40_are_found() {
     let Some(shared) = shared() else { return };
@@ -402,13 +404,14 @@ fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
     estimate.parameters.iter().take(model.regressor().parameters().len()).map(|p| p.value.unwrap()).collect()
 }
 
-/// The same fifteen mistakes in measured logs of a Panda and a UR10e; and each log with the description of the other robot.
+/// The fifteen mistakes of `tests::faults`, in measured logs of a Panda and a UR10e; and each log with the description of the
+/// other robot.
 #[test]
 fn faults_are_named_in_measured_logs() {
     let Some(shared) = shared() else { return };
     let here = folder("measured_faults");
     let panda = Model::read(panda(&shared, &here)).unwrap();
-    // Without rotor inertias, so that the rotor columns cannot explain a part of the mistakes.
+    // The model has no rotor inertias. Their columns could explain a part of the mistakes.
     let without = ModelOptions { rotor_inertia: Some(RotorInertias::None), ..ModelOptions::default() };
     let ur10e = Model::read_with(shared.join("data/ur10e_innopolis/ur10e.urdf"), &without).unwrap();
     let gains = [14.87, 13.26, 11.13, 10.62, 11.03, 11.47];
@@ -440,7 +443,8 @@ fn faults_are_named_in_measured_logs() {
     }
 }
 
-/// A wrong sign is also detected in a short log: the friction has the wrong direction, and so has the nominal torque.
+/// A wrong sign is also detected in a short log, for two reasons: the friction drives the joint, and the measured torque is
+/// opposite to the nominal torque.
 #[test]
 fn a_wrong_sign_is_named_in_a_short_log() {
     let here = folder("short_sign");

@@ -1,4 +1,4 @@
-//! Properties that an estimate states about itself are correct, and results that are no estimate are refused.
+//! Tests that the properties that an estimate states about itself are correct, and that unusable results are refused.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
@@ -14,7 +14,7 @@ fn ur5() -> (Robot, String, Vec<f64>) {
     (robot, model_path("ur5.urdf").display().to_string(), x)
 }
 
-/// Some joints rest during the experiments of a plan. Their encoder noise does not count as motion, and all logs get the same
+/// In each experiment of a plan, some joints rest. Their encoder noise does not count as motion, and all logs get the same
 /// cut-off frequency.
 #[test]
 fn joints_that_are_held_do_not_decide_the_cutoff() {
@@ -29,7 +29,8 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
         rist(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat()).ended(0);
         estimate(&here.join("e.yaml"))
     };
-    // The sines have at most 0.8 Hz, in bins of 0.1 Hz. If the noise counted as motion, the cut-off would be 100 Hz.
+    // The joints move with sines of at most 0.8 Hz, in bins of 0.1 Hz. If the noise counted as motion, the cut-off would be 100
+    // Hz.
     let together = of(&logs);
     assert!(together.cutoff.unwrap() < 30.0, "{together}");
     let alone = of(&logs[..1]);
@@ -39,15 +40,15 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
     assert!(alone.joints[2].f95.is_none() && alone.joints[0].f95.is_some(), "{alone}");
 }
 
-/// 1/2 chi^2 of a physically consistent estimate, and the bound of its excess over the minimum, from the remark.
+/// From the remark of a physically consistent estimate: 1/2 chi^2, and the bound by which it can exceed the minimum.
 fn account(estimate: &Estimate) -> (f64, f64) {
     let text = estimate.remarks.iter().find(|r| r.starts_with("physically consistent")).unwrap();
     let behind = |words: &str| text.split(words).nth(1).unwrap().split([',', ' ']).next().unwrap().parse().unwrap();
     (behind("chi^2 = "), behind("at most "))
 }
 
-/// If the inertial parameters of the description are a thousand times too small, the solution changes by no more than the stated
-/// bound.
+/// The description is the reference of a physically consistent estimate. If its inertial parameters are a thousand times too
+/// small, 1/2 chi^2 increases by no more than the stated bound.
 #[test]
 fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     let here = folder("wrong_reference");
@@ -75,8 +76,8 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
         account(&estimate(&here.join("e.yaml")))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
-    // The bound is 24 logarithms of one nat, minus the loss of weight of the description, plus the cost of bodies that are a
-    // thousand times their reference.
+    // The bound consists of three terms: 24 logarithms of one nat; minus the loss because the description gets less weight; plus
+    // the cost of bodies that are a thousand times their reference.
     assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
 
@@ -117,18 +118,19 @@ fn an_estimate_is_whole_and_knows_its_model() {
     refused(&fewer.to_yaml().unwrap(), "does not say with which model");
 }
 
-/// Only one joint moves, so many parameters are only identifiable in combinations. These combinations predict the torque.
+/// Only one joint moves, so many parameters are identifiable only in combinations. Nevertheless, these combinations predict the
+/// torque of this joint.
 #[test]
 fn what_is_open_does_not_spoil_the_prediction() {
     let here = folder("open");
     let (robot, urdf, _) = ur5();
-    // With one moving joint, other bodies cannot be distinguished from a wrong unit. So the bodies of the description are
-    // simulated.
+    // If only one joint moves, other bodies have the same effect as a wrong unit. So the robot is simulated with the nominal
+    // parameters.
     let x: Vec<f64> = StandardParameter::all(&robot).into_iter().map(|p| p.value(&robot).unwrap_or(0.0)).collect();
     joint_log::write(&here.join("a.csv"), &robot, &x, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
-    // Five joints are at rest, so no use has all its torques determined.
+    // Five joints are at rest, so for no use (gravity compensation, ..) all torques are determined.
     rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat())
         .failed(1, &["is not determined: the log does not identify all of its parameters"]);
     let found = estimate(&here.join("e.yaml"));

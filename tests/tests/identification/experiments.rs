@@ -1,4 +1,5 @@
-//! Candidate experiments of R3G stay within its limits, and have the published regression rows for exact motions.
+//! Candidate experiments of R3G (an arm with three revolute axes) stay within its limits. For exact motions, they give the rows
+//! that the publication states.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates, swing};
@@ -44,7 +45,7 @@ fn rows_of_a_candidate_are_those_of_its_record() {
     let full = spectral_rows(&t, &robot, &motion, &zero, &NOISE).weighted();
     let brief = Candidate::new(t, &robot, &NOISE).information;
     for (a, b) in full.iter().flatten().zip(brief.iter().flatten()) {
-        // The corners of the motion cause different aliasing with 516 and with 200 samples per period.
+        // The motion has corners. They cause different aliasing with 516 and with 200 samples per period.
         assert!((a - b).abs() < 2e-3 * full.trace().sqrt(), "{a} {b}");
     }
 }
@@ -64,7 +65,7 @@ fn exact_motion_gives_exact_equations() {
     assert_eq!(block.joint, [0, 1, 1, 2, 2]);
     for (row, y) in block.rows.iter().zip(&block.right) {
         let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
-        // Sp is linear, so the difference is only rounding.
+        // The operator Sp, which gives the rows, is linear. So the difference is only rounding.
         assert!((x - y).abs() < 1e-12, "{x} {y}");
     }
 }

@@ -1,6 +1,7 @@
-//! Logs as users have them, each with the options that it needs: the identification gives the parameters of the robot.
+//! Logs as users record them, each with the options that it needs. The identification must give the true parameters of the robot.
 //!
-//! The files are modelled on logs that users published with questions. All are of one arm with three joints, and are in `shared`.
+//! The files are modelled on logs that users published with questions. All are from one arm with three joints, and are in
+//! `../shared`.
 
 use std::path::PathBuf;
 
@@ -43,7 +44,7 @@ const LOGS: [(&str, &str, f64); 19] = [
 const LEROBOT: &str = "columns: {position: \"observation.state_{}\", velocity: \"observation.velocity_{}\", torque: \
                        \"observation.effort_{}\"}";
 
-/// In one of a million cases, the error of a parameter exceeds this number of standard deviations.
+/// The error of a parameter exceeds this number of standard deviations only in one of a million cases.
 const FAR_DEVIATIONS: f64 = 5.0;
 
 /// The folder and the arm. If they do not exist, prints a message and returns `None`.
@@ -92,7 +93,7 @@ fn logs_of_the_field_give_the_robot_behind_them() {
     }
 }
 
-/// A free-floating base needs no torque columns. Columns of zeros for it are accepted.
+/// Nothing drives a free-floating base, so a log needs no torque columns for it. Columns of zeros for it are accepted.
 #[test]
 fn a_base_that_nothing_drives_is_told() {
     let Some((field, _)) = arm() else { return };
@@ -109,7 +110,8 @@ fn a_base_that_nothing_drives_is_told() {
     }
 }
 
-/// A spring parallel to a joint has its own column. Its stiffness and the bodies are identified.
+/// The model has a column for a spring parallel to a joint. The stiffness of the spring and the parameters of the bodies are
+/// identified.
 #[test]
 fn a_spring_of_the_field_is_told() {
     let Some((field, model)) = arm() else { return };
@@ -118,7 +120,7 @@ fn a_spring_of_the_field_is_told() {
     let found = identify(&model, std::slice::from_ref(&log), &request(spring, true)).unwrap();
     let stiffness = found.estimate.parameters.iter().find(|p| p.id.to_string() == "KE_balancer").unwrap();
     let (k, sigma) = (stiffness.value.unwrap(), stiffness.sigma.unwrap());
-    // The spring has 12 N m/rad about 0.3 rad. Its torque at zero is a separate parameter.
+    // The spring has 12 N m/rad and is relaxed at 0.3 rad. Its torque at zero is a separate parameter.
     assert!((k - 12.0).abs() < FAR_DEVIATIONS * sigma && k > 20.0 * sigma, "{k} +- {sigma}");
     let truth = model.nominal_parameters().unwrap();
     for (p, truth) in found.estimate.parameters.iter().zip(&truth) {
@@ -130,7 +132,8 @@ fn a_spring_of_the_field_is_told() {
     assert!(without.estimate.total.unwrap() > 2.0 * found.estimate.total.unwrap());
 }
 
-/// The description of a geared arm as MJCF has friction and armature. With these columns, the residual is only noise.
+/// The MJCF description of a geared arm has friction and armature (rotor inertia). With these columns, the residual is only
+/// noise.
 #[test]
 fn friction_and_armature_of_an_mjcf_explain_the_log() {
     let Some((field, wrong)) = arm() else { return };
@@ -161,7 +164,8 @@ fn goals_of_a_data_set_are_proposed() {
     let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
     assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
     assert!(mapping.contains("goal: j1 <- action_1 [rad]"), "{mapping}");
-    // In this file, the actions equal the states except for rounding, so they are not goals of servos.
+    // In this file, the column that may contain goals of servos (`action`) equals the measured positions except for rounding. So
+    // it contains no goals, and the log is refused.
     let names = "columns: {position: \"observation.state_{}\", goal: \"action_{}\"}\nunits: {position: deg, goal: rad}";
     let names = request(names, true).samples.rows.signals.options.unwrap().columns;
     let refused = model.open_log(&field.join("logs/lerobot_pos_only.parquet"), &names).map(drop).unwrap_err();
@@ -171,7 +175,7 @@ fn goals_of_a_data_set_are_proposed() {
     );
 }
 
-/// The log can be read with the options that are proposed for it.
+/// The program proposes options for a log. With these options, the log can be read.
 #[test]
 fn proposals_read_what_they_are_made_for() {
     let Some((field, model)) = arm() else { return };

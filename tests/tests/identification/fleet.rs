@@ -1,4 +1,5 @@
-//! `rist accumulate`, `merge`, `solve` and `compare`: sums equal the result of a single pass; refused inputs; reported changes.
+//! `rist accumulate`, `merge`, `solve` and `compare`: the result from sums of logs equals the result of a single pass over all
+//! logs; sums that do not fit are refused; changes between robots are reported.
 
 use std::path::Path;
 
@@ -52,7 +53,8 @@ fn sums_are_one_pass() {
         done(&here, &[&["identify", &model], logs, &["--weights", "joint", "--out", "pass.yaml"]].concat());
         let (sums, pass) = (estimate(&here.join("sums.yaml")), estimate(&here.join("pass.yaml")));
         assert_eq!((sums.rows, sums.rank, &sums.logs), (pass.rows, pass.rank, &pass.logs));
-        // The blocks differ, so the results differ by some hundred rounding errors, times a condition number of a hundred.
+        // The sums and the single pass divide the rows into different blocks. So the results differ by some hundred rounding
+        // errors, times a condition number of a hundred.
         let close = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-10 * size;
         let of = |e: &Estimate| (e.cutoff.unwrap(), e.total.unwrap());
         let (sums_of, pass_of) = (of(&sums), of(&pass));
@@ -61,7 +63,8 @@ fn sums_are_one_pass() {
             assert_eq!((&a.id, a.unit, a.value.is_some()), (&b.id, b.unit, b.value.is_some()));
             let Some((x, y)) = a.value.zip(b.value) else { continue };
             assert!(close(x, y, y.abs() + b.sigma.unwrap()), "{}: {x} {y}", a.id);
-            // The robust standard deviations use different replicates: blocks here, and also bands of speed in a single pass.
+            // The robust standard deviations differ, because they use different replicates: sums use blocks of time, a single
+            // pass uses also bands of speed. So only the standard deviations for white noise are compared.
             assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-8, "{}", a.id);
         }
     }
@@ -81,7 +84,7 @@ fn sums_are_one_pass() {
         done(&here, &[&["merge"][..], &parts, &["--out", "merged.tri"]].concat());
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
-    // If a log has a gap, the samples are those of all its segments.
+    // If a log has a gap, the samples of all its segments are used.
     let whole = std::fs::read_to_string(here.join("a.csv")).unwrap();
     let gap = |(k, _): &(usize, &str)| !(400..600).contains(k);
     let parts: Vec<&str> = whole.lines().enumerate().filter(gap).map(|(_, line)| line).collect();
@@ -93,7 +96,7 @@ fn sums_are_one_pass() {
     };
     sum(&["gap.csv"], "gap.tri", &[]);
     sum(&["a.csv"], "a_alone.tri", &[]);
-    // A fifth of the rows is missing, and more rows at the ends of the gap.
+    // In the log with a gap, a fifth of the rows is missing, and the filter drops more rows at the ends of the gap.
     let share = samples("gap.tri") as f64 / samples("a_alone.tri") as f64;
     assert!((0.6..0.85).contains(&share), "{share}");
     let text = String::from_utf8_lossy(&one);
@@ -149,7 +152,7 @@ fn broken_logs_are_named() {
     done(&here, &[&["accumulate", &model, "other.csv", "--anyway"][..], &out].concat());
 }
 
-/// Sums that cannot be added are refused. The message names the difference.
+/// Sums with different settings cannot be added and are refused. The message names the difference.
 #[test]
 fn unlike_parts_are_refused() {
     let here = folder("fleet_unlike");
@@ -214,8 +217,8 @@ fn changed_robots_are_found() {
     println!("{none:?}\n{eight:?}");
     // 60 unchanged robots: the probability that any of them is reported is 5 %.
     assert!(none.robots <= 1, "{none:?}");
-    // Eight standard deviations of the difference are two of one log. Of twelve robots, one may be missed, and one other may be
-    // reported.
+    // A change of eight standard deviations of the difference is two standard deviations of one log. Of twelve changed robots,
+    // one may be missed, and one unchanged robot may be reported.
     assert!(eight.power() > 0.9 && eight.robots - eight.right_robots <= 1, "{eight:?}");
     assert!(eight.false_parameters() < 0.1, "{eight:?}");
 }

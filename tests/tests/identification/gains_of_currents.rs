@@ -1,4 +1,4 @@
-//! Errors of drive gains, estimated by least squares from currents, agree with their standard deviations.
+//! Drive gains are estimated by least squares from currents. Their errors agree with their standard deviations.
 
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::with_deviations;
@@ -37,9 +37,11 @@ fn currents(arm: &TapeRobot) -> Log {
     Log { ddq: Some(ddq), effort_is: Effort::Current, ..log }
 }
 
-/// Mean squares over the draws: error of q2's gain and errors of the parameters, each divided by its standard deviation; standard
-/// deviation of the gain; and e' C^-1 e / p for all parameters, e: errors, C: covariance. The noise has the correlation `rho`
-/// between samples. An expected gain is drawn with its standard deviation.
+/// Mean squares over the draws, in this order: error of the gain of q2, divided by its standard deviation; errors of the
+/// parameters, divided by theirs; variance of the gain; e' C^-1 e / p for all parameters (e: errors, C: covariance, p: number).
+///
+/// The noise has the correlation `rho` between samples. If `expected` is given, an expected gain is drawn with this standard
+/// deviation.
 fn errors(rho: f64, expected: Option<f64>) -> [f64; 4] {
     let arm = TapeRobot::new(model("planar2r_vertical.yaml"));
     let clean = currents(&arm);
@@ -90,7 +92,8 @@ fn gains_and_parameters_err_by_what_they_say() {
     }
 }
 
-/// An expected gain is weighted by its standard deviation: if this equals the one from the log alone, the variance is halved.
+/// An expected gain is weighted by its standard deviation. If this standard deviation equals that of the gain from the log alone,
+/// the combination has half the variance.
 #[test]
 fn an_expected_gain_counts_by_its_deviation() {
     let [_, _, of_data, _] = errors(0.9, None);

@@ -50,13 +50,14 @@ fn several_logs_friction_and_prediction() {
     let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]).ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     for j in 0..2 {
-        // The filter smooths the jumps of the friction and of its columns equally, so the error is below 1 %.
+        // The filter smooths the jumps of the friction torque, and in the same way the friction columns. So the error is below 1
+        // %.
         assert!((value(&estimate, &format!("FV{}", j + 1)) / VISCOUS[j] - 1.0).abs() < 0.01);
         assert!((value(&estimate, &format!("FS{}", j + 1)) / COULOMB[j] - 1.0).abs() < 0.01);
     }
     let predicted = run.out.split("c.csv, not fitted").nth(1).unwrap();
     assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
-    // The prediction from the estimate file gives the same result.
+    // A later prediction with the estimate file gives the same result.
     let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]).ended(0);
     assert_eq!(line(&later.out, "total"), line(predicted, "total"));
     let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
@@ -94,7 +95,7 @@ fn currents_become_torques_by_gains_given_or_found() {
     }
 }
 
-/// A load on the forearm of a planar arm has an effect only by ZZ, MX, MY and M.
+/// The load on the forearm of a planar arm changes only the parameters ZZ, MX, MY and M.
 #[test]
 fn a_load_between_two_logs() {
     let here = folder("load");
@@ -125,7 +126,7 @@ fn described_arm() -> std::path::PathBuf {
     tests::model_path("planar2r_vertical.yaml")
 }
 
-/// Writes two logs of currents or torques, without and with a load. The torques are divided by `gain`.
+/// Writes two logs of the same motion, without and with a load. The logged signals are the torques divided by `gain`.
 fn write_pair(here: &std::path::Path, head: &str, gain: [f64; 2], noise: f64, seed: u64) {
     let robot = model("planar2r_vertical.yaml");
     let x = tests::joint_log::described(&robot);
@@ -142,8 +143,9 @@ fn write_pair(here: &std::path::Path, head: &str, gain: [f64; 2], noise: f64, se
     }
 }
 
-/// If the gains are wrong by their standard deviations, the load must be within its standard deviation. Over eight draws of four
-/// numbers, the rms error is one standard deviation, up to 25 %. Without the contribution of the gains, it would be above ten.
+/// The given gains are wrong by their standard deviations. The error of the identified load must agree with its standard
+/// deviation: over eight draws of four numbers, the rms of the normalised error is one, up to 25 %. If the standard deviation did
+/// not contain the uncertainty of the gains, it would be above ten.
 #[test]
 fn a_load_is_as_unsure_as_the_gains() {
     let here = folder("load_gains");
@@ -205,7 +207,8 @@ fn counts_of_an_encoder_are_refused() {
     }
 }
 
-/// A MuJoCo model that already has the estimated parameters is unchanged, byte by byte. A model of another robot is refused.
+/// Parameters are written into a MuJoCo model. If it already has them, it is unchanged, byte by byte. A model of another robot is
+/// refused.
 #[test]
 fn a_mujoco_model_takes_the_figures() {
     let here = folder("mujoco");
@@ -226,8 +229,8 @@ fn a_mujoco_model_takes_the_figures() {
     assert!(!here.join("no.xml").exists());
 }
 
-/// A spring, a cable and a bearing between joints, as the user describes them. Each is identified, an element of another robot is
-/// refused, and a second log is predicted with them.
+/// A spring, a cable and a bearing between joints, as the user describes them. The parameters of each element are identified, and
+/// a second log is predicted with them. An element of another robot is refused.
 #[test]
 fn elements_between_joints_come_out() {
     let here = folder("elements");

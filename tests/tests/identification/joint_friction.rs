@@ -1,4 +1,5 @@
-//! Friction terms of single joints: chosen for the right joint, stored in the estimate, and refused if they make no sense.
+//! Friction terms of single joints: the program chooses them for the right joint and stores them in the estimate. Terms that make
+//! no sense are refused.
 
 use std::path::Path;
 
@@ -27,8 +28,9 @@ fn write(path: &Path, amplitude: f64) {
     log.write(path, &names);
 }
 
-/// The term is chosen only for the joint that has it. The estimate file predicts another motion with it, better than with the
-/// same friction for all joints. A generated file and a URDF contain a note on what they cannot store.
+/// The term of load-dependent friction is chosen only for the joint that has it. With this term, the estimate file predicts
+/// another motion better than with the same friction terms for all joints. A generated file and a URDF cannot store the term, so
+/// they contain a note.
 #[test]
 fn friction_of_the_load_is_found_and_carried() {
     let here = folder("joint_friction");
@@ -72,7 +74,7 @@ fn friction_of_the_load_is_found_and_carried() {
         let source = rist(&here, &["generate", &urdf, "--estimate", name]);
         has(&source.out, &["Not held here: ", &id.to_string()]);
     }
-    // If the user requests the term, the first fit already contains it.
+    // If the user requests the term for this joint, the first fit already contains it.
     let (_, _, by_hand) = of("by_hand.yaml", &["--friction", "viscous,coulomb,offset,load@2"]);
     assert!(by_hand < 0.8 * plain, "{by_hand} {plain}");
 }
@@ -94,8 +96,8 @@ fn terms_that_cannot_be_are_refused() {
     }
 }
 
-/// Joint 4 of this log moves only by 0.17 rad. An additional friction term would fit this log but predict the other one with an
-/// error of 100 %. Without it, the error is 12 %.
+/// In this log, joint 4 moves by only 0.17 rad. With an additional friction term, the fit of this log would be better, but the
+/// prediction of the other log would have an error of 100 %. Without the term, this error is 12 %.
 #[test]
 fn a_joint_that_hardly_moves_gets_no_term() {
     let Some(shared) = tests::shared() else { return };

@@ -8,8 +8,8 @@ use tests::program::{estimate, folder, rist, rist_done};
 use tests::tape_robot::TapeRobot;
 use tests::{model, model_text};
 
-/// A load with the inertia of the forearm adds to each parameter as much as doubling the mass and inertia of the forearm in the
-/// URDF.
+/// A load with the mass and inertia of the forearm is put on the forearm. It adds the same to each parameter as a URDF in which
+/// mass and inertia of the forearm are doubled.
 #[test]
 fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let arm = TapeRobot::new(model("ur5.urdf"));
@@ -28,7 +28,7 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let (light, heavy) = (&arm.truth, arm.base.values(&described(&heavy)));
     assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
     for (k, x) in added.iter().enumerate() {
-        // The file writes the quarter turn (pi/2) with eleven decimals.
+        // The URDF has the quarter turn (pi/2) with only eleven decimals.
         assert!((x - (heavy[k] - light[k])).abs() < 1e-10, "{k}: {x} {}", heavy[k] - light[k]);
     }
 }
@@ -51,7 +51,7 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     let (tool, link) = (added(on_tool).unwrap(), added(on_link).unwrap());
     assert!(link.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{link:?}");
     for (a, b) in tool.iter().zip(&link) {
-        // The file writes the quarter turn (pi/2) with eleven decimals.
+        // The URDF has the quarter turn (pi/2) with only eleven decimals.
         assert!((a - b).abs() < 1e-10, "{tool:?} {link:?}");
     }
     for name in ["base", "tool9"] {
@@ -108,7 +108,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
-    // The rows of the paper (method `rist`) contain friction, and their intervals do not include the error from it.
+    // The rows of the method `rist` (the paper) are not free of friction, and its intervals do not include the error from it.
     let run_of = |method: &str| {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --load load.yaml"))
     };
@@ -116,15 +116,16 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let paper = run_of("rist").split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(paper.contains("trust: with care") && paper.contains(narrow), "{paper}");
     assert!(!run_of("rist-mh").contains("too narrow"));
-    // With all gains given, the torque of the known load is subtracted.
+    // If all gains are given, the torque of the known load is subtracted from the measured torques.
     let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
         let found = estimate(&here.join("given.yaml")).value(&"MX3".parse().unwrap()).unwrap();
-        // The load alone gives MX of 0.175 kg m; the rows of the paper contain some friction, hence the tolerance.
+        // The true value is 0.24 kg m. If the load were not subtracted, its 0.175 kg m would be added. The rows of the paper
+        // contain some friction, so the tolerance is not smaller.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }
-    // Without the load, and with the gains of q1 and q2 deleted from the model file, only the gain of q3 fixes the scale.
+    // Without the load, and without the gains of q1 and q2 in the model file, only the gain of q3 determines the scale.
     std::fs::write(here.join("silent.yaml"), ARM.replace(", drive_gain: 2.393", "").replace(", drive_gain: 0.87", ""))
         .unwrap();
     let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
@@ -132,13 +133,13 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"])
         .failed(2, &["--load: --method ls does not use that"]);
 
-    // The joints of this arm are coupled, and the controllers already compensate for it: feedforward from the estimate is as
-    // good.
+    // The joints of this arm are coupled, and its controllers already compensate for the coupling. So feedforward from the
+    // estimate is as good as no feedforward.
     let (alone, fed) = without_and_with(&here, "arm.yaml", 3);
     assert!(fed < 1.05 * alone, "{fed} {alone}");
 }
 
-/// Largest position error in the first motion of the plan, rad: (without feedforward, with the estimate as feedforward).
+/// Largest position error in the first motion of the plan, rad: without feedforward, and with feedforward from the estimate.
 fn without_and_with(here: &Path, model: &str, joints: usize) -> (f64, f64) {
     let simulated = |out: &str, more: &str| {
         run(here, &format!("simulate {model} plan.yaml --out {out} --validation 0 --noise-free {more}"));
@@ -155,6 +156,6 @@ fn a_controller_that_is_fed_an_estimate_follows_better() {
     run(&here, "simulate planar.yaml plan.yaml --out logs --validation 0");
     run(&here, "identify planar.yaml logs --plan plan.yaml --method rist-mh --out estimate.yaml");
     let (alone, fed) = without_and_with(&here, "planar.yaml", 2);
-    // The remaining error comes from friction and from the corners of the motion.
+    // With feedforward, the remaining error comes from friction and from the corners of the motion.
     assert!(fed < 0.5 * alone, "{fed} {alone}");
 }

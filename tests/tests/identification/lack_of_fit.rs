@@ -1,4 +1,5 @@
-//! Tests of `identify` on a UR5 whose model does not explain the log in full: intervals, friction at reversals, the delay.
+//! Tests of `rist identify` on a UR5 whose log contains an effect that the fitted model lacks: coverage of intervals, friction at
+//! reversals, the delay.
 
 use identification::estimate::delay::estimate_delay;
 use identification::estimate::identify::{Fit, identify};
@@ -9,8 +10,8 @@ use linear_model::friction::terms::FrictionTerm;
 use logs::{Log, LogSource};
 use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 
-/// Share of the 95 % intervals that contain the true value, for each kind of misfit. Full table: `cargo bench -p tests --bench
-/// coverage`.
+/// Share of the 95 % intervals that contain the true value, for several effects that the fitted model lacks. `cargo bench -p
+/// tests --bench coverage` prints the table for all effects.
 #[test]
 fn intervals_hold_the_truth() {
     let robot = LackOfFit::default();
@@ -28,7 +29,7 @@ fn intervals_hold_the_truth() {
         }
         let all = draws as f64 * truth.len() as f64;
         let (held, of_white) = (f64::from(held) / all, f64::from(of_white) / all);
-        // Expected: 0.95. The 174 intervals of one log are correlated, so the bound is lower.
+        // The expected share is 0.95. The 174 intervals of one log are correlated, so the bound is lower.
         assert!(held > 0.88, "{what:?}: {held}");
         assert!(of_white < 0.85, "{what:?}: {of_white}");
     }
@@ -44,21 +45,25 @@ fn smooth(log: &Log, robot: &LackOfFit) -> (Options, Fit) {
     (options, fit)
 }
 
-/// Friction whose sign changes over 0.005 rad/s: this width is found, the residual is only noise, and FV and FS are within 0.5 %.
+/// The sign of Coulomb friction changes gradually over 0.005 rad/s. The program finds this width. Then the residual is only
+/// noise, and viscous and Coulomb friction (FV, FS) are within 0.5 %.
 #[test]
 fn friction_is_told_by_a_velocity_of_its_own() {
     let robot = LackOfFit::default();
     let (log, truth) = (robot.log(Truth::Tanh, 1), robot.truth());
     let (options, fit) = smooth(&log, &robot);
-    // Either tanh of about that width, or a Stribeck term that subtracts the missing friction at low speed.
+    // Two friction terms can represent this: tanh with about that width, or a Stribeck term that subtracts the missing friction
+    // at low speed.
     let is_narrow = |term: &FrictionTerm| matches!(term, FrictionTerm::SmoothCoulomb(speed) | FrictionTerm::Stribeck(speed) if *speed < 0.01);
     assert!(options.friction.iter().any(is_narrow), "{:?}", options.friction);
-    // The noise alone gives 0.0022. Friction that is filtered after its sign is taken would give 0.02.
+    // Noise alone gives a relative residual of 0.0022. Friction that jumps with the sign of the velocity, and is filtered after
+    // that, would give 0.02.
     assert!(fit.estimate.total.unwrap() < 0.004, "{}", fit.estimate.total.unwrap());
     let base = robot.robot.truth.len();
     let columns: usize = options.friction.iter().map(|term| term.parameters().len()).sum();
     for k in 0..6 {
-        // FV and FS are the first two columns of each joint in both models.
+        // In the fitted and in the true model, viscous and Coulomb friction (FV, FS) are the first two friction columns of each
+        // joint.
         for c in [0, 1] {
             let found = &fit.estimate.parameters[base + columns * k + c];
             let truth = truth[base + 3 * k + c];

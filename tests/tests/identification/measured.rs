@@ -1,5 +1,5 @@
-//! Tests on the measured robots of `cargo xtask datasets`: the error is at most 1.05 times the baseline of the same recipe.
-//! The baselines come from an independent program on the same logs.
+//! Tests on the measured robots of `cargo xtask datasets`. The error is at most 1.05 times the error of an independent program
+//! (baseline), which used the same logs and the same recipe.
 
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ fn no_set_is_far_above_its_baseline() {
     }
 }
 
-/// Joint 4 moves only 0.2 rad in traj1, so none of its parameters may count as identified.
+/// In this log, joint 4 moves by only 0.2 rad, so none of its parameters may count as identified.
 #[test]
 fn cobot6_from_its_poor_log() {
     let Some((dataset, folder, arm)) = set("cobot6_shanghai") else { return };
@@ -56,7 +56,7 @@ fn cobot6_from_its_poor_log() {
     assert!(estimate.remarks.iter().any(|r| r.contains("joint 4 (q4) moves 0.175 rad")), "{:?}", estimate.remarks);
 }
 
-/// The torques of this log are 2 to 4 ms away from the positions.
+/// In this log, the torques are shifted by 2 to 4 ms relative to the positions.
 #[test]
 fn tx40_delay() {
     let Some((dataset, folder, arm)) = set("tx40_staubli") else { return };
@@ -68,8 +68,8 @@ fn tx40_delay() {
     assert!(delay.residual < 0.0525, "{delay:?}");
 }
 
-/// The estimated delay must agree with all rows. At a low cut-off the rows away from reversals have nearly constant speed and do
-/// not depend on the delay; alone they gave torques 155 ms and 11 ms before the positions.
+/// The estimated delay must agree with all rows. At a low cut-off, the rows away from reversals have nearly constant speed, so
+/// they hardly depend on the delay. Estimated from these rows alone, the torques would be 155 ms and 11 ms before the positions.
 #[test]
 fn a_delay_is_none_that_all_rows_contradict() {
     for (name, file, expected) in
@@ -86,7 +86,7 @@ fn a_delay_is_none_that_all_rows_contradict() {
     }
 }
 
-/// The log of a run of a data set, and its estimate with the options of that run.
+/// The log of one run of a data set's recipe, and its estimate with the options of this run.
 fn estimate(name: &str, run: usize) -> Option<(TapeRobot, Log, Options, Estimate)> {
     let (dataset, folder, arm) = set(name)?;
     let run = &dataset.runs[run];
@@ -96,14 +96,14 @@ fn estimate(name: &str, run: usize) -> Option<(TapeRobot, Log, Options, Estimate
     Some((arm, log, run.options.clone(), estimate))
 }
 
-/// Value of a parameter by its name: a base parameter by its column, friction and couplings by their id.
+/// The value of a parameter by its name. A base parameter is found by the name of its column, friction and couplings by their id.
 fn value(arm: &TapeRobot, estimate: &Estimate, name: &str) -> f64 {
     let of_base = arm.column(name).map(|k| estimate.parameters[k].value);
     of_base.unwrap_or_else(|| estimate.value(&name.parse().unwrap())).unwrap_or_else(|| panic!("{name} has no value"))
 }
 
 /// Compares friction, rotor inertia and wrist coupling of the TX40 with published values (tx40 example of FIGAROH). Allowed
-/// error: 10 % where the baseline is within 10 %, otherwise the error of the baseline plus 5 %.
+/// error: 10 % if the baseline (an independent program) is within 10 %, otherwise the error of the baseline plus 5 %.
 #[test]
 fn tx40_published_values() {
     let Some((arm, .., estimate)) = estimate("tx40_staubli", 0) else { return };
@@ -168,12 +168,13 @@ fn panda_gravity_coefficients() {
     }
 }
 
-/// Drive gains of the UR10e from currents, with one gain known: the others must be close to gains from the literature.
+/// Estimates drive gains of the UR10e from currents, with one known gain. The other gains must be close to gains from the
+/// literature.
 #[test]
 fn ur10e_drive_gains() {
     let Some((arm, log, options, _)) = estimate("ur10e_innopolis", 1) else { return };
     let others = [14.87, 13.26, 11.13, 10.62, 11.03, 11.47];
-    // One gain is known. Those of the wrist have a prior: 11 N m/A with a standard deviation of 2.75 N m/A.
+    // One gain is known. The gains of the wrist have an expected value: 11 N m/A with a standard deviation of 2.75 N m/A.
     let wrist = Gain::Expected(11.0, 2.75);
     let known = [Gain::Free, Gain::Known(13.26), Gain::Free, wrist, wrist, wrist];
     let found = estimate_drive_gains(&arm, &[LogSource::Held(log)], &options, &known).unwrap();

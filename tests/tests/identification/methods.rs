@@ -39,7 +39,8 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
         assert_eq!(found.settled, Some(true), "{method}: {out}");
         for (name, truth) in TRUTH {
             let value = found.value(&name.parse().unwrap()).unwrap_or_else(|| panic!("{method}: no {name}"));
-            // Tolerance: 2 % of the largest value, 2.0. The simulated friction is asymmetric, the friction columns are not.
+            // Tolerance: 2 % of the largest value, 2.0. The simulated friction differs between the directions of motion; the
+            // friction columns do not.
             assert!((value - truth).abs() < 0.02 * 2.0, "{method} {name}: {value} for {truth}\n{out}");
         }
         let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
@@ -48,8 +49,8 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
     rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]).failed(2, &["--method didim needs the plan"]);
 }
 
-/// With currents and one known gain, total least squares and maximum likelihood both find the true gain. With all gains known,
-/// `tls` has nothing to estimate and is refused.
+/// The logs have currents, and one gain is known. Both total least squares (`tls`) and maximum likelihood find the true gain. If
+/// all gains are known, `tls` has nothing to estimate and is refused.
 #[test]
 fn total_least_squares_finds_the_gains_of_drives() {
     let here = experiments("total_least_squares");
@@ -88,14 +89,14 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
         assert_eq!(parameter.status, Status::NotSignificant, "{parameter:?}");
     }
     assert!(few.value(&"ZZR1".parse().unwrap()).is_some_and(|zz| (zz - 0.95).abs() < 0.1));
-    // The test of `essential` allows a small growth of the residual, far below 1 %.
+    // The method `essential` removes parameters if the residual grows by a small amount, far below 1 %.
     let (few_left, whole_left) = (few.total.unwrap(), whole.total.unwrap());
     assert!(few_left < 1.01 * whole_left, "{few_left} {whole_left}");
     run(&here, "validate arm.yaml few.yaml logs/v02.csv");
 }
 
-/// Flags of `rist identify --help` that say how the robot model is read. All commands have them; `tests/command_line.rs`
-/// tests them.
+/// Flags of `rist identify --help` that determine how the robot description is read. All commands have them;
+/// `tests/tests/program/command_line.rs` tests them.
 const OF_THE_MODEL: [&str; 10] = [
     "--angles",
     "--mimic",
@@ -109,10 +110,10 @@ const OF_THE_MODEL: [&str; 10] = [
     "--any-size",
 ];
 
-/// Flags of all commands that control the terminal output; `tests/terminal.rs` tests them.
+/// Flags of all commands that control the terminal output; `tests/tests/program/terminal.rs` tests them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];
 
-/// The flag with a value that changes the outcome if the method uses the flag; `None` for an unknown flag.
+/// The arguments with which a flag changes the outcome, if the method uses the flag; `None` for an unknown flag.
 fn with_value(flag: &str) -> Option<Vec<&str>> {
     let value = match flag {
         "--plan" => "plan.yaml",
@@ -142,18 +143,18 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
     Some(vec![flag, value])
 }
 
-/// Log arguments of a method, with the other arguments that it needs.
+/// The log arguments of a method, and the other arguments that this method needs.
 fn logs_of(method: &str) -> &'static [&'static str] {
     match method {
-        // This method estimates gains, so its logs hold currents.
+        // This method estimates drive gains, so its logs contain currents.
         "tls" => &["currents", "--plan", "plan.yaml", "--gain", "q2=1.5"],
         "ls" | "essential" => &["logs/v02.csv"],
         _ => &["logs", "--plan", "plan.yaml"],
     }
 }
 
-/// No method ignores a flag: either the outcome changes, or the flag is refused by its name with a list of the methods that use
-/// it.
+/// No method ignores a flag: either the outcome changes, or the flag is refused. The refusal names the flag and lists the methods
+/// that use it.
 #[test]
 fn every_method_heeds_or_refuses_every_flag() {
     let here = experiments("flags_of_methods");

@@ -1,5 +1,6 @@
-//! Tests of the misfit causes that RIST-MH reports for effects outside its model: late torques, ripple of a drive, springs,
-//! eccentric encoders, flexible joints and joints with play. It must not report friction and noise, which its model contains.
+//! Tests of the causes that RIST-MH (the method in the frequency domain) reports if its model does not explain the data: late
+//! torques, ripple of a drive, springs, eccentric encoders, flexible joints and joints with play. It must not report friction and
+//! noise, because its model contains them.
 //!
 //! The thresholds were chosen on other random draws (`tests/benches/misfit.rs`, seed 1000).
 
@@ -18,7 +19,7 @@ use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
 /// Random draws of each defect. docs/benchmarks.md has the results of ten draws, which take minutes.
 const DRAWS: usize = 1;
-/// Random draws for tests of gains, whose shares are means over parameters and draws.
+/// Number of random draws for tests of drive gains. The shares that these tests check are means over parameters and draws.
 const DRAWS_OF_GAINS: usize = 3;
 /// Random draws of each scenario without a defect.
 const SOUND: usize = 4;
@@ -57,8 +58,8 @@ fn what_the_model_has_is_no_misfit() {
     }
 }
 
-/// Checks three things on a log with `defect`: its kind is named, the intervals of the fit without effect columns hold the true
-/// values, and a fit with the effect columns of `kind` has the right parameters.
+/// Checks three things on experiments with `defect`. The kind of the defect is named. The intervals of the fit without columns
+/// for the defect contain the true values. The fit with these columns (`kind`) has the right parameters.
 fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync)) {
     let robot = r3(true);
     let arm = r3_arm("R3G", &robot);
@@ -84,8 +85,8 @@ fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync)) {
     assert!(error <= 0.3, "{defect:?}: {error} %");
 }
 
-/// Elastic(25.0) and Elastic(12.0): joints that resonate at 25 and 12 Hz; equations up to 10 Hz are used. Play(1e-3): a gap of 1
-/// mrad, which changes the parameters as much as joints of 30 Hz do.
+/// Elastic(25.0) and Elastic(12.0): the links resonate at 25 and 12 Hz; equations up to 10 Hz are used. Play(1e-3): backlash of 1
+/// mrad, which changes the parameters as much as elastic joints of 30 Hz do.
 #[test]
 fn defects_are_named() {
     let ripple = |joint: usize| Effect::Ripple { joint, periods: 12.0 };
@@ -99,8 +100,8 @@ fn defects_are_named() {
     looked_at(Defect::Play(1e-3), &|joint| Effect::Play { joint });
 }
 
-/// An eccentricity of 2 mrad is within the noise of R3G, so no cause is named. The error of the parameters is below 0.3 %, and
-/// their intervals do not include it.
+/// An encoder eccentricity of 2 mrad is within the noise of the arm R3G, so no cause is named. The error of the parameters is
+/// below 0.3 %. The intervals do not account for the error that the eccentricity causes.
 #[test]
 fn an_encoder_within_the_noise_is_not_named() {
     let robot = r3(true);

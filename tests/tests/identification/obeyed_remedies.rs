@@ -1,4 +1,4 @@
-//! Tests that the remedy of a finding, applied literally, gives a log check without findings.
+//! Tests that the remedy of a finding, applied exactly as it is printed, gives a log check without findings.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -63,7 +63,7 @@ const MISTAKES: [Mistake; 11] = [
     ),
 ];
 
-/// The finding of each mistake comes first, and its remedy parses as options. With these options no finding remains.
+/// For each mistake, the first finding names it, and its remedy is valid as options. With these options no finding remains.
 #[test]
 fn what_a_finding_prints_mends_the_log() {
     let here = folder("obeyed");
@@ -85,7 +85,7 @@ fn what_a_finding_prints_mends_the_log() {
     }
 }
 
-/// The found torque scale belongs to the log: it is right within 3 % although the bodies of the model file are off by 15 %.
+/// The found torque scale is the scale of the log. It is right within 3 %, although the nominal bodies are wrong by 15 %.
 #[test]
 fn a_scale_is_right_to_a_few_hundredths() {
     let here = folder("scales_of_logs");
@@ -97,7 +97,8 @@ fn a_scale_is_right_to_a_few_hundredths() {
         let scales = printed(&look(&model, &path, &Options::default())).transmission.scales.unwrap();
         for (k, scale) in scales.iter().enumerate() {
             let wanted = if k == joint { factor } else { 1.0 };
-            // The search stops within 1 %; noise and effects outside the model change the scale by about as much.
+            // The search for the scale stops within 1 %; noise and effects that the model lacks change the scale by about as
+            // much.
             assert!((scale / wanted - 1.0).abs() < 0.03, "{joint}: {scales:?}, {factor}");
         }
     }
@@ -152,7 +153,7 @@ fn a_contact_is_named_with_its_times() {
     assert!(!said.iter().any(|why| why.contains("stands out")), "{said:#?}");
 }
 
-/// The parameters of `bodies` plus a point mass of `mass` kg on the last link, 0.1 m along its z axis.
+/// The parameters `bodies` with a point mass of `mass` kg added to the last link, 0.1 m along its z axis.
 fn loaded(robot: &Robot, bodies: &[f64], mass: f64) -> Vec<f64> {
     let last = robot.links.len() - 1;
     let of_point = |parameter: &StandardParameter| match parameter.inertial {
@@ -176,8 +177,8 @@ fn picking_up(model: &Model, puts_down: bool) -> JointLog {
     log
 }
 
-/// A load that is picked up is reported with its times and its mass, and the motion is not called poor. A contact force and
-/// drifting torques are not reported as a load.
+/// A load that is picked up is reported with its times and its mass. The motion is not called poor. A contact force and drifting
+/// torques are not reported as a load.
 #[test]
 fn a_load_that_is_picked_up_is_named_with_its_times() {
     let here = folder("picked_up");
@@ -192,7 +193,7 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
         let [Finding { fault: Fault::ChangedLoad { log: None, from, to, mass }, .. }] = found.findings[..] else {
             panic!("{:?}", found.findings)
         };
-        // The log of ten seconds is searched in steps of 1 %; the tolerance is two steps.
+        // The times of the load are searched in steps of 1 % of the ten seconds; the tolerance is two steps.
         assert!((from.unwrap() - 4.0).abs() < 0.2 && to.is_some() == puts_down, "{from:?} {to:?}");
         assert!(to.is_none_or(|to| (to - 7.5).abs() < 0.2), "{to:?}");
         // The times are known to 2 % of the interval with the load, which limits the accuracy of the mass.
@@ -205,7 +206,7 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
         assert!(verdict.reasons[0].contains("carries another load from"), "{:?}", verdict.reasons);
         assert!(!verdict.reasons.iter().any(|why| why.contains("too short or too poor")), "{:?}", verdict.reasons);
     }
-    // With two logs, the finding names the log with the load.
+    // If there are two logs, the finding names the log with the load.
     let paths = ["log.csv", "good.csv"].map(|name| here.join(name));
     good.write(&paths[1], model.regressor().coordinates());
     let both = [&paths[1], &paths[0]].map(|path| model.open_log(path, &Default::default()).unwrap().0);
@@ -225,15 +226,16 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
     }
 }
 
-/// A time window with constant load is proposed only if its own parameters give a residual as small as the added load does. Here
-/// most of the unloaded interval is a motion that no parameters explain, so no window is proposed.
+/// The program proposes a time window without the load, but only if the parameters fitted in this window give a small residual.
+/// Here, a torque that no parameters explain acts before the load is picked up. So no window is proposed.
 #[test]
 fn a_window_that_explains_nothing_is_not_printed() {
     let here = folder("poor_window");
     let (model, _) = ur5();
     let path = here.join("log.csv");
     let bodies = unlike(&model.robot, 5);
-    // Heavy load from 7 s on. Before that: the plain motion plus a sine torque of half its variance that depends on no state.
+    // The load is heavy, from 7 s on. Before that, a sine is added to the torques. It has half of their variance and depends on
+    // no state.
     let [mut log, heavy] =
         [bodies.clone(), loaded(&model.robot, &bodies, 40.0)].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
@@ -284,7 +286,8 @@ fn gantry() -> String {
     format!("<robot name='gantry'><link name='l0'/>{bodies}{joints}</robot>")
 }
 
-/// A gantry with a load that its URDF lacks: the load is reported, but neither currents nor a wrong robot. Without it: no report.
+/// A gantry carries a load that its URDF lacks. The load is reported; currents or a wrong robot are not reported. Without the
+/// load, nothing is reported.
 #[test]
 fn a_load_that_the_description_lacks_is_named() {
     let here = folder("load_of_gantry");

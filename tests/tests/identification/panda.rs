@@ -1,4 +1,4 @@
-//! Tests on the Panda log of Gaz et al. 2019: the torque error of each joint against an independent baseline.
+//! Tests on the Panda log of Gaz et al. 2019: the torque error of each joint, compared with an independent program (baseline).
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identify::identify;

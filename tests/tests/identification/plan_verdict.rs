@@ -1,5 +1,5 @@
-//! Tests of the verdict on RIST-MH from the experiments of a plan. Each experiment is predicted with the parameters from the
-//! other experiments, and the covariance gives the uncertainty of the torques.
+//! Tests of the verdict on estimates of RIST-MH from the experiments of a plan. Each experiment is predicted with the parameters
+//! from the other experiments. The covariance gives the uncertainty of the torques.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::SpectralExperiment;
@@ -29,7 +29,7 @@ fn judged(arm: &BenchmarkArm, experiments: &[SpectralExperiment]) -> (Estimate, 
     (estimate, verdict)
 }
 
-/// Friction and noise that the model of RIST-MH contains give the verdict yes, and each use has an error figure.
+/// If friction and noise are such that the model of RIST-MH contains them, the verdict is yes, and each use has an error figure.
 #[test]
 fn the_golden_plan_earns_a_yes() {
     let draws = std::env::var("RIST_DRAWS").ok().and_then(|x| x.parse().ok()).unwrap_or(DRAWS);
@@ -58,8 +58,8 @@ fn the_golden_plan_earns_a_yes() {
     }
 }
 
-/// The verdict is not yes if the torques are late (not in the model), or if one experiment leaves the bodies of a joint
-/// undetermined.
+/// The verdict is not yes in two cases: the torques are late, which the model does not contain; or there is only one experiment,
+/// so the bodies of a joint are not determined.
 #[test]
 fn what_the_model_lacks_is_no_yes() {
     let robot = r3(true);
@@ -72,6 +72,6 @@ fn what_the_model_lacks_is_no_yes() {
     let (estimate, verdict) = judged(&arm, &few.measured(Some(0), SEED));
     assert_ne!(verdict.trust, Trust::Yes, "{verdict}");
     assert_eq!(estimate.cross_validation, None);
-    // One motion determines the parameters so badly that the torque error is unknown or above 50 %.
+    // One experiment determines the parameters so badly that the torque error is unknown or above 50 %.
     assert!(verdict.uses.iter().all(|of| of.error.is_none_or(|error| error > 0.5)), "{verdict}");
 }

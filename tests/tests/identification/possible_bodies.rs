@@ -1,4 +1,4 @@
-//! Tests that `identify` takes physically possible bodies only if the log is poor and they predict another log better.
+//! Tests that `rist identify` uses physically consistent bodies only if the log is poor and they predict another log better.
 
 use logs::LogSource;
 use rist::Model;
@@ -18,7 +18,8 @@ fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource 
     cut(&machine.log(), 5.0).opened(model, &folder("possible_bodies").join(name))
 }
 
-/// Error on another, larger motion, and whether the remarks say that the bodies were constrained to be physically possible.
+/// The error on another log with a larger motion; and whether the remarks say that the bodies were constrained to be physically
+/// consistent.
 fn error(model: &Model, log: &LogSource, request: &IdentifyRequest, other: &LogSource) -> (f64, bool) {
     let mut found = rist::identify(model, std::slice::from_ref(log), request).unwrap();
     let judged = found.verdict_of_logs(model, std::slice::from_ref(other), false).unwrap();

@@ -21,7 +21,8 @@ fn named(coordinates: &[String]) -> ColumnNames {
     ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }
 }
 
-/// Random postures of `model` with torques. The joints have zero offsets `zeros` that the positions lack; `noise` is in N m.
+/// Random postures of `model` at rest, with torques. `zeros`: zero errors of the joints, which the logged positions do not
+/// contain; `noise`: of the torques, N m.
 fn postures(model: &Model, zeros: &[f64], noise: f64, count: usize, seed: u64) -> Postures {
     let mut random = Random::new(seed);
     let n = model.regressor().coordinates().len();
@@ -68,7 +69,7 @@ fn gravity_parameters_come_back_within_their_deviations() {
         }
         assert!(!found.placed.unwrap().differs(), "{seed}");
     }
-    // Mean square over 20 draws of more than 15 numbers: four standard deviations are about 0.25.
+    // The mean square over 20 draws of more than 15 numbers is 1; four of its standard deviations are about 0.25.
     let mean: f64 = squares / count;
     assert!((0.75..1.33).contains(&mean), "{mean} of {count}");
     // Without noise the values are exact.
@@ -100,7 +101,7 @@ fn zeros_and_mounts_come_back() {
                 zeros[k]
             );
         }
-        // The mount from the estimate gives the same gravity vector as the true mount.
+        // With the base orientation from the estimate, the model has the same gravity vector as with the true orientation.
         let remedied = ur5(Some(found.base));
         let gravity = |model: &Model| nalgebra::Vector3::from(model.robot.gravity_number());
         let angle = gravity(&remedied).angle(&gravity(&truth));
@@ -109,7 +110,7 @@ fn zeros_and_mounts_come_back() {
     }
 }
 
-/// If the model has wrong bodies, it does not explain the postures, and no joint zero may be reported.
+/// If the nominal bodies are wrong, they do not explain the postures. Then no zero error may be reported.
 #[test]
 fn other_bodies_tell_no_zeros() {
     let model = ur5(None);
@@ -139,8 +140,8 @@ fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
     assert!(statics::postures::gravity_text(&parameters).contains("[kg m]"));
 }
 
-/// Posture tables and logs from the field data: tables without a clock, tables with a clock in steps of a second, and plateaus of
-/// a log.
+/// Tables of postures and logs as users record them: tables without a clock, tables with a clock in steps of a second, and logs
+/// with intervals at rest (plateaus).
 #[test]
 fn postures_of_the_field_give_the_arm_behind_them() {
     let Some(field) = tests::field() else { return };
@@ -229,8 +230,8 @@ fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
     Postures { q, effort, ..postures.clone() }
 }
 
-/// With bodies that differ a little from the model, small zeros are not reported, but a joint that is off by a right angle and a
-/// base on a wall are.
+/// The nominal bodies are slightly wrong. Then small zero errors are not reported. A zero that is wrong by a right angle, and a
+/// base on a wall, are reported.
 #[test]
 fn far_zeros_and_mounts_are_told_by_nearly_the_bodies() {
     let nearly = |base: Option<[f64; 3]>| {

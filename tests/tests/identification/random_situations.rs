@@ -1,5 +1,5 @@
-//! Tests of the simulator of the bench `random_situations`: it conserves energy, agrees with rist and with the recursion of the
-//! tests, and five of its situations end with a verdict.
+//! Tests of the simulator that the bench `random_situations` uses: it conserves energy, and its torques agree with rist and with
+//! the Newton-Euler recursion of the tests. Five of its situations end with a verdict.
 
 use rist::Model;
 use rist::fit::verdict::Trust;
@@ -22,7 +22,7 @@ fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// The joint power equals the rate of the energy: d(T + V)/dt = dq' tau.
+/// The power of the joint torques equals the rate of the energy: d(T + V)/dt = dq' tau. T, V: kinetic and potential energy.
 #[test]
 fn the_power_of_the_torques_becomes_energy() {
     /// Step of the central differences, s. Their error is about STEP^2 times the third derivative of the energy.
@@ -49,8 +49,9 @@ fn the_power_of_the_torques_becomes_energy() {
     }
 }
 
-/// The second of two mirrored arms has the torques of the first when it moves as its mirror image: with M = diag(1, -1, 1),
-/// M Rz(q) M = Rz(-q) and M Tz(r) M = Tz(r). Swapped columns put the signals of one arm under the names of the other.
+/// If the second of two mirrored arms moves as the mirror image of the first, it has the torques of the first, with the sign of
+/// the motion: with M = diag(1, -1, 1), M Rz(q) M = Rz(-q) and M Tz(r) M = Tz(r). If the columns of the sides are swapped, the
+/// signals of one arm have the names of the other.
 #[test]
 fn mirrored_arms_take_mirrored_torques() {
     for seed in SEEDS {
@@ -111,8 +112,8 @@ fn the_torque_is_that_of_the_recursion() {
     }
 }
 
-/// The simulator and the model file have the same bodies: the base regressor represents the true torques up to rounding, and the
-/// nominal base parameters of an exact model file equal the true ones.
+/// The simulator and the description have the same bodies. The base regressor represents the true torques up to rounding, and the
+/// nominal base parameters of an exact description equal the true ones.
 #[test]
 fn the_description_is_the_machine() {
     for seed in SEEDS {
@@ -122,7 +123,7 @@ fn the_description_is_the_machine() {
         let situation = Situation::with(seed, machine, Vec::new());
         let model: Model = situation.model();
         let truth = truth(&situation.machine.chain, model.regressor(), &[]);
-        // The model file writes angles with sixteen digits; the condition number of the columns is at most some thousand.
+        // The description writes angles with sixteen digits; the condition number of the columns is at most some thousand.
         assert!(truth.left < 1e-9, "seed {seed}: {:e}", truth.left);
         let described = model.nominal_parameters().unwrap_or_default();
         assert_eq!(described.len(), truth.base.len());
@@ -133,7 +134,7 @@ fn the_description_is_the_machine() {
     }
 }
 
-/// In a log without noise and with exact sensors, each row holds the torque of its own state, up to rounding.
+/// If a log has no noise and exact sensors, each row contains the torque of its own state, up to rounding.
 #[test]
 fn a_clean_log_is_the_motion() {
     let machine = machine(&mut Draw::of(3, 1));
@@ -185,7 +186,7 @@ fn every_defect_shows_in_the_log() {
         let machine = || machine(&mut Draw::of(4, 1));
         let n = machine().chain.len();
         let defect = Defect { more: 0.3, ..Defect::of(kind, n, &mut Draw::of(4, 2)) };
-        // The defect must be on a joint that it can affect: a revolute one.
+        // The defect must be on a joint that it can affect. This is a revolute joint.
         let turning = machine().chain.joints.iter().position(|j| !j.slides).unwrap_or(0);
         let defect = Defect { joint: turning, other: (turning + 1) % n, ..defect };
         let with = |defects: Vec<Defect>| {
@@ -243,8 +244,9 @@ fn five_situations_have_a_verdict() {
     }
 }
 
-/// A joint zero that the last body can absorb, or a common factor of all torques, prevents a plain yes if the result differs from
-/// the model file. Without this defect the same robot and log get a yes.
+/// Two defects can be explained by other bodies: a zero error that the last body can represent, and a common factor of all
+/// torques. If the estimate differs from the description in such a way, the verdict is not a plain yes. Without the defect, the
+/// same robot and log get a yes.
 #[test]
 fn what_free_bodies_explain_is_said_where_the_description_differs() {
     for (seed, kind, sentence) in

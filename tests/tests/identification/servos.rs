@@ -1,5 +1,5 @@
-//! Tests of position servos without torque or current sensor: servo gain times position error is the torque; the gain may be
-//! unknown.
+//! Tests of position servos without a sensor for torque or current. The torque is the gain of the servo times its position error.
+//! The gain may be unknown.
 
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::options::Options;
@@ -72,14 +72,15 @@ fn gains_of_servos_err_by_what_they_say() {
         of_parameters +=
             errors.map(|((x, truth), sigma)| ((x - truth) / sigma).powi(2)).sum::<f64>() / arm.truth.len() as f64;
     }
-    // The mean square of 120 draws has a standard error of 13 %; the sigmas are too large by up to 1.4 (`gains_of_currents`).
+    // The mean square of 120 draws has a standard error of 13 %. The stated standard deviations are too large by up to 1.4 (see
+    // `gains_of_currents`).
     for square in [of_gain, of_parameters].map(|sum| sum / f64::from(draws)) {
         assert!((0.4..1.5).contains(&square), "{square}");
     }
 }
 
-/// Without a known gain, the parameters are in servo units, and a remark says so; with one gain they are in SI units. The log
-/// check proposes the gains from the model file.
+/// If no gain is known, the parameters are in servo units, and a remark says so. If one gain is given, they are in SI units. The
+/// log check proposes the gains that follow from the description.
 #[test]
 fn without_a_gain_all_is_in_the_servos_own_scale() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());
@@ -103,11 +104,11 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     let remark =
         half.estimate.remarks.iter().find(|r| r.starts_with("gains of the servos, N m/rad: q1 40.0000 (given)"));
     assert!(!is_said(&half) && remark.is_some(), "{:?}", half.estimate.remarks);
-    // With torque columns there is no unknown servo scale, even if the table has other columns.
+    // If the table has torque columns, they are used, even if the table has other columns. So there is no unknown scale.
     let mut torques = table.clone();
     torques.header[5..].iter_mut().zip(["tau1", "tau2"]).for_each(|(header, name)| *header = name.into());
     assert!(!is_said(&found(&model, torques, &ColumnNames::default(), &[])));
-    // The gains that the log check computes from the model file equal the gains of the servos.
+    // The gains that the log check computes from the description equal the true gains of the servos.
     let (log, _) = model.log_of_table(table, &goals()).unwrap();
     let log_check = examine(&model, &[log], &options()).unwrap();
     let said = log_check.not_checked.join("\n");
@@ -115,8 +116,8 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     assert!(log_check.findings.is_empty(), "{log_check}");
 }
 
-/// Servos with different gains, positions in ticks: the log check has no gross finding, and it proposes the right gain of each
-/// joint from the model file.
+/// The servos have different gains, and positions are in ticks. The log check has no finding of a gross fault, and proposes the
+/// right gain of each joint from the description.
 #[test]
 fn gains_that_differ_are_told_by_the_description() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());

@@ -1,5 +1,6 @@
-//! Tests of findings about signals: held values, turns of motors behind gears, unsigned words, rows of two publishers, and false
-//! velocity or acceleration columns. Each must be found where it is present and only there.
+//! Tests of findings about signals: values that are repeated over several rows; motors behind gears that turn far between rows;
+//! unsigned integers instead of signed ones; rows of two publishers; wrong velocity or acceleration columns. Each must be found
+//! in a log that has it, and in no other log.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -56,7 +57,7 @@ fn rows_of_two_publishers_are_named_and_spikes_are_not() {
     }
     let spiked = mixed(&good, |r| r % 50 == 7, |x| x + 176.0);
     assert!(!look(&model, &spiked, "spikes").findings.iter().any(|f| matches!(f.fault, Fault::TwoSources(_))));
-    // A fit of such a log is not trustworthy, and the verdict says first how to repair the log.
+    // An estimate from such a log cannot be trusted. The verdict first says how to repair the log.
     let halves = opened(&model, &mixed(&good, |r| r % 2 == 1, |_| 0.0), "halves_fitted");
     let verdict = identified(&model, halves, &Options::default()).verdict_of_logs(&model, &[], false).unwrap().verdict;
     assert!(verdict.to_string().contains("are of another source"), "{verdict}");
@@ -77,15 +78,15 @@ fn words_without_their_sign_are_named_with_what_mends_them() {
         let log_check = look(&model, &changed(&counts, |log| each(&mut log.tau, read)), "words");
         let [finding] = log_check.findings.as_slice() else { panic!("{:?}", log_check.findings) };
         assert!(finding.fault == Fault::RawWords && finding.remedy.contains(said), "{finding}");
-        // At least the base and the wrists often change the sign of their torque.
+        // The torques of at least the base and the wrists often change their sign. So the finding is expected for these joints.
         assert!(finding.joints.len() >= 3 && finding.joints[0] == "shoulder_pan", "{finding}");
     }
     let clean = look(&model, &counts, "counts");
     assert!(clean.findings.iter().all(|f| f.fault != Fault::RawWords), "{:?}", clean.findings);
 }
 
-/// Motors behind gears of ratio 121 turn up to 40 rad between rows: the positions are not unwrapped, and the estimate equals that
-/// from the joint positions.
+/// Motors behind gears of ratio 121 turn by up to 40 rad between rows. Their positions must not be unwrapped. The estimate equals
+/// the estimate from joint positions.
 #[test]
 fn a_motor_behind_its_gear_keeps_its_turns() {
     let (model, good) = ur5();
@@ -108,12 +109,13 @@ fn a_motor_behind_its_gear_keeps_its_turns() {
     let found = identified(&model, source, &options);
     for (a, b) in found.estimate.parameters.iter().zip(&expected.estimate.parameters) {
         let (a, b, sigma) = (a.value.unwrap(), b.value.unwrap(), b.sigma.unwrap());
-        // Only the rounding of the ratio, far below the noise.
+        // The estimates differ only by rounding when positions are multiplied by the ratio. This is far below the noise.
         assert!((a - b).abs() < 1e-6 * (sigma + b.abs()), "{a} {b}");
     }
 }
 
-/// Signals with new values at 125 Hz, logged at 500 Hz, give the same estimate and sigmas as a log at 125 Hz.
+/// The signals have new values at 125 Hz but are logged at 500 Hz. Estimate and standard deviations equal the result of a log at
+/// 125 Hz.
 #[test]
 fn a_held_log_has_the_rows_of_its_own_rate() {
     let (model, good) = ur5();
@@ -149,7 +151,7 @@ fn with_columns(log: &JointLog, filter: Option<f64>, is_acceleration: bool) -> S
         let share = filter.map_or(1.0, |hz| 1.0 - (-std::f64::consts::TAU * hz * step).exp());
         behind.iter_mut().zip(&log.dq).for_each(|(x, dq)| *x += share * (dq[r] - *x));
         let slope = |dq: &Vec<f64>| (dq[r + 1] - dq[r - 1]) / (2.0 * step);
-        // A false signal: nine times the slope of the velocity half a second earlier.
+        // A wrong acceleration signal: nine times the slope of the velocity half a second earlier.
         let before = r.saturating_sub(250).max(1);
         let other = |dq: &Vec<f64>| 9.0 * (dq[before + 1] - dq[before - 1]) / (2.0 * step);
         let rates: Vec<f64> = log.dq.iter().map(|dq| if is_acceleration { slope(dq) } else { other(dq) }).collect();
@@ -184,12 +186,12 @@ fn columns_of_rates_are_claimed_by_their_slopes() {
     assert!(acceleration.contains("assumed by default: the slopes of the velocities"), "{acceleration}");
 }
 
-/// Opens a log of the shared folder findings/inputs; the error as text.
+/// Opens a log of the folder `../shared/findings/inputs`. An error is returned as text.
 fn public(model: &Model, path: &Path, options: &Options) -> Result<LogSource, String> {
     model.open_log(path, &options.columns).map(|(log, _)| log).map_err(|e| e.to_string())
 }
 
-/// Logs from the field data on which these faults were first seen get the right findings.
+/// The logs of users on which these faults were first seen get the right findings.
 #[test]
 fn the_public_files_end_as_they_should() {
     let Some(shared) = shared() else { return };
@@ -214,7 +216,7 @@ fn the_public_files_end_as_they_should() {
     }
     let bursts = public(&arm, &field("bursts"), &Options::default()).err().unwrap();
     assert!(bursts.contains("arrived in bursts") && bursts.contains("multiply by 0.00499"), "{bursts}");
-    // Positions at the motor side: the inertia of joint 1 comes out right.
+    // In this log, positions are angles of the motors. With the gear ratios, the inertia of joint 1 is right.
     let mut options = Options::default();
     options.transmission.ratios = Some(vec![121.0, 121.0, 101.0]);
     let found = identified(&arm, public(&arm, &field("motor_side_50hz"), &options).unwrap(), &options).estimate;
@@ -232,7 +234,8 @@ fn changed_gains(source: &LogSource) -> Options {
     options
 }
 
-/// A current loop that chatters at 105 Hz: the default cut-off follows the motion, and the large parameters are right within 2 %.
+/// The current loop of a drive oscillates at 105 Hz. The default cut-off follows the motion nevertheless, and the large
+/// parameters are right within 2 %.
 #[test]
 fn a_chattering_drive_does_not_decide_the_cutoff() {
     let Some(shared) = shared() else { return };
@@ -256,9 +259,9 @@ fn a_chattering_drive_does_not_decide_the_cutoff() {
     }
 }
 
-/// A log without a clock: positions, velocities and torques are in separate files with equal column names. With the rate and the
-/// column options, it gives the estimate of the whole log. Without a rate it is refused; the message proposes the rate from the
-/// velocities.
+/// A log without a clock: positions, velocities and torques are in separate files with equal column names. If the rate and the
+/// columns are given as options, the estimate equals the estimate from the complete log. Without a rate the log is refused; the
+/// message proposes the rate that follows from the velocities.
 #[test]
 fn a_log_without_a_clock_in_two_files_is_the_log() {
     let here = folder("clockless");
@@ -295,7 +298,7 @@ fn a_log_without_a_clock_in_two_files_is_the_log() {
     let found = identified(&model, source, &options).estimate;
     let whole = identified(&model, opened(&model, &good, "whole_clock"), &Options::default()).estimate;
     for (found, whole) in found.parameters.iter().zip(&whole.parameters) {
-        // The clock of the whole file is rounded to 1e-6 s, the clock from the rate is exact; the period is 5 ms.
+        // The clock of the complete file is rounded to 1e-6 s; the clock from the given rate is exact; the period is 5 ms.
         let (found, whole, sigma) = (found.value.unwrap(), whole.value.unwrap(), whole.sigma_or_infinity());
         assert!((found - whole).abs() <= 0.05 * sigma, "{found} {whole} {sigma}");
     }

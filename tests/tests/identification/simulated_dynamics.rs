@@ -1,5 +1,5 @@
-//! Tests of the dynamics that simulations use against the independent recursion, and of the base parameters of R3G against a
-//! table.
+//! Compares the dynamics that simulations use with an independent Newton-Euler recursion, and the base parameters of R3G (three
+//! revolute axes, with gravity) with a table.
 
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use tests::benchmark::robots::{puma, r3, race};
@@ -37,8 +37,8 @@ fn inertia_and_bias_are_those_of_the_recursion() {
     }
 }
 
-/// Base parameters by the grouping rules for trees, computed by hand to five decimals: ZZR1 = ZZ1 + YY2 + YY3 + D3^2 M3 = 0.29288
-/// etc.
+/// The base parameters in this table were computed by hand, by the grouping rules for trees, to five decimals:
+/// ZZR1 = ZZ1 + YY2 + YY3 + D3^2 M3 = 0.29288 etc.
 #[test]
 fn base_parameters_of_the_benchmark() {
     let robot = r3(true);

@@ -21,7 +21,7 @@ use tests::benchmark::robots::{r3, race, with_load};
 use tests::benchmark::scenario::Scenario;
 use tests::tape_robot::TapeRobot;
 
-/// Error figures of every method over a few random draws; `cargo bench` gives the full tables.
+/// Errors of every method over a few random draws; `cargo bench` prints the full tables.
 fn figures(scenario: &str, gravity: bool, draws: usize) -> Vec<(Method, Figures)> {
     let robot = r3(gravity);
     let arm = r3_arm("R3", &robot);
@@ -38,8 +38,9 @@ fn of(figures: &[(Method, Figures)], method: Method) -> Figures {
     figures.iter().find(|f| f.0 == method).unwrap().1
 }
 
-/// Checks bounds for RIST-MH: `rmse` in Cramer-Rao sigmas, `torque`: torque error, %, and `share`: torque error divided by that
-/// of the rows of the paper. An independent prototype reached these bounds on the same arm.
+/// Checks upper bounds for RIST-MH. `rmse`: rms error in Cramer-Rao standard deviations; `torque`: torque error, %; `share`:
+/// torque error divided by the torque error of the method of the paper [Vandanjon, Gautier, Desbats 1995]. An independent
+/// prototype reached these bounds on the same arm.
 fn within(scenario: &str, rmse: f64, torque: f64, share: f64) {
     let f = figures(scenario, true, 4);
     let (harmonic, paper) = (of(&f, Method::Harmonic), of(&f, Method::PaperWeighted));
@@ -62,8 +63,8 @@ fn every_scenario_is_within_the_bounds_of_a_prototype() {
 fn the_papers_rows_without_feedforward_and_without_gravity() {
     let f = figures("S1-PD", true, 4);
     let (equal, weighted) = (of(&f, Method::PaperEqual), of(&f, Method::PaperWeighted));
-    // A prototype with the rows of the paper (equal weights) had a torque error of 0.53 % on this arm: allowed is a factor of
-    // three.
+    // A prototype of the method of the paper, with equal weights, had a torque error of 0.53 % on this arm. A factor of three is
+    // allowed.
     assert!(weighted.torque > 0.2 && weighted.torque < 1.5, "{weighted:?}");
     assert!(equal.torque > 0.3 * 0.53 && equal.torque < 3.0 * 0.53, "{equal:?}");
     assert!(of(&f, Method::Harmonic).torque < 0.10);
@@ -81,7 +82,7 @@ fn without_friction_and_noise_the_parameters_come_back() {
     let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
     let experiments = fixture.measured(None, 0);
     let ideal = NoiseLevels { position: vec![1e-9; 3], current: vec![0.2 / 2.393, 0.15 / 0.87, 0.1] };
-    // Without noise, wide bands that keep the corners of the motion lose no accuracy.
+    // Without noise, RIST-MH may use wide frequency bands, which contain the corners of the motion, without losing accuracy.
     let band = Band { motion: 100.0, ..Band::default() };
     let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &band);
     let estimate = data.estimate(&HarmonicOptions { ends: true, ..HarmonicOptions::plain() }).unwrap();
@@ -103,7 +104,8 @@ fn threads_change_nothing() {
     assert_eq!(of(1), of(3));
 }
 
-/// Second differences that do not wrap around at the window edges put an error of noise/h^2 into every frequency bin.
+/// Accelerations are second differences of the positions. If the differences at the window edges do not use the samples at the
+/// other end, the noise gives an error of noise/h^2 in every frequency bin (h: sampling period).
 #[test]
 fn differences_must_wrap_around() {
     let mut random = random::Random::new(1);
@@ -121,7 +123,8 @@ fn differences_must_wrap_around() {
     assert!(cut > 50.0 * wrapped, "{cut} {wrapped}");
 }
 
-/// A delay of half a sample between current and position turns part of the Coulomb friction into an apparent inertia.
+/// The drive holds the current for a sample, so the current is half a sample late. If this is ignored, a part of the Coulomb
+/// friction looks like an inertia.
 #[test]
 fn the_hold_delays_by_half_a_sample() {
     let robot = r3(true);
@@ -176,8 +179,8 @@ fn plan_of_race(robot: &TapeRobot) -> Vec<ExcitingTrajectory> {
     let found = race_candidates(robot);
     let ((plan, value), by_chance) = planned_and_random(&found, 50);
     assert!(value.is_finite(), "rank 18 of 18");
-    // Plans of eight random experiments are far worse: each of fifty is worse by more than 20 % in the geometric mean of the
-    // directions.
+    // Plans of eight random experiments are much worse. The best of the random plans is worse by more than 20 % in the geometric
+    // mean over the eighteen parameters.
     let best = by_chance.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
     assert!(value > best + 18.0 * 0.2, "{value} {best}");
     chosen(&found, &plan)
@@ -208,7 +211,7 @@ fn eight_experiments_identify_eighteen_parameters_and_the_gains() {
     }
 }
 
-/// Coverage of the 95 % intervals if the model is exact: no friction apart from its columns, white noise.
+/// Coverage of the 95 % intervals if the model is exact: no friction in the robot, white noise.
 #[test]
 fn intervals_cover_at_their_level() {
     let robot = race();
@@ -237,7 +240,8 @@ fn intervals_cover_at_their_level() {
     assert!((92.0..=98.0).contains(&share), "{share} %");
 }
 
-/// Comparison of the gains of R3G from RIST-MH. With a load no gain is known; with mass 0, only the gain of joint 3 is known.
+/// Errors of drive gains of R3G that RIST-MH estimates. `mass`: mass of a known load, kg; then no gain is known. Without a load
+/// (0), only the gain of joint 3 is known.
 fn gains(scenario: &str, mass: f64, options: &HarmonicOptions) -> GainComparison {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
@@ -254,8 +258,8 @@ fn gains(scenario: &str, mass: f64, options: &HarmonicOptions) -> GainComparison
     fixture.compare_gains(&[Gain::Free; 3], options, 6, 11, 2).unwrap()
 }
 
-/// The gains are unbiased and within their sigmas, %. Each sigma is at most 1.6 times that of the rows of the paper without
-/// friction.
+/// The estimated gains have no bias, and their errors agree with their standard deviations, %. Each standard deviation is at most
+/// 1.6 times the standard deviation that the method of the paper reaches without friction (`expected`).
 #[test]
 fn a_known_load_gives_all_gains() {
     for (mass, expected) in [(0.5, [0.088, 0.035, 0.036]), (2.0, [0.024, 0.010, 0.010])] {
@@ -264,13 +268,13 @@ fn a_known_load_gives_all_gains() {
         for j in 0..3 {
             assert!(found.sigma[j] < 1.6 * expected[j], "{mass} kg: {found}");
             assert!(found.bias[j].abs() < found.sigma[j], "{mass} kg: {found}");
-            // Rmse of six draws: it exceeds 2.2 sigma with a probability below 1e-4.
+            // The rms error of six draws exceeds 2.2 standard deviations with a probability below 1e-4.
             assert!(found.rmse[j] < 2.2 * found.sigma[j], "{mass} kg: {found}");
         }
     }
 }
 
-/// If the model is exact (no friction apart from its columns, white noise), the sigmas of the gains equal their actual errors.
+/// If the model is exact (no friction in the robot, white noise), the standard deviations of the gains agree with their errors.
 #[test]
 fn deviations_of_gains_are_honest() {
     let robot = r3(true);
@@ -285,13 +289,14 @@ fn deviations_of_gains_are_honest() {
     let found = fixture.compare_gains(&known, &options, 50, 9, 2).unwrap();
     println!("{found}");
     for j in 0..2 {
-        // Rmse of fifty draws: three standard errors are 30 %.
+        // The rms error is from fifty draws. Three standard errors of it are 30 %.
         assert!((found.rmse[j] / found.sigma[j] - 1.0).abs() < 0.3, "{found}");
         assert!(found.bias[j].abs() < 0.6 * found.sigma[j], "{found}");
     }
 }
 
-/// Friction terms beyond the columns of eq. (5), and the drift of friction, are also chosen when gains are estimated.
+/// If gains are estimated, RIST-MH also chooses further friction terms (beyond viscous and Coulomb friction in each direction)
+/// and the drift of friction.
 #[test]
 fn gains_feel_the_friction_that_is_left_out() {
     let plain = HarmonicOptions { ends: true, ..HarmonicOptions::plain() };

@@ -1,4 +1,5 @@
-//! Tests of logs in which one joint moves and the others stand: unidentified parameters get no value and support no use.
+//! Tests of logs in which one joint moves and the other joints are at rest. Parameters that are not identifiable get no value,
+//! and no use that needs them is trusted.
 
 use claims::Outcome;
 use identification::estimate::topics::{MOUNT, ROTOR, SCALE, SPRING, ZERO};
@@ -11,7 +12,7 @@ use tests::program::folder;
 use tests::random::{Random, State};
 use tests::recursion;
 
-/// Bound on the magnitude of any parameter of these robots: kg, kg m, kg m^2, and friction.
+/// No parameter of these robots has a larger magnitude: kg, kg m, kg m^2, and friction.
 const LARGEST_PARAMETER: f64 = 300.0;
 
 /// Position at which the other joints stand, and how their encoders measure it.
@@ -24,7 +25,7 @@ struct Standing {
     step: f64,
 }
 
-/// CSV text of a log of eight seconds at 100 Hz. `joint` swings, the others stand as `standing` says.
+/// CSV text of a log of eight seconds at 100 Hz. `joint` swings; `standing` describes the other joints, which are at rest.
 fn log(model: &Model, joint: usize, standing: Standing) -> String {
     let (n, truth) = (model.robot.n_coordinates(), unlike(&model.robot, 4));
     let mut random = Random(5);
@@ -88,8 +89,8 @@ fn judged(model: &Model, file: &str, joint: usize, standing: Standing, consisten
             "{at}: {p:?}"
         );
     }
-    // Gravity compensation is excepted: the weight of a lift is identifiable at rest, and the other joints have no gravity
-    // torque.
+    // Gravity compensation is excepted, because it may be trusted: the weight of a lift is identifiable at rest, and the other
+    // joints have no gravity torque.
     for used in verdict.uses.iter().filter(|used| used.name != "gravity compensation") {
         assert_eq!(used.trust, Trust::No, "{at}: {verdict}");
     }

@@ -1,5 +1,5 @@
-//! Tests of base mount, joint zeros, torque scales and springs as unknowns that are estimated with the parameters. On logs of the
-//! simulator `random_situations`, each true value is within the printed standard deviations.
+//! Tests of additional unknowns that are estimated together with the parameters: orientation of the base, joint zeros, torque
+//! scales and springs. On logs of the simulator `random_situations`, each true value is within the printed standard deviations.
 
 use identification::estimate::claims::hypotheses::Hypothesis;
 use identification::estimators::drive_gains::likelihood::Gain;
@@ -39,11 +39,12 @@ fn log(model: &Model, table: Table) -> LogSource {
     model.log_of_table(table, &ColumnNames::default()).unwrap().0
 }
 
-/// Allowed error in sigmas. Beyond five: 1 in 3.5 million for a normal error, 1 in 1400 for t with the nine degrees of freedom of
-/// the jackknife.
+/// Allowed error in standard deviations. A larger error has a probability of 1 in 3.5 million for a normal distribution, and of 1
+/// in 1400 for Student's t with nine degrees of freedom, as the jackknife has.
 const DEVIATIONS: f64 = 5.0;
 
-/// Checks that each identified value is within `DEVIATIONS` of its true value. `share` multiplies the standard deviation.
+/// Checks that each identified value is within `DEVIATIONS` standard deviations of its true value. `share`: factor for the
+/// standard deviation.
 fn assert_true(
     seed: u64,
     found: &Identification,
@@ -63,7 +64,7 @@ fn assert_true(
     assert!(told > 0, "seed {seed}: nothing is told");
 }
 
-/// A zero offset of 0.12 rad at the second joint is found; the zeros of the other joints stay as in the model file.
+/// A zero error of 0.12 rad at the second joint is identified; the zeros of the other joints stay as in the description.
 #[test]
 fn zeros_come_out() {
     for seed in [5, 25] {
@@ -79,14 +80,14 @@ fn zeros_come_out() {
     }
 }
 
-/// The entries of the remark on zeros, one per joint, in the order of the requested joints.
+/// The text on each zero in the remark on zeros, in the order of the requested joints.
 fn zeros_said(found: &Identification) -> Vec<&str> {
     let remark = found.estimate.remarks.iter().find_map(|r| r.strip_prefix("zeros: ")).expect("a remark on zeros");
     remark.split(';').next().unwrap().split(", ").filter(|part| !part.starts_with("within ")).collect()
 }
 
-/// Checks the remark: a zero that only the prior determines is said to stay as it was, any other identified zero has a standard
-/// deviation. Returns the number of zeros from the prior.
+/// Checks the remark on zeros. If only the prior determines a zero, the remark says that it stays as it was; any other identified
+/// zero has a standard deviation. Returns the number of zeros that only the prior determines.
 fn assert_held_are_said(found: &Identification) -> usize {
     let said = zeros_said(found);
     let zeros: Vec<_> = found.decided.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
@@ -99,7 +100,7 @@ fn assert_held_are_said(found: &Identification) -> usize {
 }
 
 /// The first axis of an upright arm is parallel to gravity, so its zero has no effect on a log. It stays at the nominal value,
-/// the remark says so, and the other zeros and the mount are identified.
+/// and the remark says so. The other zeros and the orientation of the base are identified.
 #[test]
 fn a_zero_about_gravity_is_held_and_said() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
@@ -128,7 +129,7 @@ fn scales_come_out() {
     }
 }
 
-/// A spring at the second joint is found with its stiffness, which goes into the options.
+/// A spring at the second joint is identified. Its stiffness is written to the options.
 #[test]
 fn springs_come_out() {
     for seed in [5, 25] {
@@ -141,7 +142,7 @@ fn springs_come_out() {
     }
 }
 
-/// A base tilted by 0.35 rad: the identified mount gives the gravity vector of the simulated machine.
+/// The base is tilted by 0.35 rad. The identified orientation gives the gravity vector of the simulated machine.
 #[test]
 fn the_mount_comes_out() {
     for seed in [5, 25] {
@@ -161,7 +162,7 @@ fn the_mount_comes_out() {
     }
 }
 
-/// Roll and pitch of six mounts, rad: upright, on two walls, on a ceiling, leaning, and a general rotation.
+/// Roll and pitch of six base orientations, rad: upright, on two walls, on a ceiling, leaning, and a general rotation.
 const MOUNTS: [[f64; 2]; 6] = [
     [0.0, 0.0],
     [std::f64::consts::FRAC_PI_2, 0.0],
@@ -171,7 +172,7 @@ const MOUNTS: [[f64; 2]; 6] = [
     [1.1, -0.7],
 ];
 
-/// A machine whose base is mounted with this roll and pitch, and its gravity vector, m/s^2. Its model file says upright.
+/// A machine whose base has this roll and pitch, and its gravity vector, m/s^2. In its description the base is upright.
 fn mounted(seed: u64, [roll, pitch]: [f64; 2]) -> (Situation, Vector3<f64>) {
     let mut situation = situation(seed, Kind::Tilt, 0, 0.0);
     let base = Rotation3::from_euler_angles(roll, pitch, 0.0);
@@ -192,8 +193,9 @@ fn printed_base(text: &str) -> [f64; 3] {
     numbers.try_into().unwrap()
 }
 
-/// For each mount, the gravity direction is within the printed standard deviation. A model that is read with the printed
-/// `[base=..]`, or with the description in the estimate, equals the used model bit by bit.
+/// For each base orientation, the error of the gravity direction agrees with the printed standard deviation. The model can be
+/// read again with the printed `[base=..]`, or with the description options in the estimate. The result equals the used model,
+/// bit by bit.
 #[test]
 fn any_mount_comes_out_and_is_made_again() {
     for seed in [5, 25] {
@@ -218,15 +220,16 @@ fn any_mount_comes_out_and_is_made_again() {
             assert_eq!(read(&of_estimate), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
             let plain = ModelOptions { base: None, ..of_estimate };
             let printed = ModelOptions { base: Some(printed_base(said)), ..Default::default() };
-            // Options given on the command line replace those of the estimate; the others of the estimate, such as its rotors,
-            // remain.
+            // Options on the command line replace the same options of the estimate. Other options of the estimate, such as rotor
+            // inertias, remain.
             let repeated = printed.over(&plain.description().unwrap_or_default()).unwrap();
             assert_eq!(read(&repeated), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
         }
     }
 }
 
-/// The base that the log check proposes for another mount is accurate within one degree.
+/// The log check proposes the base orientation if it differs from the description. The proposed orientation is accurate within
+/// one degree.
 #[test]
 fn the_line_that_a_verdict_prints_is_where_gravity_is() {
     for [roll, pitch] in &MOUNTS[1..] {
@@ -237,13 +240,13 @@ fn the_line_that_a_verdict_prints_is_where_gravity_is() {
         let [roll, pitch, yaw] = printed_base(remedy);
         let turn = Rotation3::from_euler_angles(roll, pitch, yaw);
         let off = (turn.inverse() * Vector3::new(0.0, 0.0, -9.81)).angle(&exact).to_degrees();
-        // The bodies are exact here, so the only errors come from the log.
+        // The nominal bodies are exact here, so the error comes only from the log.
         assert!(off < 1.0, "{roll} {pitch}: {off} deg: {remedy}");
         assert!(remedy.contains("[unknowns=mount]"), "{remedy}");
     }
 }
 
-/// Currents with known gains give the same mount as torques.
+/// A log of currents with known gains gives the same base orientation as a log of torques.
 #[test]
 fn the_mount_of_a_log_of_currents() {
     let situation = situation(5, Kind::Tilt, 0, 0.35);
@@ -255,7 +258,7 @@ fn the_mount_of_a_log_of_currents() {
     let is_torque = |k: usize| table.header[k].starts_with("tau_");
     for k in (0..table.header.len()).filter(|&k| is_torque(k)).collect::<Vec<_>>() {
         table.header[k] = table.header[k].replace("tau_", "i_");
-        // The factor is a power of two, so the torques are equal bit by bit.
+        // The factor between currents and torques is a power of two, so the torques are equal bit by bit.
         table.columns[k].iter_mut().for_each(|x| *x *= 0.25);
     }
     let mut request = IdentifyRequest::default();
@@ -266,7 +269,8 @@ fn the_mount_of_a_log_of_currents() {
     assert!(currents.estimate.description.unwrap().base.is_some());
 }
 
-/// In a log without springs no spring is estimated, a remark says so, and the estimate equals that without springs as unknowns.
+/// In a log without springs, no spring is estimated, and a remark says so. The estimate equals the estimate without springs as
+/// unknowns.
 #[test]
 fn springs_that_are_not_told_are_not_taken() {
     for seed in [5, 25] {
@@ -287,8 +291,9 @@ fn springs_that_are_not_told_are_not_taken() {
     }
 }
 
-/// Springs and scales change the fitted torque, right or absurd ones. The relative errors still refer to the torque as measured:
-/// rms divided by relative error gives the same torque for the fit and for a predicted log.
+/// Springs and scales change the torque that is fitted. The relative errors still refer to the measured torque, even if springs
+/// and scales are absurd: rms divided by relative error gives the rms of the measured torque, for the fit and for a predicted
+/// log.
 #[test]
 fn errors_are_relative_to_the_torque_as_measured() {
     for seed in [5, 25] {
@@ -320,8 +325,8 @@ fn errors_are_relative_to_the_torque_as_measured() {
         {
             let (measured, validated, drawn, total) = of(springs.clone(), scales.clone());
             for (j, exact) in exact.iter().enumerate() {
-                // A zero-phase filter is linear, so only rounding remains: the torque is a thousand times smaller than that of
-                // the spring.
+                // A zero-phase filter is linear, so only rounding remains. The tolerance is large because the measured torque is
+                // a thousand times smaller than the torque of the spring.
                 assert!((measured[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", measured[j]);
                 assert!((validated[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", validated[j]);
             }

@@ -6,13 +6,13 @@ use tests::joint_log::{self, JointLog, described, swinging, unlike};
 use tests::program::{Run, folder, rist};
 use tests::urdf_text;
 
-/// Path and model of the UR5 in models/, and a log of a robot with slightly different bodies.
+/// Path and model of the UR5 in models/, and a log of a UR5 whose bodies differ slightly from the description.
 fn arm() -> (String, Model, JointLog) {
     let (model, good) = joint_log::ur5();
     (model.path.display().to_string(), model, good)
 }
 
-/// The last part of the output: the line "found:", the lines "trust:" with the reasons, and the line "next:".
+/// The last lines of the output: the line "found:", the lines "trust:" with the reasons, and the line "next:".
 fn verdict(run: &Run) -> [String; 3] {
     let lines: Vec<&str> = run.out.lines().collect();
     let place = |start: &str| {
@@ -25,7 +25,8 @@ fn verdict(run: &Run) -> [String; 3] {
     [lines[found].into(), lines[trust..next].join("\n"), lines[next].into()]
 }
 
-/// Ten mistakes that were once not reported: each gives a sentence, exit code 1, an estimate and no URDF.
+/// Ten mistakes in logs that earlier versions did not report. For each, the program prints a sentence and ends with exit code 1;
+/// it writes an estimate but no URDF.
 #[test]
 fn no_mistake_is_silent() {
     let here = folder("silent");
@@ -125,8 +126,8 @@ fn a_good_log_is_trusted() {
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
-/// If several logs are fitted, each is predicted from the others, and a small error is a reason for a yes. This needs different
-/// motions. Logs of two different robots contradict each other.
+/// If several logs are fitted, each is predicted from the other logs. A small prediction error is a reason for the verdict yes.
+/// This needs different motions. If the logs are from two different robots, they contradict each other.
 #[test]
 fn logs_of_one_fit_predict_each_other() {
     let here = folder("together");
@@ -158,8 +159,9 @@ fn logs_of_one_fit_predict_each_other() {
     assert!(apart.contains("the logs contradict each other") && apart.contains(" of its torque"), "{apart}");
 }
 
-/// The remark on a common factor of all torques appears only if the model file cannot exclude such a factor: with bodies that are
-/// wrong by 15 % (a bounded factor) or without bodies (any factor), but not with an exact file.
+/// A common factor of all torques is mentioned in a remark only if the description cannot exclude such a factor. Three cases: the
+/// bodies are wrong by 15 % (the factor is bounded); there are no bodies (any factor is possible); the description is exact (no
+/// remark).
 #[test]
 fn a_factor_of_all_torques_is_said_where_it_counts() {
     let here = folder("units");
@@ -189,8 +191,8 @@ fn a_factor_of_all_torques_is_said_where_it_counts() {
     }
 }
 
-/// If the fitted log had a load that the model file lacks, the file predicts another log better than the estimate does. The
-/// verdict of `validate` uses the error on the new log and not the residual of the fit.
+/// The fitted log is from a robot that is heavier than its description. Then the description predicts a log of the real robot
+/// better than the estimate does. The verdict of `validate` uses the error on the new log and not the residual of the fit.
 #[test]
 fn a_validation_judges_its_own_residual() {
     let here = folder("another_robot");
@@ -235,8 +237,8 @@ fn a_refused_estimate_makes_no_code() {
     assert!(here.join("x.rs").exists());
 }
 
-/// Drive gains that are wrong by a common factor give wrong masses. The comparison with the model file shows this, and the
-/// verdict proposes the gains that fit the file.
+/// Drive gains that are wrong by a common factor give masses that are wrong by this factor. The comparison with the description
+/// shows this, and the verdict proposes the gains that agree with the description.
 #[test]
 fn wrong_gains_are_named_with_those_that_fit() {
     let here = folder("gains");
@@ -298,7 +300,7 @@ fn very_late_torques_are_named() {
     }
 }
 
-/// The advice of the line "next:" can be followed: writing a URDF is advised only if `--write-urdf` succeeds.
+/// The advice in the line "next:" can be followed. Writing a URDF is advised only if `--write-urdf` succeeds.
 #[test]
 fn the_next_step_works() {
     let here = folder("next");

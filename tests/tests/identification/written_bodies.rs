@@ -1,4 +1,4 @@
-//! Tests that the bodies of a written URDF are closer to the truth than the bodies that they replace.
+//! Tests that the bodies in a URDF that `rist` writes are closer to the true bodies than the nominal bodies that they replace.
 
 use rist::Model;
 use rist::fit::samples::Identification;
@@ -40,8 +40,8 @@ fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Ver
     (found, verdict, written)
 }
 
-/// If the bodies are off by up to 15 %, the new bodies have a smaller torque error in every draw. If the nominal bodies are
-/// exact, the error is within the printed uncertainty.
+/// If the nominal bodies are wrong by up to 15 %, the written bodies have a smaller torque error in every draw. If the nominal
+/// bodies are exact, the error of the written bodies is within the printed uncertainty.
 #[test]
 fn a_written_description_is_nearer_the_truth() {
     for (file, amplitude) in [("ur5.urdf", 1.2), ("puma560.yaml", 1.0), ("kuka_lwr.yaml", 0.8), ("ur5.urdf", 0.3)] {
@@ -56,7 +56,7 @@ fn a_written_description_is_nearer_the_truth() {
             let (now, before) = (error(&model, &written, &base), error(&model, &of_description, &base));
             if is_exact {
                 let printed = found.estimate.torque_errors.iter().map(|e| e.relative).fold(0.0, f64::max);
-                // Three standard deviations, since this is one draw of many parameters.
+                // The limit is three standard deviations, because this is one draw of many parameters.
                 assert!(now < 3.0 * printed, "{file}: off by {now}, {printed} are printed");
                 assert_eq!(
                     verdict.of_bodies().0,
@@ -70,8 +70,8 @@ fn a_written_description_is_nearer_the_truth() {
     }
 }
 
-/// The weight of a vertical slide and an offset of its drive give the same constant force, so a motion cannot separate them. The
-/// force is assigned to the bodies, the verdict says so, and the error at rest is small.
+/// The weight of a vertical slide and a torque offset of its drive give the same constant force, so no motion can separate them.
+/// The force is assigned to the bodies, and the verdict says so. The torque error at rest is small.
 #[test]
 fn the_weight_of_a_slide_is_in_its_bodies() {
     let model = Model::read(model_path("scara.yaml")).unwrap();

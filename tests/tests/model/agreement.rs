@@ -1,4 +1,5 @@
-//! Tests that compiled code, the Tape and plain f64 evaluation agree for every robot of `generated`.
+//! Tests that compiled code, the tape (a list of operations) and evaluation in plain f64 agree for every robot of the crate
+//! `generated`.
 
 use expr::{Function, Tape};
 use generated::robots;
@@ -123,7 +124,8 @@ macro_rules! unfused {
 }
 unfused!(race, ur5, panda, tree);
 
-/// Compares a generated function without and with fused multiply-add, within the error bound of the unfused sum.
+/// Compares a generated function without and with fused multiply-add. The difference must be within twice the bound of the
+/// rounding error without it.
 macro_rules! unfused_is_within_the_bound {
     ($($module:ident: $file:literal),* $(,)?) => {$({
         const N: usize = robots::$module::COORDINATES.len();
@@ -141,7 +143,8 @@ macro_rules! unfused_is_within_the_bound {
             assert!(compiled.fill(&state.q, &state.dq, &state.ddq, &mut fused));
             let inputs = state.inputs();
             for ((y, fused), plain) in y.as_flattened().iter().zip(fused).zip(bounded(&function, &inputs)) {
-                // Both results are within the bound of the exact value, since fusing removes roundings.
+                // Both results are within the error bound of the exact value, because fusing removes roundings. So they differ by
+                // at most twice the bound.
                 assert!((y.0 - fused).abs() <= 2.0 * plain.error, "{}: {} {fused} {plain:?}", $file, y.0);
             }
         }
@@ -170,7 +173,7 @@ macro_rules! agrees_in_f32 {
             let inputs: Vec<f64> = q.iter().chain(&dq).chain(&ddq).map(|&x| f64::from(x)).collect();
             let ratio = f64::from(f32::EPSILON) / f64::EPSILON;
             for (y, plain) in y.as_flattened().iter().zip(bounded(&function, &inputs)) {
-                // The error bound of f64, scaled to f32. The factor 4 allows for the rounded lengths.
+                // The bound of the rounding error of f64, scaled to f32. The factor 4 allows for lengths that are rounded to f32.
                 let allowed = 4.0 * ratio * plain.error.max(f64::EPSILON * plain.value.abs());
                 assert!((f64::from(*y) - plain.value).abs() <= allowed, "{}: {y} {plain:?}", $file);
             }
@@ -197,7 +200,8 @@ fn sine_and_cosine_of_the_generated_files_are_right_to_an_ulp() {
     for x in grid.chain(beside).chain(far).chain(farther).chain(edge).chain(tiny) {
         let (s, c) = robots::race::Real::sin_cos(x);
         let (expected_s, expected_c) = x.sin_cos();
-        // 2e-16 as stated in the generated file, plus half an ulp of the library function.
+        // The generated file states an error of 2e-16. Half a unit in the last place is added for the sine of the standard
+        // library.
         assert!((s - expected_s).abs() <= 2.6e-16 && (c - expected_c).abs() <= 2.6e-16, "{x:e}: {s} {c}");
     }
     // NaN, infinity and angles beyond 2^27, whose reduction is inexact, give NaN and no panic.

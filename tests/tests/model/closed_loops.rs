@@ -1,7 +1,7 @@
 //! Tests of the number of base parameters of robots with closed loops, which are described by their cut frames.
 //!
-//! Expected: SR400 39 inertial parameters, 42 with the rotors of its six motors, 43 with rotors on all
-//! eight joints; a parallelogram four-bar 3; the RACE reconstruction 18.
+//! Expected numbers: 39 for the SR400 without rotors, 42 with the rotors of its six motors, 43 with rotors on all eight joints; 3
+//! for a parallelogram four-bar; 18 for the reconstruction of the RACE.
 
 use modeling::BaseParameters;
 use robot::{Drive, Robot, RotorInertia, format};
@@ -11,7 +11,7 @@ fn par(name: &str) -> Robot {
     format::read(&tests::workspace().join("crates/robot/testdata/par").join(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The robot with a rotor inertia at each joint whose drive satisfies `has`, and none at the others.
+/// The robot with a rotor inertia at each joint whose drive satisfies `has`, and without rotor inertia at the other joints.
 fn with_rotors(robot: &Robot, has: impl Fn(Drive) -> bool) -> Robot {
     let mut robot = robot.clone();
     for link in &mut robot.links {
@@ -35,7 +35,7 @@ fn a_parallelogram_has_three() {
     assert_eq!(base(&with_rotors(&robot, |_| false)).len(), 3);
 }
 
-/// The .par file, which lacks the passive joints, and the YAML file, which states them, give the same 18 base parameters.
+/// The .par file does not state the passive joints, the YAML file does. Both give the same 18 base parameters.
 #[test]
 fn race_has_eighteen_either_way() {
     let (yaml, par) = (base(&tests::model("race.yaml")), base(&par("race.par")));

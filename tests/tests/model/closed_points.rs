@@ -1,5 +1,5 @@
-//! Tests of the exact rank of robots whose loops are solved numerically, computed at points of a finite field where the loops
-//! close.
+//! Tests of the exact number of base parameters (rank) of robots whose loops are solved numerically. The rank is computed in a
+//! finite field, at points at which the loops are closed.
 
 use modeling::{BaseParameters, ExactRank, NoCertificate, UnclearRank};
 use robot::format;
@@ -11,7 +11,7 @@ fn exact_base(name: &str) -> BaseParameters {
     base_parameters(&with_loops(name))
 }
 
-/// Each column that is kept as a base parameter, and the standard parameters that it contains.
+/// For each base parameter: its column of the regressor, and the standard parameters that it contains.
 fn structure(base: &BaseParameters) -> Vec<(usize, Vec<usize>)> {
     base.base.iter().map(|b| (b.column, b.terms.iter().map(|t| t.parameter).collect())).collect()
 }
@@ -24,11 +24,13 @@ fn the_exact_rank_is_that_of_the_numbers_or_there_is_a_reason() {
         assert_eq!(base.len(), count, "{name}: {rank:?}");
         assert_eq!(rank.exact.rank(), is_exact.then_some(count), "{name}: {rank:?}");
         if is_exact {
-            // An exact rank proves every relation for all robots of this structure, with symbolic or numeric coefficients.
+            // If the rank is exact, every relation between columns is proven for all robots of this structure; its coefficients
+            // are symbolic or numeric.
             assert!(matches!(rank.exact, ExactRank::Closed { .. }) && rank.numeric_relations == 0, "{name}: {rank:?}");
         }
     }
-    // For linkages of dyads the coefficients are products of powers of lengths.
+    // In linkages that consist of dyads, the coefficients are products of powers of lengths. So no relation needs a numeric
+    // coefficient.
     for name in ["four_bar", "crossed_four_bar", "boom", "whitworth", "stephenson", "four_bars_in_series"] {
         assert_eq!(exact_base(name).rank.general_relations, 0, "{name}");
     }
@@ -39,7 +41,7 @@ fn the_exact_rank_is_that_of_the_numbers_or_there_is_a_reason() {
     assert_eq!(reason("bricard"), Some(NoCertificate::Overconstrained));
 }
 
-/// An exact rank holds for almost all robots of a structure, so it must hold for others with random lengths.
+/// An exact rank holds for almost all robots of a structure. So robots with random lengths must have the same rank and relations.
 #[test]
 fn columns_and_relations_are_those_of_other_lengths() {
     for (name, count, is_exact) in LOOPS {
@@ -49,7 +51,7 @@ fn columns_and_relations_are_those_of_other_lengths() {
         let given = exact_base(name);
         let expected = structure(&given);
         for seed in 0..if count > 100 { 1 } else { 2 } {
-            // The change is small, so that the loops still close near the start configuration.
+            // The change of the lengths is small, so that the loops still close near the start configuration.
             let other = resized(&with_loops(name), 0.03, &mut Random(seed));
             let base = base_parameters(&other);
             assert_eq!(base.len(), count, "{name}");
@@ -83,8 +85,8 @@ fn the_base_parameters_lose_nothing_at_other_states() {
             let largest = d.iter().fold(1.0, |largest: f64, y| largest.max(y.abs()));
             for (row, base_row) in d.chunks(p).zip(d_base.chunks(x_base.len())) {
                 let apart = (product(row, &x) - product(base_row, &x_base)).abs();
-                // Numeric coefficients have the rounding error of the scan, which is larger if a column is nearly dependent
-                // (1e-5).
+                // Numeric coefficients have the rounding error of the rank computation. It is larger if a column is nearly
+                // dependent (1e-5).
                 assert!(apart < 1e-7 * largest, "{name}: {apart:e} of {largest:e}");
             }
             found += 1;
@@ -99,14 +101,14 @@ fn lengths_that_are_equal_by_chance_are_refused() {
     let refused = try_base_parameters(&robot).err();
     let Some(UnclearRank::Coincident { numeric, exact, only_exact }) = refused else { panic!("{refused:?}") };
     assert_eq!((numeric, exact, only_exact.len()), (3, 8, 5));
-    // With almost equal lengths it is an ordinary four-bar.
+    // If the lengths are only almost equal, the parallelogram becomes an ordinary four-bar.
     let near = BY_CHANCE.replace("L2: 0.5,", "L2: 0.52,");
     let near = base_parameters(&format::read_yaml(&near, "near.yaml").unwrap());
     assert_eq!((near.len(), near.rank.exact.rank()), (8, Some(8)));
 }
 
-/// A linkage can have different ranks in its crossed and uncrossed assemblies. The exact rank belongs to the assembly at the
-/// start.
+/// A linkage can be assembled in different ways (crossed, uncrossed), and these can have different ranks. The exact rank belongs
+/// to the assembly at the start configuration.
 #[test]
 fn another_assembly_may_have_another_rank() {
     let other = |name: &str| match exact_base(name).rank.exact {

@@ -1,5 +1,5 @@
-//! Tests of the functions for control against the equations that relate them, and against finite differences or dual
-//! numbers.
+//! Tests of functions for control (inverse inertia, momentum, ..). They are checked by the equations that relate them, and by
+//! finite differences or dual numbers.
 
 use expr::{Algebra, Expr, Function, Symbol, Tape};
 use modeling::{Derivation, ReferenceFrame};
@@ -9,8 +9,8 @@ use tests::{Case, agree, base_parameters, evaluated, loops};
 
 /// Tolerance for rounding of some thousand operations.
 const ROUNDING: f64 = 1e-11;
-/// Tolerance for fourth-order central differences with step h = 1e-3: truncation h^4, rounding 1e-13, times the sensitivity of an
-/// arm of seven joints.
+/// Tolerance for derivatives by fourth-order central differences with step h = 1e-3: truncation error h^4, rounding error 1e-13,
+/// times the sensitivity of an arm of seven joints.
 const DIFFERENCES: f64 = 1e-8;
 
 /// Derivative of each entry of f by each x_k with central differences: one column per k.
@@ -142,7 +142,7 @@ fn coriolis_matrix_makes_the_bias_and_a_skew_symmetric_matrix() {
         let rest: Vec<f64> = bias.iter().zip(&gravity).map(|(h, g)| h - g).collect();
         agree("C dq", robot, &times(&c, &dq), &rest, ROUNDING);
 
-        // dA/dt along dq. C + C^T must equal it.
+        // The time derivative of the inertia matrix A along dq. It must equal C + C^T, C: Coriolis matrix.
         let rate = times(&by_duals(&derivation.inertia_matrix(base), &[&q, x_base], 0), &dq);
         let sum: Vec<f64> = (0..n * n).map(|k| c[k] + c[k % n * n + k / n]).collect();
         agree("C + C^T", robot, &sum, &rate, ROUNDING);
@@ -162,7 +162,7 @@ fn inverse_of_the_inertia_matrix_and_derivatives_of_forward_dynamics() {
         agree("inverse symmetric", robot, &inverse, &transposed, 0.0);
         let product: Vec<f64> = (0..n).flat_map(|r| times(&transposed, &a[r * n..][..n])).collect();
         let one: Vec<f64> = (0..n * n).map(|k| f64::from(u8::from(k / n == k % n))).collect();
-        // Tolerance for the condition number of A, up to 1e4 here.
+        // The tolerance allows for the condition number of the inertia matrix A, up to 1e4 here.
         agree("A times its inverse", robot, &product, &one, 1e-9);
 
         let forward = derivation.forward_dynamics(base);
@@ -214,7 +214,7 @@ fn momentum_is_a_dq_and_its_rate_is_the_torque_with_c_transposed() {
         let y = evaluated(&derivation.momentum_regressor(base), &[&q, &dq]);
         agree("y X", robot, &times(&y, x_base), &p, ROUNDING);
 
-        // dp/dt along the motion, with p = A dq.
+        // The time derivative of the generalised momentum p = A dq along the motion. A: inertia matrix.
         let by_q = times(&by_duals(&momentum, &[&q, &dq, x_base], 0), &dq);
         let by_dq = times(&by_duals(&momentum, &[&q, &dq, x_base], 1), &ddq);
         let rate: Vec<f64> = by_q.iter().zip(by_dq).map(|(a, b)| a + b).collect();
@@ -311,7 +311,7 @@ fn frames_move_as_their_jacobians_say() {
                 let moved = times(&by_duals(&pose, &[&q], 0), &dq);
                 agree("velocity of the pose", robot, &[moved[3], moved[7], moved[11]], &v[..3], ROUNDING);
             }
-            // A point p of the frame has the velocity v + w x p.
+            // A point p that is fixed in the frame has the velocity v + w x p. v, w: velocity and angular velocity of the frame.
             let of_point = evaluated(&derivation.point_jacobian(last, Some(&reference)), &[&q, &point]);
             let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
             let p = [0, 1, 2].map(|r| (0..3).map(|c| t[4 * r + c] * point[c]).sum::<f64>());
@@ -319,7 +319,7 @@ fn frames_move_as_their_jacobians_say() {
             let expected: Vec<f64> = (0..3).map(|i| v[i] + lever[i]).chain(v[3..].iter().copied()).collect();
             agree("a point's velocity", robot, &times(&of_point, &dq), &expected, ROUNDING);
         }
-        // Pose of the last frame in the frame of link `other`; expected: both poses in the base, combined.
+        // Pose of the last frame relative to link `other`. Expected: the combination of the poses of both in the base frame.
         let reference = ReferenceFrame::Link(other.into());
         let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
         let poses = robot.link_poses(&q);
@@ -376,8 +376,8 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
     }
 }
 
-/// The branches of a trunk are independent in the factorisation, so each further branch costs about the same number of
-/// operations.
+/// In forward dynamics of a tree, the branches are independent in the factorisation of the inertia matrix. So each further branch
+/// costs about the same number of operations.
 #[test]
 fn each_branch_of_a_tree_adds_the_same_to_its_forward_dynamics() {
     let cost = |branches: usize| {
@@ -397,12 +397,12 @@ fn each_branch_of_a_tree_adds_the_same_to_its_forward_dynamics() {
         count.mul + count.add
     };
     let [one, two, three, four] = [1, 2, 3, 4].map(cost);
-    // The base parameters of the trunk include terms of all branches, which costs a few more operations per branch.
+    // Each further branch costs a few more operations, because the base parameters of the trunk include terms of all branches.
     assert!(10 * (four - three) < 11 * (two - one), "{one} {two} {three} {four}");
 }
 
-/// Number of operations of casadi's Jacobian of the torques by q and dq after elimination of common subexpressions: UR5 4340,
-/// Panda 6811.
+/// Compares with the number of operations of casadi's Jacobian of the torques by q and dq, after elimination of common
+/// subexpressions: UR5 4340, Panda 6811.
 #[test]
 fn derivatives_cost_less_than_half_of_automatic_differentiation() {
     for (file, casadi) in [("ur5.urdf", 4340), ("panda.yaml", 6811)] {

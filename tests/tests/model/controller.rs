@@ -1,5 +1,5 @@
-//! Tests of the generated controller: `rist identify` estimates from a log, `rist generate --functions controller` writes C code
-//! with the estimate, and the code tracks a simulated motion better than the same PD controller alone.
+//! Tests of the generated controller: `rist identify` estimates parameters from a log, and `rist generate --functions controller`
+//! writes C code with this estimate. The code tracks a simulated motion better than the same PD controller alone.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -18,10 +18,10 @@ const W: f64 = 10.0;
 /// Sample time of the controller, s.
 const PERIOD: f64 = 1e-3;
 const SECONDS: f64 = 6.0;
-/// Width of the tanh in the friction of the controller, rad/s.
+/// Coulomb friction of the controller is proportional to tanh(velocity / this width), rad/s.
 const WIDTH: f64 = 0.02;
 
-/// The running compiled controller. It reads a line of numbers and answers with a line of torques.
+/// The compiled controller as a running process. It reads a line of numbers and answers with a line of torques.
 struct Program {
     child: Child,
     to: ChildStdin,
@@ -29,8 +29,8 @@ struct Program {
 }
 
 impl Program {
-    /// Compiles and starts a program that calls function `word` with the arguments `call`. `inputs`: names of its arguments of n
-    /// numbers that are read from each line.
+    /// Compiles and starts a program that calls the C function `word` with the arguments `call`. `inputs`: names of arguments
+    /// that are arrays of n numbers; they are read from each line.
     fn started(here: &Path, robot: &str, n: usize, word: &str, inputs: &[&str], call: &str) -> Program {
         let declared: String = inputs.iter().map(|name| format!("    double {name}[{n}];\n")).collect();
         let read: String = inputs.iter().map(|name| format!("take({name}) && ")).collect();
@@ -122,7 +122,8 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
         let (n, here) = (model.robot.n_coordinates(), folder(&format!("controller_{}", model.robot.name)));
         let truth = model.nominal_parameters().unwrap();
         let dynamics = RegressorDynamics::new(model.regressor(), truth);
-        // Diagonal of the inertia matrix at the start, and Coulomb friction of 20 % of the torque for 10 rad/s^2.
+        // The diagonal of the inertia matrix at the start. Coulomb friction is 20 % of the torque that accelerates the joint by
+        // 10 rad/s^2.
         let (mut inertia, mut bias) = (vec![0.0; n * n], vec![0.0; n]);
         dynamics.fill(&vec![0.3; n], &vec![0.0; n], &mut inertia, &mut bias);
         let inertia: Vec<f64> = (0..n).map(|k| inertia[k * n + k]).collect();
@@ -175,7 +176,8 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
     }
 }
 
-/// Gravity compensation equals the gravity torque. A torque beyond its limit is limited, and the return value reports it.
+/// Gravity compensation equals the gravity torque. A torque beyond its limit is cut to the limit, and the return value reports
+/// this.
 #[test]
 fn torques_are_cut_at_their_limits() {
     let (file, n) = ("planar2r_vertical.yaml", 2);

@@ -19,7 +19,7 @@ fn body(j: usize) -> [f64; 10] {
     [xx, xy, xz, yy, yz, zz, m * x, m * y, m * z, m]
 }
 
-/// The model with all inertial parameters known and without rotors, which a URDF cannot hold.
+/// The model with all inertial parameters known and without rotor inertias, because a URDF cannot contain rotor inertias.
 fn known(file: &str) -> Robot {
     let mut robot = model(file);
     for (j, link) in robot.links.iter_mut().enumerate() {
@@ -61,7 +61,7 @@ fn a_robot_has_the_same_torques_in_every_format() {
         let par = read_par(&write_par(&robot).0, "written.par").unwrap_or_else(|e| panic!("{file}: {e}"));
         agree(&format!("{file} through .par"), &reference, &torques(&par), 1e-13);
         if robot.loops.is_empty() {
-            // A URDF needs other link frames and inertias about the centre of mass, which adds some rounding.
+            // A URDF has other link frames, and inertias about the centre of mass. The conversion adds some rounding.
             let urdf = read_urdf(&write_urdf(&robot).0, "written.urdf").unwrap_or_else(|e| panic!("{file}: {e}"));
             agree(&format!("{file} through URDF"), &reference, &torques(&urdf), 1e-11);
         }
@@ -80,7 +80,8 @@ fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
         let yaml = read_yaml(&written, "written.yaml").unwrap_or_else(|e| panic!("{name:?}: {e}\n{written}"));
         assert_eq!(yaml.name, name);
         assert_eq!(write_yaml(&yaml).0, written, "{name:?}");
-        // These formats cannot hold some characters: either the name is read back exactly, or a note reports the change.
+        // Files in the formats .par and URDF cannot contain some characters. Either the name is read back exactly, or a note
+        // reports the change.
         let (par, urdf) = (write_par(&robot), write_urdf(&robot));
         let told = |notes: &[Note]| notes.iter().any(|n| n.subject == "name");
         let read = read_par(&par.0, "written.par").unwrap_or_else(|e| panic!("{name:?}: {e}"));
@@ -90,8 +91,8 @@ fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
     }
 }
 
-/// Negative zero occurs in files (lower="-0") and as a sum of transformed parameters. It is written as 0, so a second write is
-/// equal.
+/// Negative zero occurs in files (lower="-0") and as a sum of transformed parameters. It is written as 0, so that a second
+/// conversion gives the same text.
 #[test]
 fn a_zero_with_a_sign_is_written_as_it_reads_back() {
     let mut robot = model("planar2r.yaml");

@@ -1,6 +1,5 @@
-//! Tests of operation counts: the exact counts of every model, and published counts that they must not exceed.
-//!
-//! A binary + or - counts as one addition, a product or a square as one multiplication; sign changes are free.
+//! Tests of the numbers of operations of derived functions: the exact numbers for every model, and published numbers that they
+//! must not exceed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,7 +8,7 @@ use expr::Count;
 use robot::{Robot, RotorInertia};
 use tests::{derived, model, models};
 
-/// Function name -> [multiplications, additions, sin_cos].
+/// Name of a function -> numbers of [multiplications, additions, sines and cosines].
 type Counts = BTreeMap<String, [usize; 3]>;
 
 fn counts(robot: &Robot) -> Counts {
@@ -34,8 +33,8 @@ fn without_rotors(file: &str) -> Robot {
 
 #[test]
 fn counts_are_at_most_those_of_a_hand_written_recursion() {
-    // Counts of a hand-written recursion with hash-consing and numeric geometry, without rotor inertia: (multiplications,
-    // additions) of the base regressor and of the standard regressor.
+    // Upper limits: (multiplications, additions) of the base regressor and of the standard regressor by a recursion that was
+    // written by hand, with common subexpressions shared, numeric geometry, and without rotor inertia.
     for (file, base, standard) in [
         ("ur5.yaml", [357, 280], [451, 355]),
         ("kuka_lwr.yaml", [658, 472], [799, 601]),
@@ -51,7 +50,8 @@ fn counts_are_at_most_those_of_a_hand_written_recursion() {
 
 #[test]
 fn torque_of_the_base_parameters_costs_no_more_than_the_best_published_recursion() {
-    // The recursion in moment form of Khalil and Kleinfinger 1987, without unused operations, with rotor inertia.
+    // Upper limits: the recursion of Khalil and Kleinfinger 1987, in the form with moments about the link origins, without unused
+    // operations, with rotor inertia.
     for (file, limit) in [
         ("planar2r.yaml", [20, 12]),
         ("rx90.yaml", [253, 237]),

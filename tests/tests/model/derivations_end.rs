@@ -1,4 +1,5 @@
-//! Tests that every derivation terminates: its work is bounded in advance, and its output grows with the number of links.
+//! Tests that every derivation terminates: its amount of work is limited in advance. Its output grows only linearly with the
+//! number of links.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use robot::{Robot, format};
 use tests::rules::coefficients;
 use tests::{base_parameters, standard_names};
 
-/// Base parameters of a robot, and the values of the constants that occur in their rules.
+/// Base parameters of a robot, and the values of the constants that occur in the rules for them.
 fn derived(robot: &Robot) -> (BaseParameters, Vec<(String, f64)>) {
     let parameters = base_parameters(robot);
     let constants = parameters.constants.clone();
@@ -31,7 +32,7 @@ fn urdf(joints: &[(&str, &str, &str, &str, Option<&str>)]) -> Robot {
     format::read_urdf(&(text + "</robot>"), "tree.urdf").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A chain of n joints on oblique axes; with `slides` every fourth joint is prismatic.
+/// A chain of n joints on oblique axes; if `slides`, every fourth joint is prismatic.
 fn oblique(n: usize, slides: bool) -> Robot {
     let mut text = String::from("convention: khalil-kleinfinger\nname: oblique\nlinks:\n");
     for j in 1..=n {
@@ -73,12 +74,13 @@ fn mimic_joints_in_parallel_chains_end() {
         let (parameters, _) = derived(&two_fingers(n_before));
         let rank = parameters.rank;
         assert_eq!(rank.exact.rank(), Some(rank.numeric));
-        // Relations without a short closed form hold only for the numbers of this robot; they are counted separately.
+        // Relations without a short closed form hold only for the numbers of this robot. They are counted separately from exact
+        // relations.
         assert!(rank.exact_relations > 0, "{rank:?}");
     }
 }
 
-/// A single floating body has no parameters to regroup.
+/// A single floating body: all ten parameters are base parameters, so there is nothing to regroup.
 #[test]
 fn a_robot_without_relations_to_solve_ends() {
     let text = "<robot name='drone'><link name='frame'/></robot>";
@@ -102,7 +104,8 @@ fn slides_on_one_axis_end() {
     }
 }
 
-/// Nested rules grow linearly with the number of links; expanded, they give the same coefficients.
+/// Rules for base parameters may be nested: the rule of a link contains parameters of the next link. Nested rules grow linearly
+/// with the number of links. Expanded to standard parameters, they give the same coefficients.
 #[test]
 fn rules_of_long_chains_are_nested() {
     let text = |rules: &modeling::Rules| rules.base.iter().chain(&rules.regrouped).map(String::len).sum::<usize>();
@@ -126,8 +129,9 @@ fn rules_of_long_chains_are_nested() {
         let long = derived(&oblique(40, slides)).0;
         let rules = long.rules();
         assert!(rules.coefficients.is_empty() && !rules.regrouped.is_empty(), "40 oblique links are nested");
-        // The rules of a link contain at most ten parameters of the next link, each with a few products of six numbers. The rules
-        // of the first links are up to a third shorter, since the base absorbs some parameters.
+        // The text grows linearly, because the rules of a link contain at most ten parameters of the next link, each with a few
+        // products of six numbers. The rules of the first links are up to a third shorter, since the base absorbs some
+        // parameters.
         assert!(
             text(&rules) * n * 3 <= text(&nested) * 40 * 4,
             "{} for 40 links, {} for {n}",
@@ -139,8 +143,8 @@ fn rules_of_long_chains_are_nested() {
 
 type Sum = BTreeMap<String, f64>;
 
-/// The regrouped parameters as sums of standard ones. The last links come first, since a rule contains parameters of the next
-/// link.
+/// The regrouped parameters as sums of standard parameters. The last link comes first, because the rule of a link contains
+/// parameters of the next link.
 fn substituted(rules: &[String], names: &[String], constants: &[(String, f64)]) -> BTreeMap<String, Sum> {
     let mut known = BTreeMap::new();
     for rule in rules.iter().rev() {
@@ -162,7 +166,8 @@ fn put_in(rule: &str, known: &BTreeMap<String, Sum>, names: &[String], constants
     sum
 }
 
-/// Tolerance 1e-12 for sums of some hundred products of order one. A cancelled term may be absent in either sum.
+/// Checks that two sums have the same coefficients. The tolerance 1e-12 is for sums of some hundred products of order one. A term
+/// that cancels may be absent in either sum.
 fn same(found: &Sum, expected: &Sum, what: &str) {
     for name in found.keys().chain(expected.keys()) {
         let [a, b] = [found, expected].map(|sum| sum.get(name).copied().unwrap_or(0.0));

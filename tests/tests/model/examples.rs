@@ -22,7 +22,7 @@ fn run(example: &str) -> String {
 fn every_example_runs() {
     let expected = [
         ("inspect", "ZZR1 = ZZ1 + IA1 + L1^2*M2"),
-        // The model file has ZZ1 = 0.25 and MX1 = 0.5; the filter causes small errors at the ends of the log.
+        // The description has ZZ1 = 0.25 and MX1 = 0.5; the filter causes small errors at the ends of the log.
         ("identify_log", "ZZR1           0.2500"),
         ("identify_log", "MX1           0.49999"),
         ("computed_torque", "after 2 s the joints are at"),

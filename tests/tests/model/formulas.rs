@@ -1,5 +1,5 @@
-//! Tests that the formulas printed by `rist derive` give the same values as the tape. A small calculator evaluates text, MATLAB
-//! and LaTeX; Python evaluates SymPy if it is installed.
+//! Tests that the formulas printed by `rist derive` give the same values as direct evaluation (by a tape, a list of operations).
+//! A small calculator evaluates text, MATLAB and LaTeX; Python evaluates SymPy if it is installed.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -13,10 +13,10 @@ use tests::model;
 use tests::program::{done, folder, has_python};
 use tests::random::Random;
 
-/// Tolerance for two orders of summation of some thousand terms that mostly cancel.
+/// Tolerance for the difference between two orders of summation, for some thousand terms that mostly cancel.
 const ROUNDING: f64 = 1e-11;
 
-/// The functions with these words, those of a link for the last link. All constants stay symbols.
+/// The functions with these names. A function of a link is derived for the last link. All constants stay symbols.
 fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
     let last = LinkFrame::from(robot.link_ids().next_back().unwrap());
     let function = |word: &&str| match RobotFunction::of_robot(word) {
@@ -32,7 +32,7 @@ fn all_words() -> Vec<&'static str> {
     RobotFunction::words().map(|(word, _)| word).collect()
 }
 
-/// Random values for the inputs, then the values of the remaining symbols.
+/// Random values for the inputs of a function, then the values of its constants.
 fn values(function: &Function, random: &mut Random) -> Vec<f64> {
     let inputs = function.inputs.iter().flat_map(|i| &i.entries).map(|_| random.unit() + 0.1).collect::<Vec<_>>();
     inputs.into_iter().chain(function.constants().into_iter().map(|(_, _, x)| x)).collect()
@@ -43,7 +43,7 @@ fn by_tape(function: &Function, values: &[f64]) -> Vec<f64> {
     tests::evaluated(function, &[&values[..n]])
 }
 
-/// Entries of all outputs as the printed file computes them. An entry that the file does not assign is zero.
+/// The entries of all outputs, computed by the formulas in the printed file. An entry that the file does not assign is zero.
 fn by_file(function: &Function, file: &str, language: FormulaLanguage, values: &[f64]) -> Vec<f64> {
     let symbols: HashMap<String, f64> =
         printed_symbols(function, language).into_iter().zip(values.iter().copied()).collect();
@@ -100,7 +100,7 @@ fn text_latex_and_matlab_compute_what_the_tape_does() {
     for file in ["planar2r_vertical.yaml", "rx90.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "race.yaml"] {
         let robot = model(file);
         for function in functions(&robot, &all_words()) {
-            // The function is tested with all constants as symbols, and with some of them as numbers.
+            // Each function is tested twice: with all constants as symbols, and with some of them as numbers.
             for function in [function.bound_except(&|name| name.len() % 2 == 0), function] {
                 let values = values(&function, &mut random);
                 let expected = by_tape(&function, &values);

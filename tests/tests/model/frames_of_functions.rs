@@ -1,5 +1,5 @@
-//! Tests that functions of a link use the link frame of the file, that several functions compile in one file, and that names are
-//! not code.
+//! Tests that functions of a link use the link frame of the description file, that several functions in one file compile, and
+//! that names of a robot cannot inject code.
 
 use modeling::{Derivation, LinkFrame, RobotFunction};
 use rist::Model;
@@ -166,7 +166,8 @@ fn nothing_of_a_name_becomes_code() {
     }
 }
 
-/// Inverse geometry, evaluated by name from poses alone: one of its configurations is the one from which the pose was computed.
+/// Inverse geometry gives configurations for poses. One of them is the configuration from which the pose was computed. The
+/// function is called by its name and needs only poses.
 #[test]
 fn configurations_are_evaluated_from_poses() {
     tests::register_wings();

@@ -55,7 +55,7 @@ fn forward_dynamics_undoes_inverse_dynamics() {
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let tau = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let back = evaluated(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
-        // The condition number of A, up to 1e4 here, amplifies rounding.
+        // The condition number of the inertia matrix A, up to 1e4 here, amplifies rounding errors.
         agree("ddq", robot, &ddq, &back, 1e-9);
     }
 }
@@ -76,7 +76,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
 
-        // Hessian of the kinetic energy K; differences are exact because K is quadratic in dq.
+        // The Hessian of the kinetic energy K by dq, from differences of K. These are exact, because K is quadratic in dq.
         let unit = |i: usize, j: usize| (0..n).map(|k| f64::from(k == i) + f64::from(k == j)).collect::<Vec<f64>>();
         let single = |i: usize| (0..n).map(|k| f64::from(k == i)).collect::<Vec<f64>>();
         let kinetic = |dq: Vec<f64>| energies(&q, &dq).0;
@@ -84,7 +84,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         let of_energy: Vec<f64> = (0..n * n).map(|k| hessian(k / n, k % n)).collect();
         agree("Hessian of K", robot, &a, &of_energy, ROUNDING);
 
-        // dE/dt = tau . dq, by fourth-order central differences along q + t dq, dq + t ddq.
+        // The power dE/dt = tau . dq, by fourth-order central differences of the energy E along q + t dq, dq + t ddq.
         let ddq = random.vector(n, 1.0);
         let torque = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
@@ -96,7 +96,8 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         };
         let h = 1e-3;
         let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-        // Truncation h^4 and rounding epsilon / h, for energies of some hundred joules.
+        // The tolerance allows for the truncation error h^4 and the rounding error epsilon / h, for energies of some hundred
+        // joules.
         agree("power", robot, &[power], &[slope], 1e-8);
     }
 }
@@ -116,7 +117,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
                 let row: Vec<f64> = frame.rotation[r].iter().copied().chain([frame.position[r]]).collect();
                 agree("pose", robot, &t[4 * r..4 * r + 4], &row, ROUNDING);
             }
-            // Velocity of O_j in frame j, by central differences of its position.
+            // Velocity of the origin O_j of frame j, in the axes of frame j, by central differences of its position.
             let jacobian = evaluated(&derivation.jacobian(j), &[&q]);
             let h = 1e-5;
             let moved = |t: f64| robot.link_poses(&(0..n).map(|k| q[k] + t * dq[k]).collect::<Vec<_>>())[j.0];
@@ -124,7 +125,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
             let world: Vec<f64> = (0..3).map(|i| (after.position[i] - before.position[i]) / (2.0 * h)).collect();
             let local: Vec<f64> = (0..3).map(|c| (0..3).map(|r| frame.rotation[r][c] * world[r]).sum()).collect();
             let linear: Vec<f64> = (0..3).map(|r| (0..n).map(|k| jacobian[r * n + k] * dq[k]).sum()).collect();
-            // Truncation error h^2.
+            // The tolerance allows for the truncation error h^2.
             agree("velocity", robot, &local, &linear, 1e-9);
 
             let wrench = random.vector(6, 1.0);
@@ -135,7 +136,8 @@ fn poses_and_jacobians_are_those_of_the_frames() {
     }
 }
 
-/// With base parameters, the kinetic energy is the same, and differences of potential energy are the same.
+/// Energies computed from base parameters: the kinetic energy equals that of the bodies, and differences of potential energy are
+/// equal too.
 #[test]
 fn energies_of_base_parameters_are_those_of_the_bodies() {
     let mut random = Random(14);
@@ -157,8 +159,9 @@ fn energies_of_base_parameters_are_those_of_the_bodies() {
     }
 }
 
-/// The wrenches at the joints of the first links give the rate of the momentum minus the weight; their moment about the centre of
-/// mass is the rate of the angular momentum. Along its axis, the joint reaction equals the joint torque.
+/// The sum of the wrenches at the joints of the first links is compared with the momentum of all links. Its force is the rate of
+/// the momentum minus the weight. Its moment about the centre of mass is the rate of the angular momentum. The component of a
+/// joint reaction along the joint axis equals the joint torque.
 #[test]
 fn reactions_move_all_that_the_base_carries() {
     let (mut random, mut seen) = (Random(15), 0);
@@ -249,7 +252,8 @@ fn constraint_equations_are_those_of_the_closed_loops() {
         let rates: Vec<f64> =
             (0..rows * n).map(|k| ja[k] + (0..m).map(|p| jp[k / n * m + p] * g[p * n + k % n]).sum::<f64>()).collect();
         agree("ja + jp g", &robot, &rates, &vec![0.0; rows * n], 1e-8);
-        // The Jacobian g must equal the derivative of the passive coordinates along closed configurations.
+        // The Jacobian g of the passive coordinates by q must equal their derivative along configurations in which the loops are
+        // closed.
         let h = 1e-4;
         let moved = |k: usize, h: f64, closure: &mut modeling::Closure| {
             let mut q = q.clone();

@@ -1,7 +1,9 @@
-//! Tests that generated Rust and C files compile alone without a warning, and compute the values of the Tape.
+//! Tests that generated Rust and C files compile alone without a warning, and compute the same values as the tape (a list of
+//! operations that is evaluated directly).
 //!
-//! The operations are the same; only fused multiply-adds may differ. So the values agree within twice the running error bound of
-//! the evaluation. If both sides fuse or both do not, the values agree bit by bit, apart from functions with square roots.
+//! Tape and generated code have the same operations, except for fused multiply-adds. So the values agree within twice the bound
+//! of the rounding error. If both use fused multiply-adds, or both do not, the values agree bit by bit, apart from functions with
+//! square roots.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -47,7 +49,8 @@ fn quotients() -> Module {
     let entries = vec![sine, cosine, Expr::ONE, -y];
     let output = Output { name: "w".into(), rows: 2, columns: 2, entries };
     module.function("Sines.\nOf two inputs.", Function::new("sines", &g, inputs.clone(), vec![output]));
-    // The outputs are y, x of the inputs x, y: a call in place is wrong if an output is stored before all inputs are read.
+    // The outputs are y, x for the inputs x, y. If a caller uses the same array for input and output, this is wrong if an output
+    // is stored before all inputs are read.
     let output = Output { name: "w".into(), rows: 2, columns: 1, entries: vec![y, x] };
     module.function("Swapped.", Function::new("swapped", &g, inputs, vec![output]));
     module
@@ -56,15 +59,15 @@ fn quotients() -> Module {
 fn modules() -> Vec<Module> {
     let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
     let read = |name: &str| modeling::module(&model(name), &functions).unwrap_or_else(|e| panic!("{e}"));
-    // The lengths of this robot stay symbols and become an argument.
+    // The lengths of this robot stay symbols. They are an argument of the functions.
     let open = modeling::module_with_symbols(&model("rx90.yaml"), &functions, &|_| true);
     let open = open.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(open.symbols, ["gz", "D3", "RL4"]);
     vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml"), open.module]
 }
 
-/// Random inputs of all states: usual angles and rates, and in every fifth state a thousand times larger ones. Input `s` of
-/// `quotients` is negative.
+/// Random inputs of a function for all states. In every fifth state, angles and rates are a thousand times larger than usual.
+/// Input `s` of `quotients` is negative.
 fn states(function: &Function) -> Vec<f64> {
     let mut random = SplitMix(1);
     let mut states = Vec::new();
@@ -80,7 +83,7 @@ fn states(function: &Function) -> Vec<f64> {
     states
 }
 
-/// Inputs of all states of all functions in turn, one number per line; the test programs read them.
+/// The inputs of all functions at all states, one number per line. The generated test programs read them.
 fn all_states(modules: &[Module]) -> String {
     let mut text = String::new();
     for f in modules.iter().flat_map(|m| &m.functions) {
@@ -130,7 +133,7 @@ fn compiled_and_run(folder: &Path, compile: &mut Command, modules: &[Module], to
     held_against_tapes(modules, &ran.out, to_the_bit);
 }
 
-/// C code that calls a function with one array as input and output: the result must equal that of the call with separate arrays.
+/// C code that calls a function with one array as input and output. The result must equal the result with separate arrays.
 fn calls_in_place(m: &Module, f: &Function) -> String {
     let (mut main, name) = (String::new(), &f.name);
     let [output] = &f.outputs[..] else { return main };
@@ -155,7 +158,7 @@ fn calls_in_place(m: &Module, f: &Function) -> String {
     main
 }
 
-/// Part of `main` in C: calls each function of a module at all states.
+/// C statements for the function `main` that call each function of a module at all states.
 fn calls_of_c(m: &Module) -> String {
     let mut main = String::new();
     for f in &m.functions {
@@ -180,7 +183,7 @@ fn calls_of_c(m: &Module) -> String {
         }
         main += &calls_in_place(m, &f.function);
         if let Some(entries) = &f.entries {
-            // The function of the nonzero entries must return the entries of the full output, each at its place.
+            // The generated function for the nonzero entries must return the entries of the full output, each at its position.
             let (list, n) = (entries.list.to_ascii_lowercase(), entries.of.places.len());
             let inputs: Vec<String> = f.function.inputs.iter().map(|i| format!("in_{}, ", i.name)).collect();
             let (module, inputs, whole) = (&m.name, inputs.concat(), &outputs[0].name);
@@ -263,12 +266,12 @@ int main(void)
         // At -O3 the compiler vectorises the code with four lanes.
         run("-O3 -mavx2 -mfma", true);
     }
-    // Reordered sums must not change the rounding of an angle to its quadrant.
+    // With these options, the compiler may reorder sums. This must not change the rounding of an angle to its quadrant.
     run("-O2 -ffast-math", false);
     run("-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math", false);
 }
 
-/// Part of `main` in Rust: calls each function of a module at all states, like [`calls_of_c`] in C.
+/// Rust statements for the function `main` that call each function of a module at all states.
 fn calls_of_rust(m: &Module) -> String {
     let mut main = String::new();
     for f in &m.functions {
@@ -378,7 +381,7 @@ fn floats_are_computed_as_floats() {
         let assembly = std::fs::read_to_string(folder.join("out.s")).unwrap();
         assert!(assembly.contains("mulss") || assembly.contains("mulps"), "{}: no floats", m.name);
         assert_eq!(has_doubles(&assembly), None, "Rust of {}", m.name);
-        // The LLVM code is the same for every target, so it is checked too.
+        // The intermediate code of LLVM is the same for every target, so it is checked too.
         let ir = std::fs::read_to_string(folder.join("out.ll")).unwrap();
         let double = ir.lines().find(|line| line.contains("double"));
         assert!(ir.contains("float"), "{}: no floats", m.name);
@@ -399,9 +402,9 @@ fn floats_are_computed_as_floats() {
     }
 }
 
-/// Compiled for a Cortex-M4F, which has single precision only in hardware, the C code calls no routine for doubles: no
+/// The C code is compiled for a Cortex-M4F, whose hardware has only single precision. It must call no routine for doubles: no
 /// `__aeabi_d..`, no conversion, no sine, and no `fmaf`, which newlib computes with doubles. For Rust,
-/// [`floats_are_computed_as_floats`] checks this, since the target has no standard library here.
+/// [`floats_are_computed_as_floats`] checks this, because the standard library for this target is not installed here.
 #[test]
 fn floats_of_a_cortex_m4f_call_no_doubles() {
     let (Some(nm), true) = (["llvm-nm", "nm"].into_iter().find(|nm| is_there(nm)), is_there("clang")) else {
@@ -431,7 +434,7 @@ fn floats_of_a_cortex_m4f_call_no_doubles() {
         let called = undefined(&m.name, "float");
         let others: Vec<_> = called.iter().filter(|n| !of_floats.contains(&n.as_str()) && !of_memory(n)).collect();
         assert!(others.is_empty(), "{}: {others:?}", m.name);
-        // Control: the code for doubles does call such a routine, so the check can detect it.
+        // A check of the test itself: the code for doubles calls such a routine, so the test can detect it.
         assert!(undefined(&m.name, "double").iter().any(|name| name == "__aeabi_dmul"), "{}", m.name);
     }
 }

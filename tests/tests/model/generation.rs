@@ -1,5 +1,5 @@
-//! Tests that generated files are reproducible byte by byte, compile alone without std, and contain nothing that can fail. Code
-//! can be generated for any tree of joints, small or large.
+//! Tests that generated files are reproducible byte by byte, compile alone without std, and contain no operation that can fail.
+//! Code can be generated for any tree of joints, small or large.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ fn a_generated_file_compiles_alone_without_std_and_without_a_warning() {
 #[test]
 fn nothing_in_a_generated_file_can_fail_or_allocate() {
     for (file, robot) in models() {
-        // This line imports std for fused multiply-add, where the target has an instruction for it.
+        // This line imports std to use fused multiply-add, if the target has an instruction for it.
         let of_std = |line: &str| line.trim() == "extern crate std;";
         // A `const` block can only fail at compile time.
         let of_compiler = |line: &str| line.trim_start().starts_with("const {");
@@ -71,7 +71,7 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
     }
 }
 
-/// Reads a random tree of n joints, checks the torque from its base regressor, and compiles the generated code.
+/// Reads a random tree of n joints, checks torques that are computed from its base regressor, and compiles the generated code.
 fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let text = random_tree(n, reach, seed);
     let robot = robot::format::read_urdf(&text, "tree.urdf").unwrap_or_else(|e| panic!("{e}"));

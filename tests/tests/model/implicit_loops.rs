@@ -1,4 +1,5 @@
-//! Tests of loops that are solved numerically: against the same loops as affine functions, and by conservation of energy.
+//! Tests of loops that are solved numerically. They are compared with the same loops described by affine functions, and by
+//! conservation of energy.
 
 use modeling::{Derivation, NotClosed};
 use robot::{
@@ -37,7 +38,7 @@ links:
     robot
 }
 
-/// Physical parameters, ten per link; with n = 31 also one rotor inertia.
+/// Inertial parameters, ten per link. If n is 31, the last parameter is a rotor inertia.
 fn parameters(n: usize) -> Vec<f64> {
     let body = [0.03, 0.001, -0.002, 0.05, 0.003, 0.04, 0.2, 0.05, -0.03, 2.0];
     (0..n).map(|i| body[i % 10] * (1.0 + 0.1 * (i / 10) as f64)).collect()
@@ -45,7 +46,7 @@ fn parameters(n: usize) -> Vec<f64> {
 
 #[test]
 fn a_parallelogram_solved_numerically_is_the_affine_one() {
-    // With equal opposite sides the coupler stays parallel to the base and the rocker parallel to the crank.
+    // If opposite sides are equal (parallelogram), the coupler stays parallel to the base, and the rocker parallel to the crank.
     let implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
     let mut affine = implicit.clone();
     affine.passive.clear();
@@ -70,7 +71,7 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
-    // Opposite sides share a symbol, so they are equal for all values of the symbols, and the exact rank is that of a
+    // Opposite sides share a symbol, so they are equal for all values of the symbols. So the exact rank is the rank of a
     // parallelogram.
     let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
     let symbol = |name: &str| Value::Symbol(SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
@@ -100,7 +101,7 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
             let d = evaluated(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
             let d_base = evaluated(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
             assert!((dot(&d, &x).0 - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
-            // Numeric coefficients have the rounding error of the rank scan.
+            // The coefficients of the base parameters are numbers, with the rounding error of the rank computation.
             assert!((dot(&d_base, &x_base).0 - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
 
             let mut at = |t: f64| {
@@ -111,7 +112,7 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
             };
             let h = 1e-3;
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-            // Truncation error h^4, and 1e-11 / h from the solution of the loop.
+            // The tolerance allows for the truncation error h^4, and for 1e-11 / h, the error of the loop solution.
             assert!((slope - tau * dq).abs() < 1e-6 * (1.0 + slope.abs()), "{}: {slope} {}", robot.name, tau * dq);
         }
 

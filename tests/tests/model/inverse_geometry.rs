@@ -1,4 +1,4 @@
-//! Tests of the inverse geometric model against the direct geometric model.
+//! Tests of the inverse geometric model (joint positions from a pose) against the direct geometric model.
 
 use std::path::Path;
 
@@ -50,7 +50,7 @@ links:
   - {link: 6, antecedent: 5, alpha: pi/2, theta: q6, r: 0.08}
 ";
 
-/// The arm of `BOOM` with the prismatic joint as joint 4, after a spherical shoulder.
+/// An arm like `BOOM`, but its prismatic joint is joint 4, after a spherical shoulder.
 const BOOM_BEHIND: &str = "\
 convention: khalil-kleinfinger
 name: boom behind
@@ -63,8 +63,8 @@ links:
   - {link: 6, antecedent: 5, alpha: -pi/2, d: 0.07, theta: q6, r: 0.3}
 ";
 
-/// An arm whose axis 3 is antiparallel to axis 2, and whose axis 4 is parallel to it at a distance, as in many manufacturers'
-/// drawings.
+/// An arm whose axis 3 is antiparallel to axis 2. Axis 4 is parallel to axis 3, at a distance. Manufacturers often draw axes this
+/// way.
 const AGAINST: &str = "\
 convention: khalil-kleinfinger
 name: against
@@ -94,8 +94,9 @@ fn read(text: &str) -> Robot {
     robot::format::read_yaml(text, "arm.yaml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// All finite solutions reach the pose, and one of them equals the configuration from which the pose was computed. With `has_all`
-/// (spherical wrist, axes 1 and 2 intersect) all eight solutions exist; otherwise some may be out of reach of the elbow.
+/// All finite solutions reach the pose. One of them equals the configuration from which the pose was computed. For arms with
+/// `has_all` (spherical wrist, axes 1 and 2 intersect), all eight solutions exist; for other arms, the elbow may be out of reach
+/// in some solutions.
 #[test]
 fn all_solutions_reach_the_pose() {
     let shipped = [
@@ -160,8 +161,8 @@ fn all_solutions_reach_the_pose() {
     }
 }
 
-/// The arms of models/ and of this file, each with its last link as end effector. If `RIST_ARMS` names a folder, the arms of the
-/// URDF files there instead.
+/// The arms in models/ and in this file, each with its last link as end effector. If the environment variable `RIST_ARMS` names a
+/// folder, the arms of the URDF files there are used instead.
 fn arms() -> impl Iterator<Item = Robot> {
     if let Some(folder) = std::env::var_os("RIST_ARMS") {
         return arms_below(Path::new(&folder)).into_iter();
@@ -171,7 +172,7 @@ fn arms() -> impl Iterator<Item = Robot> {
     shipped.into_iter().chain(own).collect::<Vec<_>>().into_iter()
 }
 
-/// All arms with six joints in the URDF files below a folder that have an inverse geometric model. For each of the others the
+/// All arms with six joints in the URDF files below a folder that have an inverse geometric model. For each arm without one, the
 /// reason is printed.
 fn arms_below(folder: &Path) -> Vec<Robot> {
     let mut arms = Vec::new();
@@ -193,10 +194,10 @@ fn arms_below(folder: &Path) -> Vec<Robot> {
     arms
 }
 
-/// Steps per turn in the search for a sign change of the determinant of the Jacobian, that is, for a singular configuration.
+/// Number of steps per turn in the search for a singular configuration: there the determinant of the Jacobian changes its sign.
 const STEPS: usize = 40;
 
-/// Counts of tested poses, of finite solutions, and of poses without a solution; `worst`: largest pose error.
+/// Numbers of tested poses, of finite solutions (`rows`), and of poses without a solution (`none`); `worst`: largest pose error.
 #[derive(Default)]
 struct Singular {
     poses: usize,
@@ -258,8 +259,8 @@ impl Arm {
         if self.sliding == Some(joint) { difference.abs() } else { difference.sin().abs().max(1.0 - difference.cos()) }
     }
 
-    /// A value of coordinate `joint` at which the arm is singular, with the other coordinates of `q`; `None` if the search finds
-    /// none.
+    /// A value of coordinate `joint` for which the arm is singular, if the other coordinates are as in `q`; `None` if the search
+    /// finds none.
     fn singular(&self, q: &[f64], joint: usize) -> Option<f64> {
         let determinant = |x: f64| {
             let mut q = q.to_vec();
@@ -276,15 +277,16 @@ impl Arm {
         Some(low)
     }
 
-    /// Checks that every finite solution reaches the pose of `q`. `offset`: distance from a single singularity; then one solution
-    /// must equal q, apart from joints that move freely along the null vector of the Jacobian. `None`: two singularities.
+    /// Checks that every finite solution reaches the pose of `q`. `offset`: distance of q from a singularity. If it is given, one
+    /// solution must equal q, except for joints that can move freely at the singularity (along the null vector of the Jacobian).
+    /// `None`: q is singular in two joints, and no solution is compared with q.
     fn holds(&self, q: &[f64], offset: Option<f64>, told: &mut Singular) {
         let t = self.pose(q);
         let solutions = self.solutions(&t);
         (told.poses, told.rows) = (told.poses + 1, told.rows + solutions.len());
         for solution in &solutions {
             let apart = t.iter().zip(self.pose(solution)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Numbers below 1e-13 m or rad are treated as zero; the lever arms to the end effector are a few metres.
+            // The inverse model treats numbers below 1e-13 m or rad as zero; the lever arms to the end effector are a few metres.
             assert!(apart < 1e-12, "{}: {apart:e} from {t:?} of {q:?} by {solution:?}", self.name);
             told.worst = told.worst.max(apart);
         }
@@ -299,8 +301,8 @@ impl Arm {
             (0..6).filter(|j| !moves(*j)).map(|j| self.off(j, q[j], solution[j])).fold(0.0, f64::max)
         };
         let nearest = solutions.iter().map(nearest).fold(f64::INFINITY, f64::min);
-        // Square root of a rounding error of 1e-13, or a rounding of 1e-16 divided by an offset of 1e-5 near a second
-        // singularity.
+        // The tolerance allows for two errors: the square root of a rounding error of 1e-13; and, near a second singularity, a
+        // rounding error of 1e-16 divided by an offset of 1e-5.
         assert!(nearest < 1e-5, "{}: {nearest:e} from {q:?} by {solutions:?}", self.name);
     }
 }
@@ -327,7 +329,7 @@ fn singular_poses(draws: usize) {
                 }
             }
         }
-        // Home poses: every angle is a multiple of a quarter turn.
+        // Poses of configurations in which every angle is a multiple of a quarter turn, as in home positions.
         for k in 0..4_usize.pow(5) {
             let q: Vec<f64> = (0..6).map(|j| (k >> (2 * j) & 3) as f64 * std::f64::consts::FRAC_PI_2).collect();
             arm.holds(&q, None, &mut told);
@@ -336,8 +338,8 @@ fn singular_poses(draws: usize) {
             "{}: {} poses, {} rows, {} without one, {:e} off",
             arm.name, told.poses, told.rows, told.none, told.worst
         );
-        // With parallel axes near a double singularity, theta_6 loses the digits that a stretched arm needs, so a few poses have
-        // no solution.
+        // If an arm with parallel axes is near a double singularity, theta_6 is inaccurate. If the arm is also stretched, this
+        // can put a pose out of reach. So a few poses have no solution.
         assert!(1000 * told.none <= told.poses, "{}: {} of {} without a solution", arm.name, told.none, told.poses);
         assert!(told.poses > draws, "{}: {} poses", arm.name, told.poses);
     }
@@ -348,8 +350,8 @@ fn singular_and_nearly_singular_poses_are_reached() {
     singular_poses(40);
 }
 
-/// At q5 = 1e-13, rounding of the pose changes theta_6 by 1e-4. The arm is stretched to within 1e-7 m, so O_4 must not get out of
-/// reach.
+/// At q5 = 1e-13, rounding of the pose changes theta_6 by 1e-4. The arm is stretched: O_4, the origin of frame 4, is only 1e-7 m
+/// from the limit of reach. The change must not put it out of reach.
 #[test]
 fn a_stretched_arm_of_a_nearly_singular_wrist_is_reached() {
     let arm = Arm::new(&read(ALL_AGAINST));

@@ -1,5 +1,5 @@
-//! Tests that `fill_many` gives the same bits as `fill` for every compiled robot and any number of samples. Both use
-//! the same fused multiply-adds.
+//! Tests that `fill_many` (many samples at once, in SIMD lanes) gives the same bits as `fill` (one sample), for every compiled
+//! robot and any number of samples. Both use the same fused multiply-adds.
 
 use random::SplitMix;
 
@@ -34,8 +34,8 @@ fn many_samples_equal_one_at_a_time() {
     }
 }
 
-/// The nonzero entries, computed for one sample or for eight, equal the entries of the dense matrix; its other entries are
-/// zero.
+/// The nonzero entries, computed for one sample or for eight samples, equal the entries of the dense matrix. All other entries of
+/// this matrix are zero.
 #[test]
 fn the_entries_are_those_of_the_matrix() {
     for robot in robots() {

@@ -1,8 +1,9 @@
 //! Tests that robots with many joints get the right base parameters.
 //!
 //! Each joint gives fewer regressor rows than there are columns, so a rank method that works for ten joints may fail for fifty.
-//! The reference rank comes from a Newton-Euler regressor, computed column by column, which shares no code with
-//! `modeling`. Where that is too large, the expected number is known, and D_base X_base = D X must hold.
+//! The reference rank comes from a Newton-Euler regressor, computed column by column, which shares no code with `modeling`. If a
+//! robot is too large for that, the expected number is known, and D_base X_base = D X must hold (D, X: standard regressor and
+//! parameters).
 
 use std::fmt::Write as _;
 use std::process::Command;
@@ -17,13 +18,13 @@ use tests::{derived, dot, evaluated, recursion, standard_names};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Axes {
-    /// Twists of 0, 90, -90 degrees in turn, lengths along z and x in turn.
+    /// Axes at right angles: twists of 0, 90, -90 degrees in turn, lengths along z and x in turn.
     Right,
     /// General twists, and offsets in all directions.
     Oblique,
 }
 
-/// A URDF with n joints. Each parent is one of the last `reach` links; every `sliding`-th joint is prismatic.
+/// A URDF with n joints. The parent of each link is one of the last `reach` links; every `sliding`-th joint is prismatic.
 fn urdf(n: usize, axes: Axes, reach: usize, sliding: Option<usize>) -> String {
     let random = &mut Random(n as u64);
     let mut text = format!("<robot name=\"many\"><link name=\"l0\">{BODY}</link>\n");
@@ -62,7 +63,8 @@ fn read(text: &str, floating_base: bool) -> Robot {
     if floating_base { robot.floating() } else { robot }
 }
 
-/// The base parameters, after a check of D_base X_base = D X at two random states.
+/// The base parameters. At two random states, it is checked that they give the same torques as the standard parameters: D_base
+/// X_base = D X.
 fn regrouped(robot: &Robot) -> BaseParameters {
     let (_, regressor, base) = derived(robot);
     let base_regressor = base.regressor(&regressor);
@@ -73,7 +75,7 @@ fn regrouped(robot: &Robot) -> BaseParameters {
         let x_base = base.values(&x);
         for (row, tau) in y.chunks(base.len()).zip(recursion::torque(robot, &state, &x)) {
             let (found, size) = dot(row, &x_base);
-            // Thousands of terms, and regrouping rules that add lengths over all links.
+            // The tolerance is for sums of thousands of terms, with rules for base parameters that add lengths over all links.
             assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{} joints: {found} {tau}", robot.links.len());
         }
     }
@@ -83,11 +85,12 @@ fn regrouped(robot: &Robot) -> BaseParameters {
     base
 }
 
-/// (rank of the Newton-Euler regressor, gap after it). Pivoted QR of the matrix with scaled columns; gap: last kept over first
-/// dropped entry.
+/// The rank of the Newton-Euler regressor, and the gap after it: last kept divided by first dropped diagonal entry of a pivoted
+/// QR. The columns are scaled.
 fn independent_rank(robot: &Robot) -> (usize, f64) {
     let (n, p) = (robot.n_coordinates(), standard_names(robot).len());
-    // The parameters of the last link need a dozen states, since only its own joint row identifies them.
+    // The parameters of the last link need a dozen states, because in each state they are in only one row: the row of the last
+    // joint.
     let states = p.div_ceil(n) + 4;
     let random = &mut Random(2);
     let mut observed = DMatrix::zeros(states * n, p);
@@ -110,7 +113,8 @@ fn independent_rank(robot: &Robot) -> (usize, f64) {
     // A plain QR first reduces the matrix to p rows, which makes the pivoted QR fast.
     let r = observed.qr().unpack_r().col_piv_qr().unpack_r();
     let diagonal: Vec<f64> = r.diagonal().iter().map(|x| x.abs()).collect();
-    // A dependent column of unit norm has a residual of about 1e-14, an independent one of more than 1e-8 in these robots.
+    // A dependent column of unit norm has a residual of about 1e-14. An independent column has a residual of more than 1e-8 in
+    // these robots.
     let rank = diagonal.iter().filter(|x| **x > 1e-11).count();
     (rank, diagonal[rank - 1] / diagonal.get(rank).copied().unwrap_or(0.0))
 }
@@ -141,7 +145,7 @@ fn a_chain_of_a_hundred() {
 
 #[test]
 fn a_chain_of_two_hundred_loses_nothing() {
-    // 7 parameters per joint minus 4, as for shorter chains with these axes.
+    // Each joint gives 7 base parameters; 4 are subtracted, as for shorter chains with these axes.
     assert_eq!(regrouped(&read(&urdf(200, Axes::Right, 1, None), false)).len(), 1396);
 }
 
@@ -172,8 +176,8 @@ fn compiler_of_c() -> Option<&'static str> {
     found
 }
 
-/// Output of `main` in C, compiled without warnings with the generated `many.h` and `many.c`, and the expected torques. `main`
-/// can use q, dq, ddq and the base parameters x of a random state.
+/// Compiles the text `main` in C, without warnings, with the generated `many.h` and `many.c`, and runs it. Returns its output and
+/// the expected torques. `main` can use q, dq, ddq of a random state, and the base parameters x.
 fn printed_by_c(
     cc: &str,
     (robot, base, functions): (&Robot, &BaseParameters, &[RobotFunction]),
@@ -199,8 +203,8 @@ fn printed_by_c(
     (run(&mut Command::new(folder.join("program"))).out, recursion::torque(robot, &state, &x))
 }
 
-/// All functions of a robot compile in C without a warning, and the torque equals that of the recursion. With more than eight
-/// angles, the code computes sines in groups of four where they are needed.
+/// All functions of a robot compile in C without a warning, and the torque equals the torque by the recursion. If there are more
+/// than eight angles, the code computes their sines in groups of four, each where it is needed.
 #[test]
 fn every_function_of_ten_joints_compiles_in_c() {
     let Some(cc) = compiler_of_c() else { return };
@@ -243,12 +247,13 @@ fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
     for (line, tau) in printed.lines().zip(expected) {
         let (found, size) = line.split_once(' ').unwrap();
         let (found, size): (f64, f64) = (found.parse().unwrap(), size.parse().unwrap());
-        // Thousands of terms, and regrouping rules that add lengths over all links.
+        // The tolerance is for sums of thousands of terms, with rules for base parameters that add lengths over all links.
         assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{found} {tau}");
     }
 }
 
-/// A chain with link lengths of 1e15 m: in double precision, the first links hide all effects of the last ones.
+/// A chain whose links are 1e15 m long. In double precision, rounding errors of the first links hide all effects of the last
+/// links. So the derivation is refused.
 #[test]
 fn what_rounding_drowns_is_refused() {
     let link = |j: usize| {

@@ -1,5 +1,6 @@
-//! Tests of laws of mechanics: the torque equals Newton-Euler and Lagrange; the inertia matrix is symmetric and positive
-//! definite; the order of links in the file, the unit of length and the orientation of the base change nothing.
+//! Tests of laws of mechanics. The derived torque equals the torque by Newton-Euler and by Lagrange. The inertia matrix is
+//! symmetric and positive definite. The torque does not depend on the order of links in the file, on the unit of length or on the
+//! orientation of the base.
 
 use expr::{Tape, Workspace};
 use modeling::{BaseParameters, Derivation};
@@ -19,7 +20,7 @@ fn derived(robot: &Robot) -> Derivation<'_> {
     Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name))
 }
 
-/// The regressor D as a tape with its workspace; n rows and p columns.
+/// The standard regressor D, as a tape (list of operations) with its workspace; n rows and p columns.
 struct Regressor {
     tape: Tape,
     work: Workspace,
@@ -34,14 +35,14 @@ impl Regressor {
         Regressor { tape, work, n: robot.n_coordinates(), p: StandardParameter::all(robot).len() }
     }
 
-    /// The rows of D at a state, one per joint.
+    /// The rows of the regressor D at a state, one per joint.
     fn rows(&mut self, state: &State) -> Vec<Vec<f64>> {
         let mut y = vec![f64::NAN; self.n * self.p];
         self.tape.evaluate(&state.inputs(), &mut self.work, &mut y);
         y.chunks(self.p).map(<[f64]>::to_vec).collect()
     }
 
-    /// (D X, sum of the magnitudes of the terms of each row).
+    /// The torques D X; and, for each row, the sum of the magnitudes of its terms. D: regressor, X: parameters.
     fn times(&mut self, state: &State, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         self.rows(state).iter().map(|row| dot(row, x)).unzip()
     }
@@ -68,7 +69,7 @@ fn close(found: &[f64], expected: &[f64], size: &[f64], tolerance: f64, what: &s
 
 #[test]
 fn regressor_times_parameters_is_the_torque_of_newton_and_euler_and_of_lagrange() {
-    // In addition to the models: a robot with two loops whose cut frames are on the same link.
+    // Tested are all models, and a robot with two loops whose cut frames are on the same link.
     let file = "two_loops_on_one_frame.par";
     let on_frames = robot::format::read(&tests::test_robot_path(file)).unwrap_or_else(|e| panic!("{e}"));
     for (file, robot) in models().into_iter().chain([(file.to_string(), on_frames)]) {
@@ -98,7 +99,7 @@ fn inertia_matrix_is_symmetric_and_positive_definite_for_physical_parameters() {
             let m = regressor.inertia_matrix(&state.q, &x);
             assert!((&m - m.transpose()).norm() <= ROUNDING * m.norm(), "{file}: {m}");
             assert!(m.clone().cholesky().is_some(), "{file}: {m}");
-            // M must also be the inertia matrix of the kinetic energy T: dq . M dq = 2 T.
+            // M must also be the inertia matrix in the kinetic energy T: dq . M dq = 2 T.
             let lift = |v: &[f64]| v.iter().map(|&x| tests::number::Number::constant(x)).collect::<Vec<_>>();
             let kinetic = lagrangian::energies(&robot, &lift(&state.q), &lift(&state.dq), &x).0.value;
             let dq = DVector::from_row_slice(&state.dq);
@@ -174,7 +175,7 @@ fn order_of_the_links_in_the_file_changes_no_torque_and_no_rank() {
 
 #[test]
 fn unit_of_length_changes_no_torque_and_no_rank() {
-    // Metres are replaced by decimetres: the numbers of all lengths and of gravity grow by a factor of ten.
+    // The unit of length is changed from metres to decimetres: the numbers of all lengths and of gravity are multiplied by ten.
     let factor = 10.0;
     for (file, robot) in models() {
         let mut other = robot.clone();
@@ -217,7 +218,8 @@ fn unit_of_length_changes_no_torque_and_no_rank() {
                 })
                 .collect();
             let (tau, size) = d.times(&state, &x);
-            // A torque has the unit mass times length squared over time squared, a force mass times length over time squared.
+            // A torque has the unit mass times length squared per time squared, a force mass times length per time squared. So
+            // they are converted with different factors.
             let found = other_d.times(&other_state, &other_x).0;
             let found: Vec<f64> = (0..found.len()).map(|k| found[k] * unit(k) / (factor * factor)).collect();
             close(&found, &tau, &size, ROUNDING, &file);
@@ -233,7 +235,7 @@ fn product(a: &Value, b: Value) -> Value {
     Value::Mul(Box::new(a.clone()), Box::new(b))
 }
 
-/// The pair (x, y) rotated by the angle: (c x - s y, s x + c y) with s, c its sine and cosine.
+/// The pair (x, y) rotated by the angle: (c x - s y, s x + c y). s, c: sine and cosine of the angle.
 fn turned_pair(x: &Value, y: &Value, angle: &Value) -> [Value; 2] {
     let (sin, cos) = (Value::Sin(Box::new(angle.clone())), Value::Cos(Box::new(angle.clone())));
     let [cx, sy, sx, cy] =
@@ -241,13 +243,13 @@ fn turned_pair(x: &Value, y: &Value, angle: &Value) -> [Value; 2] {
     [Value::Sub(cx, sy), Value::Add(sx, cy)]
 }
 
-/// Rz(angle) v.
+/// The vector v rotated about z: Rz(angle) v.
 fn turned_about_z([x, y, z]: [Value; 3], angle: &Value) -> [Value; 3] {
     let [x, y] = turned_pair(&x, &y, angle);
     [x, y, z]
 }
 
-/// Rx(angle) v.
+/// The vector v rotated about x: Rx(angle) v.
 fn turned_about_x([x, y, z]: [Value; 3], angle: &Value) -> [Value; 3] {
     let [y, z] = turned_pair(&y, &z, angle);
     [x, y, z]
@@ -259,9 +261,9 @@ fn turning_the_robot_and_gravity_together_changes_no_torque_and_no_rank() {
         let mut random = Random(7);
         let mut turned = robot.clone();
         let [phi, theta, psi] = [0.4, 1.1, -2.3].map(|a: f64| a + 0.1 * random.unit());
-        // The pedestal is a fixed link with a general orientation in the base, Rz(phi) Rx(theta) Rz(psi). Its angles are
-        // symbols, and gravity is written with them. So gravity stays parallel to the old direction for all values of the
-        // symbols, and the exact rank must not treat this as a coincidence of numbers.
+        // The pedestal is a fixed link with a general orientation in the base, Rz(phi) Rx(theta) Rz(psi). Its angles are symbols,
+        // and gravity is written with them. So gravity keeps its direction relative to the robot for all values of the symbols.
+        // The exact rank must not treat this as a coincidence of numbers.
         let mut pedestal = robot.links[0].clone();
         let angles = [("phi_", phi), ("theta_", theta), ("psi_", psi)].map(|(name, x)| {
             turned.symbols.push(Symbol { name: name.into(), value: Value::Number(x), generic: false });

@@ -1,8 +1,8 @@
 //! Tests of five URDF robots against Pinocchio: standard parameters, regressor, torque and rank.
 //!
-//! The tables of ../shared/oracle hold random states q, dq, ddq with the torque, the regressor and, for each
-//! moving link, m mx my mz Ixx Ixy Iyy Ixz Iyz Izz about the origin of its joint frame, in that frame. The link
-//! frames of rist differ; the linear map of the crate `robot` converts the parameters exactly.
+//! The tables in ../shared/oracle contain random states q, dq, ddq with the torque, the regressor and, for each moving link, m mx
+//! my mz Ixx Ixy Iyy Ixz Iyz Izz about the origin of its joint frame, in that frame. The link frames of rist differ; the linear
+//! map of the crate `robot` converts the parameters exactly.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -16,7 +16,7 @@ use tests::{base_parameters, dot, evaluated, shared};
 const ROBOTS: [(&str, usize); 5] =
     [("ur5", 36), ("panda", 51), ("solo12", 68), ("baxter", 103), ("double_pendulum", 6)];
 
-/// Names of Pinocchio in the order of rist: XX XY XZ YY YZ ZZ MX MY MZ M.
+/// Pinocchio's names of the inertial parameters, in the order of rist: XX XY XZ YY YZ ZZ MX MY MZ M.
 const NAMES: [&str; 10] = ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mx", "my", "mz", "m"];
 
 struct Table {
@@ -49,7 +49,8 @@ impl Table {
     }
 }
 
-/// (name, rank, robot, table of Pinocchio) of each robot. The robots have ten parameters per link and no rotor inertia.
+/// For each robot: name, rank of the regressor, robot, and table of Pinocchio. The robots have ten parameters per link and no
+/// rotor inertia.
 fn cases() -> Vec<(&'static str, usize, Robot, Table)> {
     let Some(folder) = shared().map(|s| s.join("oracle")) else { return Vec::new() };
     // Pinocchio ignores mimic tags, so the two fingers of the panda are coordinates.
@@ -93,7 +94,7 @@ fn regressor_and_torque_agree_through_the_exact_linear_map() {
         let (n, p) = (names.len(), 10 * robot.links.len());
         assert_eq!(regressor.outputs.iter().map(|o| o.entries.len()).sum::<usize>(), n * p, "{name}");
         let x: Vec<f64> = robot.links.iter().flat_map(|l| l.inertial.unwrap_or_default()).collect();
-        // The parameters of link j in rist are M_j times those in its joint frame (M_j: matrix in `maps`).
+        // The parameters of link j in rist are M_j times Pinocchio's parameters in the joint frame. M_j: matrix in `maps`.
         let maps: Vec<_> = robot.links.iter().map(|l| inertial_matrix(&l.file_frame)).collect();
         let inputs: Vec<usize> = ["q", "dq", "ddq"].iter().flat_map(|kind| table.columns(kind, &names)).collect();
         let torques = table.columns("tau", &names);

@@ -1,4 +1,5 @@
-//! Tests that joint, unit and status of a parameter come from the model and not from the form of its name.
+//! Tests that rist takes joint, unit and status of a parameter from the model, and does not derive them from the form of its
+//! name.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Identified, Status};
@@ -13,7 +14,8 @@ fn parameter<'a>(estimate: &'a Estimate, name: &str) -> &'a Identified {
     estimate.parameters.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no {name} in {estimate}"))
 }
 
-/// The weak parameter belongs to shoulder_pan, which moves little. The digit of `wrist_1` must not be read as joint 1.
+/// The joint shoulder_pan moves little, so the weakly identified parameter belongs to it. The digit in the name `wrist_1` must
+/// not be read as joint 1.
 #[test]
 fn the_joint_of_a_parameter_is_not_read_from_its_name() {
     let here = folder("weak_joint");
@@ -33,7 +35,7 @@ fn units_are_those_of_the_joint() {
     let robot = model("cartesian3p.yaml");
     let x = Random(51).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[0.5, 0.5, 0.5], 0.0);
-    // The model without bodies, since the bodies of the file differ from those of the log.
+    // The description is used without its inertial parameters, because the log is from other bodies.
     let text = model_text("cartesian3p.yaml");
     std::fs::write(here.join("arm.yaml"), text.split("standard_parameters").next().unwrap()).unwrap();
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--out", "e.yaml"]).ended(0);
@@ -44,7 +46,7 @@ fn units_are_those_of_the_joint() {
     assert!(run.out.contains("rms N ") && !run.out.contains("N m"), "{}", run.out);
 }
 
-/// A validation on logs has the same file form as one on experiments, so `report` can read it.
+/// The file of a validation on logs has the same form as the file of a validation on experiments. So `report` can read both.
 #[test]
 fn a_report_reads_every_validation() {
     let here = folder("report_of_logs");
@@ -64,7 +66,8 @@ fn a_report_reads_every_validation() {
     assert!(page.contains("1 motion") && page.contains("<td>q2</td>"), "{page}");
 }
 
-/// The file truth.yaml of a simulation is a valid estimate, so `validate` finds the drive gains in it.
+/// A simulation writes its true parameters as truth.yaml. This file is a valid estimate, so `validate` also finds the drive gains
+/// in it.
 #[test]
 fn the_truth_of_a_simulation_predicts_its_logs() {
     let here = folder("truth");
@@ -76,7 +79,7 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
     ] {
         rist(&here, arguments).ended(0);
     }
-    // The estimate of the README from eight experiments has an error of 1.44 %, so the true values must have a smaller one.
+    // The limit is the error of the estimate in docs/tutorial.md, 1.44 %. The true values must have a smaller error.
     let validation = std::fs::read_to_string(here.join("v.yaml")).unwrap();
     let total = Validation::from_yaml("v.yaml", &validation).unwrap().total;
     assert!(total < 0.0144, "{total}");
@@ -84,7 +87,8 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
     assert_eq!(parameter(&truth, "KT1").value, Some(2.393));
 }
 
-/// The true parameters with a load are the true ones without it plus those of the load. Both files contain the friction.
+/// The true parameters of a simulation with a load are the parameters of the robot plus the parameters of the load. Both files of
+/// true parameters contain the friction.
 #[test]
 fn the_truth_has_the_load_and_the_friction() {
     let here = folder("truth_loaded");
@@ -106,7 +110,8 @@ fn the_truth_has_the_load_and_the_friction() {
     assert!(coulomb[0] > 0.0 && coulomb[1] < 0.0, "{coulomb:?}");
 }
 
-/// With `--consistent` a reference body fills unidentifiable parameters, but they must not get a value in the estimate.
+/// With `--consistent`, parameters that are not identifiable are computed from a reference body. They must have no value in the
+/// estimate.
 #[test]
 fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     let here = folder("consistent_open");
@@ -116,7 +121,8 @@ fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     let x = Random(53).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0, 0.0], 0.01);
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--consistent", "--out", "e.yaml"]);
-    // One joint stands still, so no use gets its torques and the exit code is 1. The estimate is written all the same.
+    // One joint is at rest. So for no use all torques are determined, and the exit code is 1. The estimate is written
+    // nevertheless.
     assert_eq!(run.code, Some(1), "{}", run.err);
     let found = estimate(&here.join("e.yaml"));
     let open = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable);

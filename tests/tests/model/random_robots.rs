@@ -1,7 +1,7 @@
 //! Tests on random robots: regressor, torque, base parameters and rank agree with an independent recursion.
 //!
-//! The robots are chains and trees of up to six links. Joints are revolute, prismatic, mimic other coordinates, or are locked;
-//! there are four kinds of numbers. The seeds are fixed, so a failing robot can be reproduced.
+//! The robots are chains and trees of up to six links. Joints are revolute or prismatic; some follow other coordinates (mimic) or
+//! are locked. Angles and lengths are of four kinds (`Numbers`). The seeds are fixed, so a failing robot can be reproduced.
 
 use expr::Function;
 use modeling::{BaseParameters, Derivation};
@@ -15,13 +15,14 @@ use tests::{dot, evaluated, recursion};
 /// each, most of which cancel.
 const ROUNDING: f64 = 1e-12;
 
-/// Bound on the operations of a base regressor, divided by the square of the number of links. These robots need at most 37.
+/// Upper bound for the number of operations of a base regressor, divided by the square of the number of links. These robots need
+/// at most 37.
 const OPERATIONS: usize = 60;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Numbers {
     Right,
-    /// Multiples of pi/6 and a single length: other special geometries.
+    /// Angles that are multiples of pi/6, and a single length. These are other special geometries than right angles.
     Special,
     General,
     /// Nearly right angles and nearly coinciding axes.
@@ -87,7 +88,7 @@ fn description(seed: u64, numbers: Numbers) -> String {
 struct Derived {
     regressor: Function,
     torque: Function,
-    /// The error text if the numbers leave the rank unclear.
+    /// The base parameters, or an error text if the rank is unclear.
     base: Result<BaseParameters, String>,
 }
 
@@ -98,7 +99,7 @@ fn derived(robot: &Robot, what: &str) -> Derived {
     Derived { torque: derivation.torque(), regressor, base }
 }
 
-/// Rank of D over many states, from the singular values of its scaled columns.
+/// The rank of the regressor D over many states, from the singular values of its scaled columns.
 fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> usize {
     let n = robot.n_coordinates();
     let rows =
@@ -119,7 +120,7 @@ fn holds(seed: u64, numbers: Numbers) {
             assert!(numbers == Numbers::Nearly || base.weak.is_empty(), "{what}");
             Some(base)
         }
-        // Only nearly special geometry may have an unclear rank.
+        // An unclear rank is allowed only if the geometry is nearly special.
         Err(why) => {
             assert_eq!(numbers, Numbers::Nearly, "{what}{why}");
             None
@@ -141,8 +142,9 @@ fn holds(seed: u64, numbers: Numbers) {
             let room = ROUNDING * (1.0 + size[k]);
             assert!((by_regressor[k] - tau[k]).abs() <= room, "D X, row {k}: {} {}\n{what}", by_regressor[k], tau[k]);
             assert!((directly[k] - tau[k]).abs() <= room, "torque, row {k}: {} {}\n{what}", directly[k], tau[k]);
-            // Coefficients of numeric rules are accurate to 1e-9 at worst, where a kept column is nearly dependent. `left_out`
-            // refers to the norm of a column over some 300 rows, whose entries are about three times larger than here.
+            // If a kept column is nearly dependent, the numeric coefficients have an error of at most 1e-9. The bound `left_out`
+            // is relative to the norm of a column over some 300 rows. The entries of these rows are about three times larger than
+            // here. So the factor is 50.
             let left_out = base.as_ref().map_or(0.0, |base| base.rank.left_out);
             let largest = d[k * p..][..p].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
             let left_out = 50.0 * left_out * largest * x.iter().map(|x| x.abs()).sum::<f64>();

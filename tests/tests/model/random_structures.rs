@@ -1,4 +1,5 @@
-//! Tests on random robots with loops, gear ratios and equal lengths: the rank equals that of an independent regressor.
+//! Tests on random robots with loops, gear ratios and equal lengths. The number of base parameters equals the rank of an
+//! independent regressor.
 
 use tests::random_structures::{Outcome, outcome, structure};
 
@@ -13,7 +14,8 @@ fn two_hundred_robots_have_their_independent_rank() {
         }
     }
     assert!(wrong.is_empty(), "{} of 200:\n{}", wrong.len(), wrong.join("\n"));
-    // Possible refusals: a loop that does not close in the finite field, or a column that is independent by less than 1e-7.
+    // The program may refuse a robot for two reasons: a loop does not close in the finite field; or a column is nearly dependent
+    // (independent by less than 1e-7).
     assert!(refused.len() <= 2, "{} of 200:\n{}", refused.len(), refused.join("\n"));
     let all: Vec<&str> = (0..200).flat_map(|seed| structure(seed).kinds).collect();
     for kind in ["four-bar", "parallelogram", "crossed", "slider", "ratio", "two coordinates"] {

@@ -1,4 +1,5 @@
-//! Tests that the base parameters are complete, independent and equal to published ones.
+//! Tests that the base parameters are complete (they give all torques) and independent, and that they equal published base
+//! parameters.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +75,8 @@ fn with_rotors(mut robot: Robot, which: impl Fn(Drive) -> bool) -> Robot {
     robot
 }
 
-/// Checks D_base X_base = D X at random states for random X. The torque has some hundred terms with a rounding of 1e-16.
+/// Checks that base parameters give the same torques as standard parameters, D_base X_base = D X, at random states for random X.
+/// A torque has some hundred terms with a rounding error of 1e-16.
 fn loses_nothing(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     let n = robot.n_coordinates();
@@ -99,8 +101,8 @@ fn loses_nothing(robot: &Robot, what: &str) {
     }
 }
 
-/// Checks that the kept columns are independent (singular values of scaled columns), and that the rules explain all other
-/// columns.
+/// Checks that the columns kept as base parameters are independent (singular values of scaled columns), and that all other
+/// columns are the combinations of them that the rules state.
 fn keeps_nothing_twice(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     let tape = Tape::new(&regrouped.standard);
@@ -118,7 +120,7 @@ fn keeps_nothing_twice(robot: &Robot, what: &str) {
         column /= norm;
     }
     let least = scaled.singular_values().min();
-    // For robots of usual proportions the smallest singular value is at least 1e-3.
+    // If a robot has usual proportions, the smallest singular value is at least 1e-3.
     assert!(least > 1e-5, "{what}: kept columns are dependent, {least:e}");
 
     let largest = d.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
@@ -135,7 +137,7 @@ fn keeps_nothing_twice(robot: &Robot, what: &str) {
     }
 }
 
-/// Checks that the printed rule of each base parameter has the same coefficients as its terms.
+/// Checks that the printed rule of each base parameter has the same coefficients as the terms that the program uses.
 fn prints_what_it_means(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     for (k, b) in regrouped.parameters.base.iter().enumerate() {
@@ -182,7 +184,7 @@ fn every_rule_of_the_models_is_proven_in_their_symbols() {
     }
 }
 
-// Tests on the R.A.C.E. robot.
+// Tests on the robot R.A.C.E., whose base parameters are published.
 
 #[derive(Deserialize)]
 struct RaceFacts {
@@ -236,7 +238,7 @@ fn race_has_the_eighteen_base_parameters_and_their_rules() {
             };
             terms(a) == terms(b) && a.len() == b.len()
         };
-        // The order of the terms may differ, but not their form.
+        // The terms of the rule may be in another order, but must have the same form.
         assert!(same_sum(regrouped.rule(name), rule), "{}\n{rule}", regrouped.rule(name));
     }
 }
@@ -286,7 +288,7 @@ fn race_answers_to_what_must_change_the_answer() {
     assert!(rotors(&|_| false).is_empty());
 }
 
-// Tests against published tables.
+// Tests that compare rules with published tables.
 
 #[test]
 fn rx90_rules_are_the_published_ones() {
@@ -357,13 +359,13 @@ fn the_tables_of_this_folder_are_those_of_the_reference() {
     }
 }
 
-// Tests of unclear ranks.
+// Tests of robots whose rank is unclear.
 
 #[test]
 fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
-    // IA2 and IA4 can be regrouped if the second axis of their arm is perpendicular to the first. Here both arms deviate a little
-    // from that: one rotor inertia is just above the threshold, the other just below. (The reader of files rounds such angles to
-    // pi/2; this robot is made by code.)
+    // The rotor inertias IA2 and IA4 can be regrouped with other parameters if the second axis of their arm is perpendicular to
+    // the first. Here both arms deviate a little from that: the column of one rotor inertia is just above the threshold of the
+    // rank, the other just below. (The reader of files rounds such angles to pi/2; this robot is made by code.)
     let tilted = |left: f64, right: f64| {
         let mut robot = model("tree.yaml");
         for (j, tilt) in [(1, left), (3, right)] {
@@ -382,7 +384,7 @@ fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
         assert!(message.contains(name), "{message}");
         assert!((rank.largest_dropped..=rank.smallest_kept).contains(distance), "{name} {distance:e}");
     }
-    // Right angles and clearly oblique angles both give a clear rank.
+    // If the axes are at right angles or clearly oblique, the rank is clear.
     let rank = |outcome: Result<Regrouped, UnclearRank>| outcome.map(|r| r.parameters.len()).ok();
     assert_eq!(rank(tilted(0.0, 0.0)), Some(16));
     assert_eq!(rank(tilted(0.1, 0.0)), Some(17));
@@ -391,13 +393,13 @@ fn a_rank_that_is_not_clear_cut_is_refused_with_its_evidence() {
 
 #[test]
 fn a_numeric_coincidence_is_no_rule() {
-    // Lengths that are equal by chance keep their own symbols in the rules.
+    // If two lengths are equal by chance, the rules contain the symbol of each, not one symbol for both.
     let text = model_text("race.yaml");
     assert!(text.contains("D2: 0.30, D4: 0.30"));
     let regrouped = regroup(&model("race.yaml"));
     assert!(regrouped.rule("XXR4").contains("D4^2") && !regrouped.rule("XXR4").contains("D2"));
     assert!(regrouped.rule("D2MXR3").contains("D7/D2") || regrouped.rule("D2MXR3").contains("D7*MX7/D2"));
-    // If a difference of two lengths is zero by chance, the base parameters still reproduce every torque.
+    // If the difference of two lengths is zero by chance, the base parameters still give every torque.
     let text = model_text("puma560.yaml");
     let vanishing = edited(
         &text,
@@ -417,7 +419,8 @@ fn a_numeric_coincidence_is_no_rule() {
 
 #[test]
 fn a_relation_that_only_these_numbers_make_is_told_until_the_file_says_it_is_meant() {
-    // Gravity is parallel to a slanted rail. With numbers this may be by chance; with a symbol for the angle it is intended.
+    // Gravity is parallel to a slanted rail. If angle and gravity are numbers, this may be by chance; if they contain the same
+    // symbol, it is intended.
     let text = model_text("cartesian3p.yaml");
     let slanted = |angle: &str, gravity: [String; 2], symbols: &str| {
         let gravity = format!("gravity: [0, {}, {}]\n{symbols}links:\n", gravity[0], gravity[1]);
@@ -435,8 +438,8 @@ fn a_relation_that_only_these_numbers_make_is_told_until_the_file_says_it_is_mea
 
 #[test]
 fn a_rule_names_the_lengths_of_its_own_links() {
-    // Two fingers have equal lengths. The graph has one constant per number, but the rules of each finger contain its own
-    // symbols.
+    // Two fingers have equal lengths. The expression graph has one constant for each number, but the rules of each finger contain
+    // the symbols of this finger.
     let text = "convention: khalil-kleinfinger
 name: hand
 rotor_inertia: none

@@ -1,5 +1,5 @@
-//! Tests that gear ratios of any length are exact, and that columns too weak to observe are named and dropped with an error
-//! bound.
+//! Tests that gear ratios with any number of digits are treated exactly. Columns of the regressor that are too weak to be
+//! identified are named and dropped, and the error is bounded.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,8 +15,8 @@ fn read(text: &str) -> Robot {
     format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Checks |D_base X_base - D X| <= left_out |D|_max sum |X| for each joint; |D|_max: norm of the largest column over all states.
-/// The factor 2 allows for states that differ from those of the derivation.
+/// Checks the error of dropping weak columns: |D_base X_base - D X| <= left_out |D|_max sum |X| for each joint; |D|_max: norm of
+/// the largest column over all states. The factor 2 allows for states that differ from those of the derivation.
 fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
     assert!(base.rank.left_out <= 1e-6, "{what}: {:?}", base.rank);
     let mut derivation = Derivation::new(robot).unwrap();
@@ -49,7 +49,8 @@ fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
     assert!(base.rank.left_out <= 1e-13 || most >= 0.1 * base.rank.left_out, "{what}: {most:e} {:?}", base.rank);
 }
 
-/// A hand whose finger joints mimic one coordinate: the second with the product of two ratios, which has eight digits.
+/// A hand whose finger joints follow (mimic) one coordinate. The ratio of the second joint is the product of two ratios, so it
+/// has eight digits.
 fn thumb(first: &str, second: &str) -> Robot {
     read(&format!(
         "convention: khalil-kleinfinger
@@ -81,17 +82,19 @@ fn ratios_of_any_length_are_exact() {
         ] {
             let robot = thumb(&first, &second);
             let found = base(&robot).unwrap_or_else(|e| panic!("{first} {second}: {e}"));
-            // The rank is 28 for all ratios (in arithmetic of 60 digits the smallest distance is 0.19).
+            // The rank is 28 for all ratios. (In arithmetic of 60 digits, the smallest relative distance of a column from the
+            // others is 0.19.)
             assert_eq!((found.len(), found.rank.exact.rank()), (28, Some(28)), "{first} {second}");
             assert!(found.weak.is_empty() && found.rank.left_out == 0.0);
         }
     }
-    // The product in double precision, as a program that writes such a file computes it.
+    // The product of the ratios is rounded to double precision, as in a file that a program writes.
     let product = (0.8024 * 0.9487).to_string();
     assert_eq!(base(&thumb("0.8024", &product)).unwrap().len(), 28);
 }
 
-/// A finger whose axes are nearly parallel; with `square`, nearly perpendicular. `tilts`: deviations, rad.
+/// A finger whose axes are nearly parallel; or nearly perpendicular, if `square`. `tilts`: deviations from the special angles,
+/// rad.
 fn nearly(tilts: [f64; 3], square: bool, rotors: bool) -> Robot {
     let rotors = if rotors { "actuated" } else { "none" };
     let mut robot = read(&format!(
@@ -128,7 +131,7 @@ fn nearly_parallel_axes_leave_weak_columns() {
             Ok(found) => {
                 weak += usize::from(!found.weak.is_empty());
                 let exact = found.rank.exact.rank().unwrap();
-                // Every weak column is named, and none is listed as without effect.
+                // Every weak column is named as weak. None is listed as a column without effect.
                 assert!(found.len() <= exact && (found.len() < exact) != found.weak.is_empty(), "{what}");
                 assert!(found.weak.iter().all(|w| !found.no_effect.contains(&w.column) && w.share < 1e-6), "{what}");
                 loses_only_what_is_said(&robot, &found, &what);
@@ -163,8 +166,8 @@ links:
     println!("{seen}");
 }
 
-/// The sentence on the rank contains the names of the weak columns and the exact rank. Without weak columns it does not mention
-/// them.
+/// The sentence on the rank contains the names of the weak columns and the exact rank. If there are no weak columns, it does not
+/// mention them.
 #[test]
 fn weak_columns_are_named() {
     let robot = nearly([7.8504e-5, 0.3, 0.4], false, false);
@@ -179,7 +182,8 @@ fn weak_columns_are_named() {
     assert!(!text.contains("weak") && text.contains("finite field"), "{text}");
 }
 
-/// A robot for which gravity is parallel to a slanted rail by chance: its base parameters are refused.
+/// A robot whose slanted rail is parallel to gravity, perhaps by chance, because both are numbers. So its base parameters are
+/// refused.
 const BY_CHANCE: &str = "convention: khalil-kleinfinger
 name: rail
 gravity: [0, 3.8202140182587, -9.035788350852]
@@ -189,7 +193,7 @@ links:
   - {link: 3, antecedent: 2, d: 0.1, theta: q3}
 ";
 
-/// Functions that need no base parameters work for such a robot and are right; functions that need them are refused.
+/// For such a robot, functions that need no base parameters are derived and correct; functions that need them are refused.
 #[test]
 fn only_what_uses_base_parameters_asks_for_their_rank() {
     let gravity = 0.4f64.sin_cos();

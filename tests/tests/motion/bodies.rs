@@ -1,5 +1,5 @@
-//! Tests that an exciting motion keeps the links apart and away from floor, walls and boxes: proven by rist, compared with dense
-//! samples and an independent geometry, and refused after a change of the file.
+//! Tests that an exciting motion keeps the links apart from each other, and away from floor, walls and boxes. rist proves this.
+//! The test compares the proof with dense samples and an independent geometry, and checks that changed files are refused.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ const ARM: &str = r#"<robot name="arm">
     <collision><origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.04" length="0.5"/></geometry></collision></link>
 </robot>"#;
 
-/// Required floor height, distance and wall position, m.
+/// The required floor height, distance between links, and wall position, m.
 const FLOOR: f64 = 0.05;
 const DISTANCE: f64 = 0.03;
 const WALL: f64 = 0.7;
@@ -43,7 +43,8 @@ fn dot(a: Point, b: Point) -> f64 {
     tests::dot(&a, &b).0
 }
 
-/// Distance of two segments, m: minimum of a convex quadratic over the unit square, at an inner point or on an edge.
+/// Distance of two line segments, m. It is the minimum of a convex quadratic function over the unit square, at an inner point or
+/// on an edge.
 fn distance(a: [Point; 2], b: [Point; 2]) -> f64 {
     let minus = |a: Point, b: Point| [0, 1, 2].map(|k| a[k] - b[k]);
     let (u, v, w) = (minus(a[1], a[0]), minus(b[1], b[0]), minus(a[0], b[0]));
@@ -116,7 +117,7 @@ fn bodies_keep_their_distance_between_samples_too() {
             .any(|r| r.subject == "fore at the greatest y of the box" && r.kept == LimitProof::Proven)
     );
 
-    // The distances of an independent geometry, at a hundred times the sample rate.
+    // The least distances, computed with an independent geometry at a hundred times the sample rate.
     let motion = artefact.motion("motion.yaml").unwrap();
     let (post, column) = ([[0.0; 3], [0.0, 0.0, 0.4]], [[0.0, 0.0, 0.6]; 2]);
     let count = (motion.duration() * motion.rate * 100.0) as usize;
@@ -179,7 +180,7 @@ fn impossible_rooms_get_an_answer() {
             run(&folder, &[&["excite", "arm.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat()).ended(2);
         assert!(found.err.contains(said), "{limits}: {}", found.err);
     }
-    // If the file of a mesh is missing, the output gives its path, and nothing is claimed about this link.
+    // If the mesh file of a link is missing, the output contains the path of the file, and makes no claim about this link.
     let text = ARM.replace("<capsule radius=\"0.04\" length=\"0.5\"/>", "<mesh filename=\"package://arm/fore.stl\"/>");
     let model = Model::parse(&text, Path::new("nowhere/arm.urdf"), &Default::default()).unwrap();
     let request = ExciteRequest { starts: 1, iterations: 2, period: Some(6.0), ..ExciteRequest::default() };
@@ -204,7 +205,7 @@ fn impossible_rooms_get_an_answer() {
             .failed(2, &[subject]);
         run(&folder, &["check", "unread.urdf", "motion.yaml", "--limits", "limits.yaml"]).failed(1, &[subject]);
     }
-    // If the user does not ask for it, the missing mesh is only reported.
+    // If the user asks for no distance, floor or wall, the missing mesh is only reported.
 
     run(&folder, &["check", "unread.urdf", "motion.yaml"]).told(0, &["NOT looked at: distance of fore"]);
 }
@@ -230,7 +231,8 @@ fn what_a_user_signs_is_said() {
     has(&signed.out, &["distance of fore and post: assumed by the user: the forearm is soft\n"]);
     assert!(signed.out.contains("floor: assumed by the user: nothing stands below the robot (floor: none)\n"));
     assert!(!signed.out.contains("distance        4 of "), "{}", signed.out);
-    // Exceptions in the motion's own file count only if a limits file of the user repeats them.
+    // A motion file may contain exceptions, such as a pair of links that is not checked. They count only if the limits file of
+    // the user repeats them.
     run(limits, &["check", "motion.yaml"]).ended(0);
     let check = run("{}", &["check", "motion.yaml"]);
     assert!(check.out.contains("note: the motion's own file leaves out pairs of links or the floor"), "{}", check.out);
@@ -239,8 +241,8 @@ fn what_a_user_signs_is_said() {
     run("space: {accept: [[fore, post]]}", &quick).failed(2, &["expected are two links and the reason"]);
 }
 
-/// The check uses today's list of limits and not the one in the file. Rows that the certificate lacks, as in files of earlier
-/// versions, are checked and named.
+/// The check uses the limits that the present version of rist requires, and not only the limits in the motion file. If the
+/// certificate in the file lacks limits, as in files of earlier versions, they are checked and named.
 #[test]
 fn beyond_own_list() {
     let folder = folder("bodies_beyond");
@@ -255,7 +257,7 @@ fn beyond_own_list() {
     assert!(whole.out.contains(said) && whole.out.contains("fore at the floor"), "{}", whole.out);
     let without_floor = run(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "none.yaml"]);
     assert!(!without_floor.out.contains(said), "{}", without_floor.out);
-    // With rows deleted from the certificate, the same limits are proven or broken.
+    // If rows are deleted from the certificate, the check proves the same limits, or finds the same limits broken.
     let is_kept = |row: &CertificateRow| !matches!(row.limit, LimitKind::Distance | LimitKind::Region);
     let mut bare = motion.clone();
     bare.certificate.retain(is_kept);

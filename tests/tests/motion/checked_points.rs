@@ -1,4 +1,5 @@
-//! Tests of `rist check` on files of other programs: points in a table or a JointTrajectory, and the experiments of a plan.
+//! Tests of `rist check` on motions from other programs (points in a table or in a JointTrajectory message), and on the
+//! experiments of a plan.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -11,7 +12,7 @@ use tests::program::{self, LIMITED_ARM, Run, folder, rist, rist_done};
 use tests::random::State;
 use tests::{has, recursion};
 
-/// Folder with an arm, a motion of it, and the files that a controller plays. It is made once for all tests.
+/// Folder with an arm, a motion of this arm, and the motion as files for a controller. It is made once for all tests.
 fn played() -> &'static Path {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -61,7 +62,8 @@ fn played_files_are_proven_between_their_points() {
     holds(&check(folder, "ros.json", &["--limits", "slow.yaml"]), 1, &["velocity of q1: ", " is beyond "]);
     std::fs::write(folder.join("weak.yaml"), "coordinates: {q1: {effort: 5}}\n").unwrap();
     holds(&check(folder, "motion.csv", &["--limits", "weak.yaml"]), 1, &["effort of q1: ", " is beyond "]);
-    // A limit that the user gives must be checked even if the interpolation has jumps there, so the check fails.
+    // The user gives a jerk limit, but with this interpolation the acceleration jumps. So the limit cannot be checked, and the
+    // check fails.
     std::fs::write(folder.join("jerk.yaml"), "all: {jerk: 1000}\n").unwrap();
     let found = check(folder, "motion.csv", &["--limits", "jerk.yaml", "--interpolation", "cubic"]);
     holds(&found, 1, &["its acceleration jumps at each"]);
@@ -72,7 +74,7 @@ fn played_files_are_proven_between_their_points() {
 fn peaks_between_points_and_files_of_moveit() {
     let folder = played();
     let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-    // Start and end positions are equal, but the velocities at both ends carry q1 beyond 2 rad in between.
+    // Both points have equal positions within the limits. But the velocities at the points carry q1 beyond 2 rad in between.
     file("peak.csv", "t,q_q1,q_q2,dq_q1,dq_q2\n0,1.9,0,2,0\n1,1.9,0,-2,0\n");
     let found = check(folder, "peak.csv", &[]);
     // The cubic 1.9 + 2 t - 2 t^2 has its maximum 2.4 rad at t = 0.5 s.
@@ -118,7 +120,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     let folder = folder("planned-limits");
     let robots = bodied_robots();
     let arm = robots.iter().find(|robot| robot.name == "ur5e").unwrap().urdf();
-    // The torque limits are so low that a plan with kinematic limits alone would exceed them.
+    // The torque limits are so low that a plan which keeps only the kinematic limits would exceed them.
     let arm = arm.replace("effort=\"80\"", "effort=\"12\"").replace("effort=\"250\"", "effort=\"60\"");
     let path = folder.join("ur5e.urdf");
     std::fs::write(&path, &arm).unwrap();
@@ -138,7 +140,7 @@ fn a_plan_keeps_efforts_and_bodies() {
             }
         }
     }
-    // The plan keeps efforts to 0.9 of their limits, but only at sampled instants, so a little more is possible.
+    // The plan uses 0.9 of the effort limits, but only checks sampled instants. So slightly more is possible between them.
     assert!(most > 0.3 && most < 0.95, "{most}");
     assert!(planned.checked.iter().all(|(_, checked)| checked.is_proven()) && planned.checked.len() == 6);
     let last = planned.checked[0].1.claims().to_string();
@@ -159,8 +161,8 @@ fn a_plan_keeps_efforts_and_bodies() {
     assert!(planned.experiments.iter().all(|e| e.centre[1] == -1.2 && e.fast != "joint2"));
 }
 
-/// `visibility` gives the predicted uncertainties of a motion file, and about the same ones for a played file and for a log of
-/// it. For a motion that hardly moves a joint, it names this joint.
+/// `rist visibility` predicts the uncertainties of the parameters for a motion file. For a played file and a log of this motion,
+/// it predicts about the same. If a motion hardly moves a joint, it names this joint.
 #[test]
 fn what_a_file_tells_is_foreseen() {
     let folder = played();
@@ -173,7 +175,7 @@ fn what_a_file_tells_is_foreseen() {
     };
     let motion = program::motion(&folder.join("motion.yaml"));
     let of_motion = told("motion.yaml", &[]);
-    // The sigmas in the motion file are larger, since they also include encoder noise.
+    // The standard deviations stated in the motion file are larger, because they also include encoder noise.
     for (found, own) in deviations(&of_motion).iter().zip(&motion.parameters) {
         let own = own.deviation.unwrap();
         assert!(*found <= own * (1.0 + 1e-9) && *found > 0.1 * own, "{found} {own}");
@@ -194,7 +196,7 @@ fn what_a_file_tells_is_foreseen() {
     std::fs::write(folder.join("none.csv"), positions).unwrap();
     let log = deviations(&told("none.csv", &[]));
     for ((whole, log), one) in whole.iter().zip(&log).zip(deviations(&of_motion)) {
-        // Both files contain the blends in addition to one period, and the filter removes the ends of the log.
+        // Both files contain one period and the blends from rest and to rest. The filter removes the ends of the log.
         assert!(*whole < 1.1 * one && *log > 0.5 * whole && *log < 4.0 * one, "{whole} {log} {one}");
     }
     let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
@@ -242,7 +244,8 @@ fn a_motion_goes_to_a_robot_and_back() {
         );
     }
     let most = |rows: &[Vec<f64>], c: usize| rows.iter().map(|row| row[c].abs()).fold(0.0, f64::max);
-    // With speed 0.3: still 1000 rows per second, velocities times 0.3, accelerations times 0.09.
+    // The motion is played with speed 0.3: the file still has 1000 rows per second, velocities are multiplied by 0.3,
+    // accelerations by 0.09.
     assert!((slow[1][0] - slow[0][0] - 1e-3).abs() < 1e-9);
     for c in 3..5 {
         assert!((most(&slow, c) / most(&quick, c) - 0.3).abs() < 0.01, "{c}");

@@ -1,6 +1,4 @@
-//! Tests that the Python checkers in docs/checkers prove the same as rist and detect each kind of defect.
-//!
-//! They need a `python3` with numpy; without it, these tests print a note and check nothing.
+//! Tests that the Python checkers in docs/checkers prove the same motions as rist, and detect each kind of defect in a file.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -82,8 +80,9 @@ fn excite(folder: &Path, arguments: &[&str]) {
     rist(folder, &[&["excite"][..], arguments, &short[..]].concat()).ended(0);
 }
 
-/// Python script: 900 points on an ellipsoid and 900 inside. It prints the number of vertices that the checker keeps, the radius
-/// it adds to them, and the largest distance of the original points outside the kept ones along 5000 directions.
+/// Python script: 900 points on an ellipsoid and 900 inside. The checker replaces the points by fewer vertices with a radius
+/// around them. The script prints the number of vertices, the radius, and how far the original points are outside the vertices,
+/// at most, in 5000 directions.
 const REDUCED: &str = "
 import numpy as np, check_motion
 random = np.random.default_rng(1)
@@ -96,8 +95,8 @@ along /= np.linalg.norm(along, axis=1)[:, None]
 print(len(kept), radius, ((along @ whole.T).max(1) - (along @ kept.T).max(1)).max())
 ";
 
-/// The hulls of the checker must be at most 0.1 mm larger than the mesh, like those of rist. Larger ones would reject motions
-/// that are proven.
+/// The convex hulls of the checker must be at most 0.1 mm larger than the mesh, as the hulls of rist are. Larger hulls would
+/// reject motions that rist proves.
 #[test]
 fn the_checker_makes_meshes_hardly_larger() {
     if !has_python("numpy") {
@@ -109,7 +108,8 @@ fn the_checker_makes_meshes_hardly_larger() {
     assert!(kept < 1000.0 && radius < 1e-4 && outside <= radius, "{kept} {radius} {outside}");
 }
 
-/// A rod that moves between the posts of a fork; it is inside the convex hull of the fork.
+/// A rod moves between the posts of a fork. It is inside the convex hull of the fork, so the fork must be split into convex
+/// pieces.
 const FORK: &str = r#"<robot name="fork">
   <link name="fork"><collision><geometry><mesh filename="fork.obj"/></geometry></collision></link>
   <joint name="out" type="prismatic"><parent link="fork"/><child link="slide"/><axis xyz="0 1 0"/>
@@ -138,8 +138,8 @@ fn fork() -> String {
     boxes.map(|one| of_box(one) + sides).concat()
 }
 
-/// rist splits the mesh into convex pieces, the checker splits it in its own way, and both prove the motion. With narrower posts
-/// both refuse.
+/// rist and the checker split the mesh into convex pieces in different ways, and both prove the motion. If the posts are closer
+/// together, both refuse it.
 #[test]
 fn a_rod_in_a_fork_is_proven_by_both() {
     let folder = folder("checkers_fork");
@@ -188,10 +188,10 @@ const fn defect(file: &'static str, from: &'static str, to: &'static str, code: 
     Defect { file, from, to, code, says }
 }
 
-/// Keys of the margins that some of `DEFECTS` increase.
+/// The keys of margins. Some entries of `DEFECTS` increase these margins.
 const MARGINS: [&str; 4] = ["encoder_zero", "turn: ", "calibration", "mass: 0.5"];
 
-/// One defect of each kind, with the expected exit code and message.
+/// Defects in the files: one of each kind, with the expected exit code and message of the checker.
 const DEFECTS: [Defect; 20] = [
     defect(
         "motion.yaml",
@@ -258,7 +258,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     );
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
-    // With larger margins of the user, rist also finds the motion broken.
+    // If the user requires larger margins, rist also finds that the motion breaks a limit.
     for Defect { file, from, to, .. } in
         DEFECTS.iter().filter(|defect| MARGINS.iter().any(|key| defect.from.contains(key)))
     {
@@ -267,7 +267,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
 
         rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "wide.yaml"]).told(1, &["BROKEN: "]);
     }
-    // Margins in the motion's own file count if the user gives none, or if they are larger.
+    // Margins in the motion file are used if the user gives none, or if they are larger than the margins of the user.
     std::fs::write(folder.join("none.yaml"), &LIMITS[..LIMITS.find("margins:").unwrap()]).unwrap();
     for limits in ["none.yaml", "limits.yaml"] {
         let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits])
@@ -295,7 +295,7 @@ fn a_spline_and_a_description_in_yaml_are_proven_anew() {
         let motion: &[&str] = if spline { &["--motion", "spline"] } else { &[] };
         excite(&folder, &[&[model.as_str(), "--out", "motion.yaml"][..], motion].concat());
         checker(&folder, "check_motion.py", &[&model, "motion.yaml"]).ended(0);
-        // With the period shortened from 6 s to 4.5 s the motion exceeds a limit, since the search uses the limits almost fully.
+        // The motion uses its limits almost fully. So if its period is shortened from 6 s to 4.5 s, it exceeds a limit.
         let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
         let period = text.lines().find(|line| line.starts_with("period_s: ")).unwrap();
         std::fs::write(folder.join("quick.yaml"), text.replacen(period, "period_s: 4.5", 1)).unwrap();
@@ -320,7 +320,7 @@ fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
         .iter()
         .map(|l| if l.contains('.') { format!("{}1.0", &l[..l.rfind(' ').unwrap() + 1]) } else { l.to_string() })
         .collect();
-    // The line `candidate:` of an experiment; those in the proof tree are indented more.
+    // The line `candidate:` of an experiment. Such lines in the proof tree are indented more.
     let candidate = text.lines().find(|line| line.starts_with("  candidate: ")).unwrap();
     let (design, flat, candidate) = (design.join("\n"), flat.join("\n"), format!("\n{candidate}"));
     let equal = "\n  equal:\n";

@@ -1,10 +1,11 @@
-//! Tests of limits in a URDF other than those of the leading joints, and of questions about suspicious numbers.
+//! Tests of limits in a URDF that do not belong to the joints of coordinates (soft limits, limits of joints that follow), and of
+//! questions about suspicious numbers.
 
 use tests::has;
 use tests::program::{folder, rist};
 
-/// An arm: joint 1 has limits in degrees, joint 2 has soft limits and a mimic follower, three times as fast, with a low torque
-/// limit.
+/// An arm with unusual limits. Joint 1 has limits in degrees. Joint 2 has soft limits; a third joint follows it (mimic), three
+/// times as fast, and has a low torque limit.
 const ARM: &str = r#"<robot name="arm">
   <link name="base"/>
   <link name="l1"><inertial><origin xyz="0.1 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
@@ -42,7 +43,7 @@ fn limits_of_followers_soft_limits_and_turns_are_heeded() {
         let text = std::fs::read_to_string(folder.join("m.yaml")).unwrap();
         let (centres, velocities) = (numbers(&text, "centre:"), numbers(&text, "velocity:"));
         assert!(centres[0].abs() < 4.0 && centres[1] > -0.3, "{centres:?}");
-        // 0.3 rad/s: velocity limit 0.9 rad/s of the follower, divided by its multiplier 3.
+        // The follower has a velocity limit of 0.9 rad/s and the multiplier 3. So its leading joint may move with 0.3 rad/s.
         assert!(velocities.contains(&2.0) && velocities.iter().any(|v| (v - 0.3).abs() < 1e-12), "{velocities:?}");
     }
 }

@@ -1,6 +1,7 @@
-//! Tests that each of twenty robots gets a motion or a refusal with its reason. Pinocchio and coal check each motion.
+//! Tests that `rist excite` finds a motion for each of twenty robots, or refuses with the reason. Pinocchio and coal check each
+//! motion.
 //!
-//! The robots are those of [`tests::bodied_robots`]. `RIST_PYTHON` names a Python with coal, Pinocchio and numpy; the default is
+//! The robots are in [`tests::bodied_robots`]. `RIST_PYTHON` names a Python with coal, Pinocchio and numpy; the default is
 //! `python3`. Without it the test prints a note. By default every third robot is tested, at 300 instants. `ROBOTS=all
 //! INSTANTS=3000` tests all robots at more instants.
 
@@ -15,7 +16,7 @@ use tests::bodied_robots::bodied_robots;
 use tests::program::folder;
 use tests::workspace;
 
-/// The Python with the required modules; `None`, after a printed note, if it lacks them.
+/// The Python interpreter that has the required modules. If there is none, prints a note and returns `None`.
 fn python() -> Option<String> {
     let python = std::env::var("RIST_PYTHON").unwrap_or("python3".into());
     let imports = ["-c", "import coal, numpy, pinocchio"];
@@ -76,7 +77,8 @@ fn robots_get_a_motion() {
     assert!(20 * pairs > 150 * robots.len() as u64, "{pairs}");
 }
 
-/// Checks that the certificate has the torque of every joint, and a distance or a region of bodies.
+/// Checks that the certificate has a row for the torque of every joint, and at least one row for a distance or a region of
+/// bodies.
 fn held(name: &str, motion: &ExcitingMotion) {
     let count = |kind: LimitKind| motion.certificate.iter().filter(|row| row.limit == kind).count();
     assert!(count(LimitKind::Effort) == motion.joints.len(), "{name}");

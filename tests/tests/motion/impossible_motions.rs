@@ -1,5 +1,5 @@
-//! Tests of impossible requests: the message names the limit, its coordinate and a remedy, before a long search. A motion whose
-//! own limits were loosened is still checked against the robot model and the limits of the user.
+//! Tests of impossible requests: without a long search, the message names the limit, its coordinate and a remedy. If the limits
+//! inside a motion file were loosened, the motion is still checked against the description and the limits of the user.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ fn refused(here: &Path, arguments: &[&str], said: &[&str]) {
     rist(here, &[&["excite", "arm.yaml"], arguments].concat()).failed(2, said);
 }
 
-/// Times and numbers that allow no motion: the message names the option.
+/// Options (times, numbers) with which no motion is possible: the message names the option.
 #[test]
 fn impossible_times_get_an_answer() {
     let here = arm("impossible_times");
@@ -34,7 +34,7 @@ fn impossible_times_get_an_answer() {
             vec!["--period", "5", "--repetitions", "1000000000"],
             vec!["1.0e12 samples", "--period, --blend or --repetitions"],
         ),
-        // The period is too short to identify any parameter.
+        // With this short period, no parameter is identifiable.
         (
             vec!["--period", "0.1", "--rate", "1000", "--harmonics", "1"],
             vec!["separates the parameters", "nearest is its limit of ", "choose another --period"],
@@ -44,7 +44,7 @@ fn impossible_times_get_an_answer() {
     }
 }
 
-/// Limits that allow no motion: the message names the coordinate and the limit.
+/// Limits with which no motion is possible: the message names the coordinate and the limit.
 #[test]
 fn impossible_limits_get_an_answer() {
     let here = arm("impossible_limits");
@@ -92,7 +92,7 @@ fn impossible_limits_get_an_answer() {
     refused(&here, &["--out", "m.yaml", "--report", "m.yaml"], &["m.yaml: two outputs have this name"]);
 }
 
-/// Limits for the UR5 from user reports: each is refused with the reason, or gives a motion whose last line names
+/// Limits of a UR5 that users reported. Each is either refused with the reason, or gives a motion whose last line of output names
 /// this limit.
 #[test]
 fn limits_of_an_arm_are_read_or_refused() {
@@ -142,7 +142,8 @@ fn limits_of_an_arm_are_read_or_refused() {
     }
 }
 
-/// Some exporters write a <limit> of zeros if they know none: the joint may move. With a nonzero velocity the joint is locked.
+/// Some exporters write a <limit> of zeros if they know no limits; then the joint may move. If such a limit has a nonzero
+/// velocity, the joint is locked.
 #[test]
 fn a_limit_of_zeros_holds_nothing_still() {
     let here = folder("limits_of_zeros");
@@ -184,8 +185,8 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     (here, motion)
 }
 
-/// A motion that is designed after an estimate contains the identified torques. `check` does not use them: the last line says so,
-/// and a forged file gives the same proof.
+/// A motion that is designed after an estimate contains the identified torques. `rist check` does not trust them. The last line
+/// of its output says so, and a forged file gives the same proof.
 #[test]
 fn torques_of_the_motions_own_file_prove_nothing() {
     let (here, _) = found("own_torques");
@@ -221,7 +222,7 @@ fn torques_of_the_motions_own_file_prove_nothing() {
     assert!(matches!(after.code, Some(0 | 1)) && !after.out.contains(assumed), "{}{}", after.out, after.err);
 }
 
-/// A motion file with absurd numbers, which would take endless time to play or prove, is refused.
+/// A motion file with absurd numbers is refused, because to play or prove it would take an endless time.
 #[test]
 fn motions_of_absurd_size_are_refused() {
     let (here, motion) = found("absurd");
@@ -244,7 +245,7 @@ fn motions_of_absurd_size_are_refused() {
     }
 }
 
-/// `check` states the origin of every limit, and also checks the limits file of the user.
+/// `rist check` states where each limit comes from. It also checks the limits file of the user.
 #[test]
 fn a_check_says_whose_limits_it_proves() {
     let (here, motion) = found("own_limits");
@@ -264,7 +265,7 @@ fn a_check_says_whose_limits_it_proves() {
         "effort and power are held to 0.9 of their limits",
     ];
     has(&plain.out, &parts);
-    // With the original limits file, no limit is taken from the motion file alone.
+    // If the original limits file is given, every limit is in it, and none is taken from the motion file alone.
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]).told(0, &["jerk          as in the limits file"]);
     assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);
     assert!(
@@ -273,7 +274,8 @@ fn a_check_says_whose_limits_it_proves() {
         whole.out
     );
 
-    // Larger amplitudes and looser limits in the file: its own limits do not detect this, those of the limits file do.
+    // The motion file is changed: larger amplitudes and looser limits. Its own limits do not show this, but the limits file of
+    // the user does.
     let mut loosened = motion.clone();
     let limits = &mut loosened.joints[0].limits;
     (limits.velocity, limits.acceleration, limits.jerk, limits.power) = (4.0, 1e3, 1e6, None);
@@ -286,7 +288,8 @@ fn a_check_says_whose_limits_it_proves() {
 
     run(&["loose.yaml", "--limits", "made.yaml"]).failed(1, &["acceleration of q1: ", " is beyond "]);
 
-    // Limits that the user's file omits are not taken to be broken. A file with looser limits than the model is refused.
+    // Limits that the limits file of the user does not mention are not reported as broken. A motion file with looser limits than
+    // the description is refused.
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\nspace: {floor: 3}\n").unwrap();
     let held = run(&["motion.yaml", "--limits", "own.yaml"]);
     assert!(held.err.contains("beyond the floor"), "{}", held.err);
@@ -306,7 +309,7 @@ fn a_check_says_whose_limits_it_proves() {
     assert!(rows.len() == 12 && jerk["origin"] == "limits_file" && jerk["bounds"][1] == 150.0, "{json}");
 }
 
-/// A coordinate that the file calls locked must not move. A file with more samples than allowed is refused.
+/// A coordinate that the motion file calls locked must not move in it. A file with more samples than allowed is refused.
 #[test]
 fn a_motion_file_that_contradicts_itself_is_refused() {
     let (here, motion) = found("contradictions");

@@ -1,5 +1,5 @@
-//! Tests of the default clearances, of narrow places, and of refusals: the message counts poses that break limits, and a printed
-//! remedy was tried.
+//! Tests of the default clearances and of motions in narrow places. If a request is refused, the message states how many poses
+//! break each limit. A remedy is printed only if the program has tried it.
 
 use std::path::{Path, PathBuf};
 
@@ -40,8 +40,8 @@ fn motion(here: &Path) -> ExcitingMotion {
     program::motion(&here.join("motion.yaml"))
 }
 
-/// By default a motion stays above the plane of the base if possible, 2 cm away from it and from other links, and 0.02 rad away
-/// from the position limits, even if the zero pose is below the plane. The check proves these clearances.
+/// By default, a motion stays at least 2 cm above the plane of the base if possible, even if the zero pose is below the plane.
+/// Links stay 2 cm apart, and joints stay 0.02 rad away from their position limits. The check proves these clearances.
 #[test]
 fn room_that_a_person_would_want() {
     let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
@@ -60,7 +60,7 @@ fn room_that_a_person_would_want() {
     assert_eq!(found.joints[1].limits.position, (-2.48, 2.48));
     rist(&here, &["check", "arm.urdf", "motion.yaml"]).ended(0);
 
-    // Each clearance can be turned off; clearances that the user gives are used as given.
+    // The user can turn off each default clearance. Clearances that the user gives are used as they are.
     let limits = "margins: {tracking: 0}\nspace: {distance: 0.01, floor: none}";
     std::fs::write(here.join("limits.yaml"), limits).unwrap();
     let run = excite(&here, &["--limits", "limits.yaml"]);
@@ -73,14 +73,14 @@ fn room_that_a_person_would_want() {
 
 #[test]
 fn a_floor_that_leaves_no_motion_is_none() {
-    // The ball stays between 10 cm and 4 cm below the plane of the base, so no floor is used.
+    // The ball on the forearm is always 4 to 10 cm below the plane of the base. So the plane is not used as a floor.
     let here = written("kept_no_floor", &arm(r#"lower="-0.05" upper="0.1""#, ""));
     let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("no floor, lowest point -0.1") && said.contains("NOT looked at: floor"), "{said}");
 }
 
-/// Two links on both sides of a joint have a constant gap of 2 mm: margins and a required distance do not apply to them, and the
+/// Two links that meet at a joint have a constant gap of 2 mm. Margins and a required distance do not apply to them, and the
 /// output says so.
 #[test]
 fn sides_of_a_joint_need_no_margin() {
@@ -100,8 +100,8 @@ fn sides_of_a_joint_need_no_margin() {
     }
 }
 
-/// A refusal counts the poses that break each limit. A remedy in the message gives a motion exactly as printed; if none helps,
-/// none is printed.
+/// If a request is refused, the message states how many poses break each limit. If it contains a remedy, this gives a motion
+/// exactly as it is printed. If no remedy helps, none is printed.
 #[test]
 fn a_refusal_counts_and_its_remedy_was_tried() {
     // Two fingers with a largest opening of 2 cm.
@@ -154,7 +154,7 @@ fn velocities_beyond_reach() {
     excite(&here, &[]).ended(0);
 }
 
-/// A folded arm may start exactly at a position limit of its model; a start slightly beyond the limit is refused.
+/// An arm may start folded, exactly at a position limit of the description. A start slightly beyond the limit is refused.
 #[test]
 fn the_way_from_a_folded_pose() {
     let here = written("kept_folded", &arm(r#"lower="-2.5" upper="0""#, ""));
@@ -170,7 +170,8 @@ fn the_way_from_a_folded_pose() {
     play("turn=0.2,bend=1e-5").failed(1, &["way there: position of bend"]);
 }
 
-/// For two arms of eight joints each, Ctrl-C ends the program during the search, the proof, and a plan.
+/// Ctrl-C ends the program during the search for a motion, during the proof, and during a plan. The robot has two arms of eight
+/// joints each.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_many_coordinates() {

@@ -1,5 +1,5 @@
-//! Tests that a short search finds a proven motion for every arm of `KNOWN_ARMS`, without violations at a hundred times its rate.
-//! With default settings: `cargo bench -p tests --bench excite`.
+//! Tests that a short search finds a proven motion for every arm of `KNOWN_ARMS`. The motion exceeds no limit when it is sampled
+//! at a hundred times its rate. For the default settings of the search, see `cargo bench -p tests --bench excite`.
 
 use std::path::Path;
 

@@ -17,7 +17,7 @@ use tests::program::{estimate, folder, motion, rist as run};
 use tests::promise::{columns, information};
 use tests::workspace;
 
-/// Information of an estimate: weighted rows W with W'W equal to the inverse covariance.
+/// The information in an estimate, as weighted rows W: W'W is the inverse covariance matrix.
 fn known(model: &Model, estimate: &Estimate) -> WeightedRows {
     let columns = columns(model, &FrictionTerm::STANDARD);
     let place: Vec<usize> =
@@ -29,15 +29,15 @@ fn known(model: &Model, estimate: &Estimate) -> WeightedRows {
     rows
 }
 
-/// det^(1/p) of the summed information; p: number of parameters.
+/// The criterion of a design: det(F)^(1/p), F: sum of the information matrices of these rows, p: number of parameters.
 fn determinant(rows: &[&WeightedRows]) -> f64 {
     let p = rows[0].width();
     let factor = InformationMatrix::sum(p, 0.0, rows.iter().map(|r| (*r, 1.0))).factor().unwrap();
     (factor.log_det / p as f64).exp()
 }
 
-/// Together with the estimate, a motion designed after it gives more information than a repetition of the first motion, and than
-/// a motion designed without the estimate.
+/// A motion is designed after an estimate. Together with the estimate, it gives more information than a repetition of the first
+/// motion, and more than a motion that is designed without the estimate.
 #[test]
 fn a_second_motion_shows_what_the_first_left_open() {
     let folder = folder("second_motion");
@@ -57,13 +57,15 @@ fn a_second_motion_shows_what_the_first_left_open() {
     assert!(folder.join("estimate.yaml").is_file(), "{}{}", found.out, found.err);
     let (second, said) = excite("second.yaml", &["--period", "4", "--after", "estimate.yaml"]);
     assert!(!said.contains("has no covariance"), "{said}");
-    // Its torque limits use the identified parameters, which the motion file contains for the check.
+    // The torque limits of the second motion are checked with the identified parameters. The motion file contains them for the
+    // check.
     assert!(second.identified.is_some());
     assert_eq!(run(&folder, &["check", urdf, "second.yaml"]).code, Some(0));
 
     let model = Model::read(urdf).unwrap();
     let known = known(&model, &estimate(&folder.join("estimate.yaml")));
-    // All motions are compared with the torque noise that the residuals of the estimate show, as in the design.
+    // All motions are compared with the same torque noise: the noise that follows from the residuals of the estimate, as in the
+    // design.
     let with = |motion: &ExcitingMotion| {
         determinant(&[&known, &information(&model, motion, &second.torque_noise, &FrictionTerm::STANDARD)])
     };
@@ -72,8 +74,9 @@ fn a_second_motion_shows_what_the_first_left_open() {
     assert!(after > again && after > another, "{after} {again} {another}");
 }
 
-/// Upper bound on log det of all plans with counts between `low` and `high`, from the tangent at a design. Like a reader of
-/// plan.yaml, it uses no code of the search except the Cholesky factor.
+/// Upper bound of log det F (F: information matrix) over all plans in which the number of runs of each candidate is between `low`
+/// and `high`. It follows from the tangent of log det F at a design. As a reader of plan.yaml would do, it uses no code of the
+/// search, except the Cholesky factor.
 fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], high: &[usize], count: usize) -> f64 {
     let (p, least) = (blocks[0].width(), low.iter().sum::<usize>());
     if least > count || high.iter().sum::<usize>() < count {
@@ -83,8 +86,8 @@ fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], h
         InformationMatrix::sum(p, 0.0, weights.map(|(i, x)| (&blocks[i], x))).factor()
     };
     let Some(factor) = factor(&mut design.iter().copied()) else {
-        // A singular design gives no tangent. Then the bound is the information of all allowed candidates at their largest
-        // counts.
+        // At a singular design there is no tangent. Then the bound is log det of the information of all allowed candidates, each
+        // with its largest number of runs.
         let allowed = factor(&mut high.iter().enumerate().filter(|(_, x)| **x > 0).map(|(i, x)| (i, *x as f64)));
         return allowed.map_or(f64::NEG_INFINITY, |all| all.log_det);
     };
@@ -99,7 +102,7 @@ fn leaf_bound(blocks: &[WeightedRows], design: &[(usize, f64)], low: &[usize], h
     factor.log_det - p as f64 + fixed + runs[..count - least].iter().sum::<f64>()
 }
 
-/// Whether two sets of rows have the same W'W up to the rounding of their scaled columns.
+/// Whether two sets of rows W have the same information matrix W'W, up to the rounding of their scaled columns.
 fn is_equal(a: &WeightedRows, b: &WeightedRows) -> bool {
     let of = |rows: &WeightedRows, i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
     let size = |i: usize, j: usize| (of(a, i, i) * of(a, j, j)).sqrt() + 1e-6 * a.trace();
@@ -107,10 +110,11 @@ fn is_equal(a: &WeightedRows, b: &WeightedRows) -> bool {
     entries.into_iter().all(|(i, j)| (of(a, i, j) - of(b, i, j)).abs() <= 1e-6 * size(i, j))
 }
 
-/// Bound of a whole proof: the largest bound of its leaves; infinite if a candidate is left out without an equal one.
+/// Upper bound of log det that a whole proof gives: the largest bound of its leaves. It is infinite if a candidate is left out
+/// although no equal candidate is kept.
 fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64 {
     let mut worst = f64::NEG_INFINITY;
-    // Candidates that are left out have an equal candidate that is kept.
+    // Candidates may be left out if an equal candidate is kept.
     let mut high = vec![count; blocks.len()];
     for &(left_out, kept) in &proof.equal {
         if !is_equal(&blocks[left_out], &blocks[kept]) || high[kept] == 0 {
@@ -128,7 +132,7 @@ fn proven_bound(blocks: &[WeightedRows], proof: &PlanProof, count: usize) -> f64
                 let (mut low_above, mut high_below) = (low.clone(), high.clone());
                 high_below[candidate] = high[candidate].min(at_most);
                 low_above[candidate] = low[candidate].max(at_most + 1);
-                // A branch with an empty range of counts contains no plan.
+                // If the range of the number of runs is empty, the branch contains no plan.
                 if low[candidate] <= high_below[candidate] {
                     left.push((below, low.clone(), high_below));
                 }
@@ -158,8 +162,8 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
     candidates(&grid, &limits, model.regressor(), &noise)
 }
 
-/// (plan, lower bound on its D-efficiency computed from its file, scaled rows of the candidates, shift of log det by the
-/// scaling).
+/// Returns the plan, the lower bound of its D-efficiency that follows from its file, the scaled rows of the candidates, and the
+/// shift of log det by the scaling.
 fn efficiency_by_hand(
     model: &Model,
     request: &PlanRequest,
@@ -171,7 +175,7 @@ fn efficiency_by_hand(
     let proof = read.proof.as_ref().unwrap();
     let candidates = candidates_of(model, request);
     let blocks: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
-    // Columns of equal norm for the Cholesky factor; the scaling shifts log det by a constant.
+    // The columns are scaled to equal norm for the Cholesky factor. The scaling shifts log det by a constant.
     let p = blocks[0].width() as f64;
     let square = |c: usize| blocks.iter().flat_map(|b| b.iter()).map(|row| row[c] * row[c]).sum::<f64>();
     let scale: Vec<f64> = (0..blocks[0].width()).map(|c| square(c).sqrt().recip()).collect();
@@ -196,13 +200,15 @@ fn the_bound_of_a_plan_follows_from_its_file() {
     let proof = planned.proof.as_ref().unwrap();
     assert!(efficiency >= planned.d_efficiency_at_least - 1e-9, "{efficiency} {}", planned.d_efficiency_at_least);
     assert!(planned.d_efficiency_at_least > 0.95, "{}", planned.d_efficiency_at_least);
-    // Without the right designs the proof must fail.
+    // If all designs in the proof are replaced by uniform ones, the bound must be larger than the stated one.
     let mut cut = proof.clone();
     cut.designs.iter_mut().for_each(|d| d.iter_mut().for_each(|x| x.1 = 1.0));
     assert!(proven_bound(&scaled, &cut, 6) - shift > proof.log_det_at_most);
 }
 
-/// 275 candidates, of which 93 are duplicates: proven to 0.1 % of the optimum. The node limit is twice the number needed.
+/// The plan is chosen from 275 candidate experiments, 93 of which are equal to another one. Its D-efficiency (information
+/// relative to the optimal plan) is proven to be at least 99.9 %. The limit of 4000 nodes of the search tree is twice the number
+/// needed.
 #[test]
 fn a_plan_of_race_is_the_best_but_for_a_thousandth() {
     let model = Model::read(workspace().join("models/race.yaml")).unwrap();
@@ -210,10 +216,10 @@ fn a_plan_of_race_is_the_best_but_for_a_thousandth() {
     let (planned, efficiency, scaled, shift) = efficiency_by_hand(&model, &request);
     let proof = planned.proof.as_ref().unwrap();
     assert_eq!((scaled.len(), proof.equal.len()), (275, 93));
-    // The search stops at a gap of 0.001.
+    // The search stops when the relative gap between the plan and the upper bound is 0.001.
     assert!(planned.d_efficiency_at_least >= 0.999 - 1e-6, "{}", planned.d_efficiency_at_least);
     assert!(efficiency >= planned.d_efficiency_at_least - 1e-9, "{efficiency} {}", planned.d_efficiency_at_least);
-    // The proof must fail if a candidate is left out without an equal one.
+    // The proof must fail if a candidate is left out although it is not equal to the kept one.
     let mut cut = proof.clone();
     let other = (1..scaled.len()).find(|i| proof.equal.iter().all(|(left_out, _)| left_out != i)).unwrap();
     cut.equal.push((other, 0));

@@ -1,5 +1,5 @@
-//! Tests that every robot of models/ passes the commands lint, plan, simulate, identify with several methods, validate and report
-//! without special flags, and that `identify` reads the files of `simulate` unchanged.
+//! Tests that the commands lint, plan, simulate, identify (several methods), validate and report work for every robot of models/
+//! without special flags. `rist identify` must read the files of `rist simulate` as they are.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,17 +21,17 @@ fn left(out: &str) -> f64 {
     share.and_then(|share| share.parse().ok()).unwrap_or_else(|| panic!("no share in `{line}`"))
 }
 
-/// A short search. Its motions are longer than those of a good plan, but long enough for these tests.
+/// Flags for a short search. Its experiments are longer than the experiments of a good plan, but sufficient for these tests.
 const PLAN: &str = "--experiments 6 --starts 1 --configurations 6 --duration 3 --out plan.yaml";
-/// Largest allowed error, %. Noise and friction at reversals give 1 to 3 % with a right estimate; a wrong sign gives more than 20
-/// %.
+/// Largest allowed error of predicted torques, %. If the estimate is right, noise and friction at reversals give 1 to 3 %; a
+/// wrong sign gives more than 20 %.
 const LEFT: f64 = 6.0;
 
 fn walk(file: &str) {
     let here = folder(&format!("shipped_{}", file.replace('.', "_")));
     let model = workspace().join("models").join(file);
     let model = model.display();
-    // A published robot file may have findings of `lint`; it must be readable all the same.
+    // `rist lint` may have findings for a published description, but it must be able to read it.
     let lint = rist(&here, &["lint", &model.to_string()]);
     assert!(lint.code == Some(0) || lint.err.contains("findings"), "{file}: {}{}", lint.out, lint.err);
     run(&here, &format!("plan {model} {PLAN}"));
@@ -39,7 +39,7 @@ fn walk(file: &str) {
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify {model} logs --plan plan.yaml --method {method} --out {method}.yaml"));
         let out = run(&here, &format!("validate {model} {method}.yaml logs --out {method}_validation.yaml"));
-        // The rows of the paper (method `rist`) contain friction, so their error is tested elsewhere, on the robots of the
+        // The rows of the method `rist` (the paper) contain some friction. So its error is tested elsewhere, on the robots of the
         // papers.
         assert!(method == "rist" || left(&out) < LEFT, "{file}, {method}: {out}");
         run(
@@ -50,7 +50,7 @@ fn walk(file: &str) {
         );
     }
     default_cutoff(&here, &model.to_string());
-    // The only objection allowed against these logs is that they are too short.
+    // The program may object to these logs only because they are too short.
     for arguments in
         ["identify MODEL logs/v01.csv --out ls.yaml", "validate MODEL ls.yaml logs/v02.csv --out ls_validation.yaml"]
     {
@@ -68,12 +68,12 @@ fn parameters(here: &Path, name: &str) -> BTreeMap<String, Identified> {
     found.into_iter().map(|p| (p.id.to_string(), p)).collect()
 }
 
-/// Number of noise draws: with one draw, the largest of forty errors says little about the estimator.
+/// Number of noise draws. Several are needed, because in a single draw the largest of forty errors depends mostly on chance.
 const DRAWS: usize = 4;
 
-/// Compares least squares with the default cut-off and with 20 Hz on the motions of a plan: largest rms error of a parameter over
-/// the draws, in sigmas of the fit with 20 Hz. Drives that hold a joint write encoder noise into the log up to half its rate,
-/// which the cut-off must remove.
+/// Compares least squares with the default cut-off and with a cut-off of 20 Hz, on the motions of a plan. Compared is the largest
+/// rms error of a parameter over the draws, in standard deviations of the fit with 20 Hz. A drive that holds a joint reacts to
+/// encoder noise; so the torques contain noise up to half the sampling rate, which the filter must remove.
 fn default_cutoff(here: &Path, model: &str) {
     let ways = ["", "--cutoff 20"];
     let mut squares: [BTreeMap<String, f64>; 2] = Default::default();
@@ -97,11 +97,11 @@ fn default_cutoff(here: &Path, model: &str) {
         assert!(squares.values().any(|square| *square > 0.0), "{model}: no parameter has a value");
         (squares.values().copied().fold(0.0, f64::max) / DRAWS as f64).sqrt()
     });
-    // Errors below one sigma are only the noise of these draws.
+    // Errors below one standard deviation are only the noise of these draws.
     assert!(found < 1.5 * expected.max(1.0), "{model}: {found} deviations from the truth, {expected} with --cutoff 20");
 }
 
-/// Tests every `of`-th file of models/, starting with number `from`.
+/// Tests a part of the files in models/: every `of`-th file, starting with number `from`.
 fn every(of: usize, from: usize) {
     let folder = workspace().join("models");
     let names = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());

@@ -17,7 +17,7 @@ use tests::workspace;
 const POWER: f64 = 60.0;
 const SHARE: f64 = 0.9;
 
-/// [torque without dry friction, power with dry friction] of each coordinate, from the nominal parameters; N m (N), W.
+/// For each coordinate: [torque without dry friction, power with dry friction], N m (N), W. Computed from the nominal parameters.
 fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]> {
     let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
     let dq = of(1);
@@ -30,7 +30,7 @@ fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]
     rigid.into_iter().enumerate().map(one).collect()
 }
 
-/// Checks kinematic limits, torques and powers over one period at a hundred times the rate of the file.
+/// Checks the kinematic limits, torques and powers of a motion during one period, at a hundred times the rate of its file.
 fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
     assert_eq!(violations(artefact, 100.0).0, 0);
     let parameters = model.nominal_parameters().unwrap();
@@ -48,7 +48,7 @@ fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
     assert!(greatest > 0.7 * SHARE * POWER, "{greatest}");
 }
 
-/// Checks the played files, and that a simulated log of the motion can be identified.
+/// Checks the files for controllers, and that a simulated log of the motion can be identified.
 fn hold_played(folder: &Path, urdf: &str) {
     let played = std::fs::read_to_string(folder.join("m.csv")).unwrap();
     assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
@@ -91,7 +91,8 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
         change(&mut artefact);
         std::fs::write(folder.join("broken.yaml"), artefact.to_yaml().unwrap()).unwrap();
         let found = run(&folder, &["check", urdf, "broken.yaml"]).ended(1);
-        // Example: `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`. The value must be right at that time.
+        // An example of the message: `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`. The value must be the value of
+        // the motion at that time.
         let head = format!("{limit} of {}: ", artefact.joints[joint].coordinate);
         let said = found.err.split("; ").find_map(|fault| fault.split_once(&head)).map(|(_, said)| said);
         let said = said.unwrap_or_else(|| panic!("{head}{}", found.err));
@@ -107,11 +108,12 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
                 None => drives(&model, &parameters, &state)[joint][1],
             }
         };
-        // The printed time has four decimals, and slopes are some hundreds per second; the jerk jumps between repetitions. The
-        // printed value has four digits, so its rounding is at most 5e-4 of it.
+        // The printed time has four decimals, and the slopes of the quantities are some hundreds per second. The jerk jumps
+        // between repetitions, so the time just before is also tried. The printed value has four digits, so its relative rounding
+        // error is at most 5e-4.
         let is_near = |t: f64| (at(t) - value).abs() < 0.05 + 5e-4 * value.abs();
         assert!(is_near(time) || is_near(time - 1e-9), "{limit}: {} {said}", at(time));
-        // Both values have four digits, their difference three.
+        // Both printed values have four digits, and their difference has three.
         let rounding = 5e-4 * (value.abs() + bound.abs()) + 5e-3 * by;
         assert!(((value - bound).abs() - by).abs() < rounding && value.abs() > bound.abs(), "{said}");
     };
@@ -122,7 +124,8 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     broken(LimitKind::Position, 0, &|m| m.joints[0].centre += 7.0);
 }
 
-/// Options of the other motion kind, unknown coordinates and limits that need unknown masses are refused.
+/// Three kinds of requests are refused: options of the other kind of motion (Fourier series), unknown coordinates, and limits
+/// that need masses which are unknown.
 #[test]
 fn what_makes_no_spline_is_refused() {
     let folder = folder("spline_refused");

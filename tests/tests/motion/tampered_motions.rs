@@ -1,4 +1,5 @@
-//! Tests that a motion file which passes `rist check` keeps the limits of the robot model, whatever was changed in it.
+//! Tests that a motion keeps the limits of the description if its file passes `rist check`, no matter what was changed in the
+//! file.
 //!
 //! Files are changed at random: numbers, lines, whole keys. Files that pass the check are evaluated with the formulas of
 //! docs/motion-and-plan.md and with the Newton-Euler recursion, both independent of the check. Plans are tested in the same way.
@@ -30,8 +31,7 @@ fn series(centre: f64, amplitudes: (&[f64], &[f64]), w: f64, s: f64) -> [f64; 3]
     found
 }
 
-/// Position, velocity and acceleration of a Bezier polynomial of degree 4 with control points p and duration d, s, at 0 <= u <=
-/// 1.
+/// Position, velocity and acceleration of a Bezier polynomial of degree 4 at u, 0 <= u <= 1. p: control points, d: duration, s.
 fn bezier(p: [f64; 5], u: f64, d: f64) -> [f64; 3] {
     let sum = |points: &[f64]| {
         let n = points.len() - 1;
@@ -44,7 +44,8 @@ fn bezier(p: [f64; 5], u: f64, d: f64) -> [f64; 3] {
     [sum(&p), sum(&slope), sum(&bend)]
 }
 
-/// Position, velocity and acceleration of each joint; `share`: 0 at the start of the first blend, 1 at the end of the last one.
+/// Position, velocity and acceleration of each joint. `share`: 0 at the start of the first blend (from rest), 1 at the end of the
+/// last blend (to rest).
 fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     let (period, d) = (motion.period_s, motion.blend_s.expect("a series has a blend"));
     let w = std::f64::consts::TAU / period;
@@ -65,7 +66,7 @@ fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     motion.joints.iter().map(of).collect()
 }
 
-/// Largest share of a position, velocity or torque limit that a state uses; 1: at the limit.
+/// Largest ratio of a position, velocity or torque to its limit in this state; 1: at the limit.
 fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
     let tau = recursion::torque(&model.robot, state, x);
     let of = |(k, coordinate): (usize, &robot::Coordinate)| {
@@ -81,7 +82,7 @@ fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
     model.robot.coordinates.iter().enumerate().flat_map(of).fold(0.0, f64::max)
 }
 
-/// Largest share of a limit that a motion uses, at `instants` instants.
+/// Largest ratio of a quantity to its limit during a motion, at `instants` instants.
 fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
     let x = described(&model.robot);
     let mut greatest = 0.0_f64;
@@ -93,7 +94,7 @@ fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
     greatest
 }
 
-/// A number close to that of a text, or a very different one.
+/// Another number for the number in a text: a similar one, or a very different one.
 fn other_number(random: &mut Random, text: &str) -> String {
     let x: f64 = text.parse().unwrap_or(1.0);
     match random.index(10) {
@@ -146,7 +147,7 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     // Most changes are made in the part of the file that defines the motion.
     let head = text.find("\neffort_share:").unwrap();
     let change = |random: &mut Random| mutant(random, &text[..head]) + &text[head + 1..];
-    // Rounding of a sum of ten terms.
+    // The tolerance is for the rounding of a sum of ten terms.
     mutants_keep(&text, 39, 1.0 + 1e-12, change, |changed| {
         let read = ExcitingMotion::from_yaml("motion.yaml", changed).ok()?;
         let checked = rist::check(&model, "motion.yaml".as_ref(), &read, &CheckRequest::default());
@@ -154,8 +155,9 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     });
 }
 
-/// Checks that changed texts which are proven use at most the share `most` of a limit. `judged`: `None` if the text cannot be
-/// read, `Some(None)` if it is not proven, otherwise the share. A quarter of the changes are anywhere in the file.
+/// Checks that changed files whose motions are proven use at most `most` times a limit. A quarter of the changes are anywhere in
+/// the file. `judged`: `None` if the text cannot be read, `Some(None)` if the motion is not proven, otherwise the largest ratio
+/// to a limit.
 fn mutants_keep(
     text: &str,
     seed: u64,
@@ -177,11 +179,12 @@ fn mutants_keep(
         }
     }
     println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
-    // Enough mutants must pass and enough must fail; otherwise the test would be empty.
+    // Enough changed files must be proven, and enough must be refused; otherwise the test would prove nothing.
     assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
 }
 
-/// Largest share of a limit that the experiments of a plan use, at evenly spaced instants; `None` if the plan cannot be read.
+/// Largest ratio of a quantity to its limit during the experiments of a plan, at evenly spaced instants; `None` if the plan
+/// cannot be read.
 fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option<f64> {
     let x = described(&model.robot);
     let mut greatest = 0.0_f64;
@@ -210,7 +213,7 @@ fn what_passes_a_check_of_a_plan_keeps_the_limits_of_the_description() {
     // Most changes are made in the experiments.
     let head = text.find("\nexperiments:").unwrap();
     let change = |random: &mut Random| text[..=head].to_string() + &mutant(random, &text[head + 1..]);
-    // A plan uses its limits fully, so 1e-8 beyond them is rounding.
+    // A plan may reach its limits fully. So 1e-8 beyond a limit is rounding.
     mutants_keep(&text, 40, 1.0 + 1e-8, change, |changed| {
         let read = ExperimentPlan::from_yaml("plan.yaml", changed).ok()?;
         let checked = rist::check_experiments(&model, "plan.yaml".as_ref(), &read, &CheckRequest::default());

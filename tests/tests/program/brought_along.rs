@@ -1,5 +1,5 @@
-//! Tests that no output overwrites a file that an input includes (meshes, parts, episodes), and that a stopped program leaves no
-//! hidden files.
+//! Tests that no output overwrites a file that an input refers to (meshes, included parts, episodes), and that a program that is
+//! stopped leaves no hidden files.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ const JOINT: &str = r#"<joint name="j" type="revolute"><parent link="a"/><child 
 const INERTIA: &str = r#"<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>"#;
 const XACRO: &str = r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">"#;
 
-/// Robot files, one for each way to include another file.
+/// Writes robot files, one for each way in which a description can refer to another file.
 fn robots(here: &Path) {
     let write = |name: &str, text: &str| std::fs::write(here.join(name), text).unwrap();
     let body = |mass: &str, mesh: &str| {
@@ -34,7 +34,7 @@ fn robots(here: &Path) {
     write("hand.stl", &format!("solid\n{facet}endsolid\n"));
 }
 
-/// A data set with two episodes of the limited arm.
+/// Writes a data set (LeRobot) with two episodes of the robot `LIMITED_ARM`.
 fn data_set(here: &Path) {
     for sub in ["set/meta", "set/data/chunk-000"] {
         std::fs::create_dir_all(here.join(sub)).unwrap();
@@ -89,7 +89,7 @@ fn nothing_that_an_input_brings_along_is_written_over() {
             assert_eq!(std::fs::read(here.join(brought)).unwrap(), before, "{said}");
         }
     }
-    // A file that only another input includes may be overwritten.
+    // A file to which only other descriptions refer, not this input, may be overwritten.
     rist(&here, &["convert", "arm.mjcf", "--to", "urdf", "--out", "arm.urdf"]).ended(0);
 }
 
@@ -123,7 +123,8 @@ fn a_pipe_is_called_a_pipe() {
     }
 }
 
-/// After SIGTERM or Ctrl-C at any time no hidden file remains. Hidden files that SIGKILL leaves are removed by the next run.
+/// If the program is ended by SIGTERM or Ctrl-C at any time, no hidden file remains. Hidden files that remain after SIGKILL are
+/// removed by the next run.
 #[test]
 fn a_program_that_is_ended_leaves_nothing_hidden() {
     let here = folder("ended");

@@ -1,4 +1,4 @@
-//! Tests of the pages in a browser: three widths, light, dark and printed, with pointer, clicks and keys. There must be no
+//! Tests of the HTML pages in a browser: three widths; light, dark and printed; with pointer, clicks and keys. There must be no
 //! console error, no network request and no horizontal scroll bar. Without Chromium the tests print a note and are skipped.
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use tests::model_path;
 use tests::planar_log::write_rubbed;
 use tests::program::{folder, rist};
 
-/// First script of a page: collects errors and warnings in `wrong`.
+/// A script at the start of a page, which collects errors and warnings in the list `wrong`.
 const WATCH: &str = "<script>
     const wrong = [];
     addEventListener('error', event => wrong.push(`${event.message} ${event.filename}`), true);
@@ -18,7 +18,7 @@ const WATCH: &str = "<script>
     Element.prototype.setPointerCapture = () => {};
 </script>";
 
-/// Last script of a page: acts like a user and sends the failed checks to the surrounding page.
+/// A script at the end of a page, which acts like a user and sends the failed checks to the surrounding page.
 const USE: &str = "<script>{
     const hold = (what, holds) => { if (!holds) wrong.push(what); };
     const every = (selector, inside = document) => [...inside.querySelectorAll(selector)];
@@ -97,7 +97,7 @@ const USE: &str = "<script>{
     }, 100));
 }</script>";
 
-/// Output of Chromium with the options of every run; `None` if Chromium is missing.
+/// The output of Chromium with the options of every run and the options `more`; `None` if Chromium is missing.
 fn chromium(more: &[&str]) -> Option<std::process::Output> {
     let profile = folder("chromium").join("profile");
     let profile = format!("--user-data-dir={}", profile.display());
@@ -113,7 +113,7 @@ fn chromium(more: &[&str]) -> Option<std::process::Output> {
     Command::new("chromium").args(fixed).arg(profile).args(more).output().ok()
 }
 
-/// The report of `USE` for a page in a frame of this width, in pixels; `None` without Chromium.
+/// The failed checks that the script `USE` sends for a page in a frame of this width, in pixels; `None` if Chromium is missing.
 fn used(page: &Path, width: usize, dark: bool) -> Option<Value> {
     let html = std::fs::read_to_string(page).unwrap();
     let html = html.replacen("<head>", &format!("<head>{WATCH}"), 1).replacen("</body>", &format!("{USE}</body>"), 1);

@@ -1,5 +1,5 @@
-//! Tests of the program `rist`: it prints what the library computes. Requests that it cannot fulfil end with exit code 2,
-//! with the file, the line and the reason, and without a partly written file.
+//! Tests that the program `rist` prints the results of the library. Requests that it cannot fulfil end with exit code 2; the
+//! message has the file, the line and the reason, and no partly written file remains.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -33,7 +33,7 @@ fn path(file: &str) -> String {
     model_path(file).display().to_string()
 }
 
-/// Path of the same robot without inertial parameters, so that the tests can choose those of the log.
+/// Path of a description without inertial parameters. So the tests can simulate logs with any parameters.
 fn bare(file: &str) -> String {
     test_robot_path(file).display().to_string()
 }
@@ -78,7 +78,7 @@ fn inspect_prints_what_the_library_finds() {
                 assert_eq!(found["parameter"], expected["parameter"], "{file}");
                 assert_eq!(found["symbolic"], expected["symbolic"], "{file}");
                 let [a, b] = [found, expected].map(|term| term["coefficient"].as_f64().unwrap());
-                // serde_json reads numbers with an error of one ulp.
+                // The reader of serde_json has an error of one unit in the last place.
                 assert!((a - b).abs() <= f64::EPSILON * b.abs(), "{file}: {a} {b}");
             }
         }
@@ -101,7 +101,7 @@ fn inspect_prints_what_the_library_finds() {
     }
 }
 
-/// A CSV of states, with the parameters of a random robot for the torque.
+/// The path of a CSV with states, and with the parameters `x` in each row, from which the torque is evaluated.
 fn states_file(folder: &Path, robot: &Robot, states: &[State], x: &[f64]) -> String {
     let header = |kind: &str| robot.coordinates.iter().map(|c| format!("{kind}_{}", c.name)).collect::<Vec<_>>();
     let parameters: Vec<String> = standard_names(robot).iter().map(|name| format!("x_{name}")).collect();
@@ -142,8 +142,8 @@ fn evaluate_prints_the_three_quantities_to_the_last_bit() {
             for (k, state) in states.iter().enumerate() {
                 let parameters = if quantity == "torque" { &x[..] } else { &[] };
                 let found: Vec<f64> = lines.next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
-                // Numbers are printed with enough digits to restore them, and the operations do not depend on the number of
-                // states.
+                // The values must be equal bit by bit: numbers are printed with enough digits to restore them, and the operations
+                // do not depend on the number of states.
                 assert_eq!(found, evaluated(function, &[&state.inputs(), parameters]), "{file} {quantity}, state {k}");
             }
             assert_eq!(lines.next(), None);
@@ -170,8 +170,8 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     let scale = expected.iter().fold(0.0f64, |s, x| s.max(x.abs()));
     for ((found, base), expected) in parameters.iter().zip(&d.parameters.base).zip(&expected) {
         assert_eq!(found["name"], base.name);
-        // Accelerations are central differences of dq: relative error (w h)^2 / 6 = 3e-6 at w = 4.1 rad/s and h = 1 ms,
-        // and more in the first and last of 6000 rows. There is no other error.
+        // Accelerations are central differences of dq: relative error (w h)^2 / 6 = 3e-6 at w = 4.1 rad/s and h = 1 ms, and more
+        // in the first and last of 6000 rows. These are the only errors.
         let value = found["value"].as_f64().unwrap();
         assert!((value - expected).abs() <= 3e-5 * scale, "{}: {value} {expected}", base.name);
         assert!(run.out.contains(&base.name));
@@ -215,7 +215,8 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Checks for exit code 2, each phrase of `said` in the message, no output and no new file.
+/// Runs the program with arguments that it must refuse: exit code 2, each phrase of `said` in the message, no output and no new
+/// file.
 fn refused(folder: &Path, arguments: &[&str], said: &[&str]) {
     let before = files(folder);
     let run = rist(folder, arguments);
@@ -316,16 +317,17 @@ fn lint_fails_on_findings_only() {
         std::fs::write(here.join("arm.yaml"), text).unwrap();
         rist(&here, &["lint", "arm.yaml"])
     };
-    // Triangle inequality of the moments of inertia: ZZ must not exceed XX + YY.
+    // Inertias must satisfy the triangle inequality: ZZ must not exceed XX + YY.
     assert_eq!(of(0.1).code, Some(0), "{}", of(0.1).out);
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
 
-/// `lint` reports a centre of mass outside its mesh. If the origin of the mesh moves with it, there is no finding.
+/// `rist lint` reports a centre of mass that is outside the collision mesh. If the mesh is moved to the centre of mass, there is
+/// no finding.
 #[test]
 fn lint_looks_into_meshes() {
     let here = folder("lint_meshes");
-    // Corners of a box of 0.2 x 0.1 x 0.1 m about its origin, in mm.
+    // The corners of a box of 0.2 x 0.1 x 0.1 m about its origin, in mm.
     let corner = |k: usize| [0, 1, 2].map(|i| [100.0, 50.0, 50.0][i] * if k >> i & 1 == 1 { 1.0 } else { -1.0 });
     let mut stl = String::from("solid box\n");
     for [a, b, c] in [[0, 1, 2], [3, 4, 5], [5, 6, 7], [0, 2, 4], [1, 3, 7]] {
@@ -346,7 +348,7 @@ fn lint_looks_into_meshes() {
         rist(&here, &["lint", "arm.urdf"])
     };
     let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
-    // The face of the box is at x = 0.2, the centre of mass at 0.4; the diagonal of the box is 0.245 m.
+    // The face of the box is at x = 0.2 m, and the centre of mass is at x = 0.4 m; the diagonal of the box is 0.245 m.
     let said = "l: its centre of mass lies 0.200 m outside the hull of its collision meshes, which are 0.245 m across";
     assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);
     for (centre, shape, mesh) in [

@@ -6,13 +6,15 @@ use std::path::Path;
 use tests::program::{folder, rist_in_pipe};
 use tests::workspace;
 
-/// Largest number of significant digits: enough to distinguish a value from its bound in a proof.
+/// Largest allowed number of significant digits of a printed number. It is enough to distinguish a value from its bound in a
+/// proof.
 const MOST_DIGITS: usize = 7;
-/// Powers of ten that need no exponent. Numbers below 1 may have one, since they are compared with numbers such as 1e-13.
+/// Exponents of ten of numbers that must be printed without an exponent. Numbers below 1 may have one, because they are compared
+/// with numbers such as 1e-13.
 const PLAIN_POWERS: std::ops::RangeInclusive<i32> = 0..=5;
 const COLUMNS: usize = 100;
 
-/// What is wrong with a number; `None` for a good number and for any other word.
+/// Describes how a number is badly printed; `None` for a well printed number, and for a word that is no number.
 fn fault_of(word: &str) -> Option<String> {
     let word = word.trim_start_matches(['(', '[', '+', '-']).trim_end_matches([')', ']', ',', ';', ':', '.']);
     word.parse::<f64>().ok().filter(|x| x.is_finite())?;
@@ -37,7 +39,7 @@ fn numbers(text: &str) -> Vec<String> {
     text.lines().flat_map(of_line).collect()
 }
 
-/// The faults of a text. Lines of tables, which have several blanks between cells, may be wider.
+/// The badly printed numbers and the lines that are too wide. Lines of tables (several blanks between cells) may be wider.
 fn faults(text: &str) -> Vec<String> {
     let mut found = numbers(text);
     for line in text.lines() {
@@ -60,7 +62,7 @@ fn a_fault_is_seen() {
     assert!(faults(&"1.0  ".repeat(30)).is_empty());
 }
 
-/// Runs every command that prints a result, on a UR5 and on the arm for spectrum analysis.
+/// Runs every command that prints a result: on a UR5, and on the arm RACE, which is identified by spectrum analysis.
 #[test]
 fn what_commands_print_can_be_read() {
     let here = folder("digits");

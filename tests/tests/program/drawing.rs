@@ -1,4 +1,4 @@
-//! Tests that the script of a page draws the robot at the poses of its kinematics.
+//! Tests that the script of an HTML page draws the links of a robot at the poses that rist computes.
 
 use rist::request::{InspectRequest, ModelOptions};
 use robot::{JointKind, LoopFrame, Pose, Robot};
@@ -13,9 +13,9 @@ const SCRIPT: &str = concat!(
     include_str!("../../../crates/report/templates/drawing.js"),
     include_str!("../../../crates/report/templates/loops.js")
 );
-/// Configurations per robot.
+/// Number of tested configurations per robot.
 const STATES: usize = 5;
-/// The page stores numbers with nine decimals, and the errors of ten links add up.
+/// Tolerance for poses: the page stores numbers with nine decimals, and the errors of ten links add up.
 const AS_DRAWN: f64 = 1e-7;
 
 /// The data of the robot in a page, as its script reads them.
@@ -24,7 +24,7 @@ fn on_the_page(html: &str) -> Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// Output of the script for these cases; `None` without a JavaScript engine.
+/// The output of the page's script for these cases; `None` if there is no JavaScript engine.
 fn run_by_node(cases: &Value) -> Option<Value> {
     let main = "
         const cases = JSON.parse(require('fs').readFileSync(0, 'utf8'));
@@ -63,7 +63,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn a_page_draws_the_robot_where_it_is() {
     let shipped = ["ur5.yaml", "panda.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "ur5.urdf"].map(model_path);
-    // The largest robot is skipped: its derivation takes long and it has no further kind of joint.
+    // The largest robot is skipped: its derivation takes long, and it has no kind of joint that the others do not have.
     let small = LOOPS.iter().filter(|one| one.1 < 100).map(|one| loop_path(one.0));
     let mut random = Random(40);
     let mut robots: Vec<Robot> = Vec::new();
@@ -92,7 +92,7 @@ fn a_page_draws_the_robot_where_it_is() {
         let n = robot.n_coordinates();
         for (to, x) in case["to"].as_array().unwrap().iter().zip(said["followed"].as_array().unwrap()) {
             let (to, mut x) = (numbers(to), numbers(x));
-            // Tolerance, since the numbers are written as JSON text and read again.
+            // The tolerance is needed because the numbers are written as JSON text and read again.
             assert!(apart(&x[..n], &to[..n]) < 1e-14, "{}: the coordinates are those asked for", robot.name);
             x.resize(robot.n_variables(), 0.0);
             let poses = robot.link_poses(&x);

@@ -1,5 +1,5 @@
-//! Tests of the texts in the libraries: they contain no flag, and fields in brackets are spelled as the program
-//! and the Python package write them.
+//! Tests of the messages in the libraries. They contain no command-line flag. Names of request fields are in brackets, and are
+//! spelled as flags by the program and as arguments by the Python package.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use rist::request::spelling::{Audience, spelled};
 use tests::snapshot::assert_snapshot;
 use tests::{register_wings, sources_below, workspace};
 
-/// Packages for one kind of user, whose texts may contain flags.
+/// Packages that serve only one kind of user. Their messages may contain flags.
 const SURFACES: [&str; 2] = ["cli", "python"];
 
 /// Collects the string literals, apart from attributes (doc comments) and tests.

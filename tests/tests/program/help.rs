@@ -6,7 +6,7 @@ use std::process::Command;
 use tests::program::{program, run};
 use tests::snapshot::assert_snapshot;
 
-/// The help in a pipe, independent of the terminal in which the test runs.
+/// The help as it is printed to a pipe. So it does not depend on the terminal in which the test runs.
 fn help(words: &[&str]) -> String {
     let run = run(Command::new(program()).args(words).env_remove("COLUMNS").env_remove("LINES"));
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{words:?}");
@@ -32,7 +32,7 @@ fn the_help_of_every_command_is_as_it_was() {
         assert_snapshot(&format!("help/{command}.all.txt"), &help(&[command, "--help-all"]));
         assert_eq!(help(&[command, "-h"]), shown);
     }
-    // A help file whose command no longer exists is an error.
+    // A stored help text whose command no longer exists is an error.
     let folder = tests::workspace().join("tests/data/help");
     for entry in std::fs::read_dir(&folder).unwrap() {
         let name = entry.unwrap().file_name().to_string_lossy().into_owned();

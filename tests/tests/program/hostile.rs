@@ -1,4 +1,4 @@
-//! Tests that endless files and files that would take very long are refused with a message, in bounded memory.
+//! Tests that files without end, and files that would need a very long time, are refused with a message, in bounded memory.
 use std::path::Path;
 use std::process::Command;
 
@@ -40,7 +40,8 @@ fn files_without_end_are_refused() {
     }
 }
 
-/// Small files that claim strings of 4 GiB must be refused; the process must not end because of a failed allocation.
+/// Small files that claim to contain strings of 4 GiB must be refused. The process must not end because memory cannot be
+/// allocated.
 #[test]
 fn strings_of_a_recording_are_not_believed() {
     let here = folder("hostile-claims");
@@ -57,7 +58,8 @@ fn strings_of_a_recording_are_not_believed() {
     }
 }
 
-/// For a pipe the message has no excerpt of the faulty line: a second opening of a pipe without a writer would wait forever.
+/// If the input is a pipe, the message has no excerpt of the faulty line. For an excerpt the file would be opened again, and a
+/// pipe without a writer would block forever.
 #[test]
 fn a_fault_in_a_pipe_is_told() {
     let here = folder("hostile-pipe");
@@ -107,7 +109,7 @@ fn no_name_is_a_command_or_markup() {
     }
     let run = bounded(&here, &["inspect", "odd.yaml", "--format", "markdown"]);
     assert!(!run.out.contains("<script") && !run.out.contains("<img") && !run.out.contains("[a]("), "{}", run.out);
-    // Each row of the table of links must have seven cells.
+    // Each row of the table of links must have seven cells, also if a name contains a vertical bar.
     let cells = |line: &str| line.replace("\\|", "").matches('|').count();
     let table: Vec<&str> = run.out.lines().skip_while(|line| !line.starts_with("| link |")).take(4).collect();
     assert!(table.iter().all(|line| cells(line) == 8), "{table:?}");
@@ -117,7 +119,7 @@ fn no_name_is_a_command_or_markup() {
     }
 }
 
-/// If a joint name contains a comma or quotes, the program can read the files that it writes.
+/// The name of a joint contains a comma or quotes. The program must be able to read the files that it writes.
 #[test]
 fn a_comma_in_a_name_stays_in_its_cell() {
     let here = folder("hostile-comma");
@@ -167,7 +169,7 @@ fn a_comma_in_a_name_stays_in_its_cell() {
     assert!(names.count() > 2);
 }
 
-/// A log that another program overwrites during reading is refused, since the data would mix two logs.
+/// If another program overwrites a log while it is read, the log is refused, because the data would be a mixture of two logs.
 #[test]
 fn a_log_that_is_written_over_is_refused() {
     let here = folder("hostile-overwritten");
@@ -195,7 +197,7 @@ fn a_log_that_is_written_over_is_refused() {
     assert!(!run.err.contains("written over"), "{}", run.err);
 }
 
-/// As docs/files.md promises, a changed estimate is refused, or its output says that it was changed.
+/// docs/files.md promises: an estimate that was changed is refused, or the output says that it was changed.
 #[test]
 fn an_estimate_that_was_changed_is_refused_or_says_so() {
     let here = folder("hostile-estimate");
@@ -231,7 +233,8 @@ fn an_estimate_that_was_changed_is_refused_or_says_so() {
     assert!(without == text || said(&without).contains("changed after rist wrote it"));
 }
 
-/// The proof divides a period into parts, so a period shorter than a sample could take endless time.
+/// The proof of a motion divides a period into parts. If the period is shorter than a sample, this could take endless time, so
+/// the motion is refused.
 #[test]
 fn a_period_without_a_sample_is_refused() {
     let here = folder("hostile-period");

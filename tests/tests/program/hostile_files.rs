@@ -1,5 +1,5 @@
-//! Snapshot test of files with which rist was attacked: each is read or refused, with a message. No run ends in a panic, by a
-//! signal or by a timeout, and the memory of each stays within a bound that depends on the file size.
+//! Snapshot test of hostile files from security tests: each is read, or refused with a message. No run of the program ends in a
+//! panic, by a signal or by a timeout. The memory of each run stays within a bound that depends on the file size.
 use tests::files_below;
 use tests::hostile::{command, hardening};
 use tests::mutation::{bounded, broken};

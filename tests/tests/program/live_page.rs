@@ -1,10 +1,11 @@
-//! Tests that the script of a page shows and draws the values of the log: samples, minimum and maximum of intervals, and gaps.
+//! Tests that the script of an HTML page shows and draws the values of the log: samples, minima and maxima of intervals, and
+//! gaps.
 
 use serde_json::{Value, json};
 use tests::planar_log::write_rubbed;
 use tests::program::{folder, node, rist};
 
-/// Runs the script of a page in Node, without a browser, with an empty document.
+/// A program for Node.js that runs the script of a page without a browser, with an empty document.
 const WITHOUT_BROWSER: &str = "
     const { html, questions } = JSON.parse(require('fs').readFileSync(0, 'utf8'));
     const script = html.split('<script>')[1].split('</script>')[0];
@@ -21,13 +22,14 @@ const WITHOUT_BROWSER: &str = "
     };
     console.log(JSON.stringify(questions.map(({ ask, ...of }) => answers[ask](of))));";
 
-/// Answers of the script of a page to `questions`; `None` without a JavaScript engine.
+/// The answers of a page's script to `questions`; `None` if there is no JavaScript engine.
 fn answers(html: &str, questions: &Value) -> Option<Vec<Value>> {
     let said = node(WITHOUT_BROWSER, &json!({"html": html, "questions": questions}))?;
     Some(said.as_array().unwrap().clone())
 }
 
-/// A row of the series: (time, [measured, predicted torque of joint 1, measured, predicted torque of joint 2]).
+/// A row of the file with measured and predicted torques (`--series`): time, and [measured and predicted torque of joint 1, the
+/// same of joint 2].
 type Row = (f64, [Option<f64>; 4]);
 
 fn rows(series: &str) -> Vec<Row> {
@@ -38,7 +40,7 @@ fn rows(series: &str) -> Vec<Row> {
     series.lines().skip(1).map(row).collect()
 }
 
-/// The page of a log and the rows of its series, written in the folder `name`.
+/// Identifies a log in the folder `name`. Returns the HTML page, and the rows of measured and predicted torques.
 fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     let here = folder(name);
     let arm = write_rubbed(&here.join("a.csv"), 0.4);
@@ -54,14 +56,14 @@ fn pieces(path: &Value) -> Vec<Vec<[f64; 2]>> {
     path.as_array().unwrap().iter().map(piece).collect()
 }
 
-/// The value at the pointer equals the sample of the log. Rows that are not fitted show no residual. With a small window, every
-/// sample is a point of the line.
+/// The page shows, at the pointer, the sample of the log at that time. Rows that are not fitted show no residual. If the shown
+/// time window is small, every sample is a point of the line.
 #[test]
 fn a_page_tells_what_the_log_holds() {
     let (html, series) = page_of_a_log("live_page");
-    // The last sample ends the log and begins no interval.
+    // Each sample begins an interval of time; the last sample only ends the log.
     let (from, series) = (series[0].0, &series[..series.len() - 1]);
-    // The time axis of the page starts at zero; 1e-5 s after a sample its interval has begun.
+    // The time axis of the page starts at zero. The pointer is 1e-5 s after each sample, so that its interval has begun.
     let times: Vec<f64> = series.iter().map(|row| row.0 - from + 1e-5).collect();
     let some = series.len() / 4..series.len() / 2;
     let questions = json!([
@@ -74,7 +76,8 @@ fn a_page_tells_what_the_log_holds() {
     let (mut told, mut missing) = (0, 0);
     for ((_, [measured, predicted, ..]), said) in series.iter().zip(said[0].as_array().unwrap()) {
         let said: Vec<&str> = said.as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
-        // Tolerance: half a step of the page plus half a digit of the label, which is at most one step.
+        // The tolerance is one step of the page's numbers: half a step because the page rounds its data, and half a digit of the
+        // label.
         let near = |k: usize, value: f64| {
             assert!((said[k].parse::<f64>().unwrap() - value).abs() <= 1.01 * steps[k], "{} {value}", said[k]);
         };
@@ -101,8 +104,8 @@ fn a_page_tells_what_the_log_holds() {
     assert!(points.len() <= some.len() + 4, "{}", points.len());
 }
 
-/// Intervals of several samples are drawn as an outline: first the minima, then back along the maxima. An outline does not cross
-/// a gap of the log or an interval without a value.
+/// If an interval of the drawing contains several samples, it is drawn as an outline: first along the minima, then back along the
+/// maxima. An outline must not cross a gap of the log or an interval without a value.
 #[test]
 fn spans_keep_their_ends_and_gaps() {
     let (html, _) = page_of_a_log("live_spans");
@@ -115,7 +118,8 @@ fn spans_keep_their_ends_and_gaps() {
     assert_eq!(whole[0], [[0., 0.], [1., -1.], [2., -2.], [2.5, -2.], [2.5, 3.], [2., 3.], [1., 2.], [0., 1.]]);
     assert_eq!(whole[1], [[6., -3.], [7., -3.], [7., 4.], [6., 4.]]);
     assert_eq!((whole.len(), whole[2].first()), (3, Some(&[8., -5.])));
-    // A window between the starts of two intervals draws both; a window inside a gap draws nothing.
+    // If the shown time window is between the starts of two intervals, both are drawn; if it is inside a gap, nothing is drawn in
+    // it.
     let closer = pieces(&said[1]).concat();
     assert!(closer.contains(&[1., 2.]) && closer.contains(&[2., 3.]), "{closer:?}");
     let inside = pieces(&said[2]).concat();

@@ -1,4 +1,5 @@
-//! Tests some random changes of each file kind that the program reads; `cargo xtask fuzz` runs many.
+//! Changes files of each kind that the program reads at random, and runs the program on them. Here only some changes are tested;
+//! `cargo xtask fuzz` tests many.
 use tests::mutation::{hunt, seeds};
 use tests::program::{folder, program};
 use tests::random::Random;

@@ -1,5 +1,5 @@
-//! Tests of a robot whose base parameters are refused: commands that use them fail with the same reason, the others
-//! work.
+//! Tests of a robot whose base parameters are refused, because equal lengths may be a coincidence. Commands that need base
+//! parameters fail with the same reason; the other commands work.
 
 use tests::has;
 use tests::loops::BY_CHANCE;
@@ -48,7 +48,8 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
     let code = std::fs::read_to_string(here.join("free.rs")).unwrap();
     assert!(code.contains("There are no base parameters") && code.contains("pub fn torque"), "{code}");
 
-    // With one symbol for both lengths their equality is intended; with another value it is an ordinary four-bar.
+    // If both lengths have the same symbol, their equality is intended, and base parameters are given. If one length has another
+    // value, the robot is an ordinary four-bar.
     let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
     std::fs::write(here.join("meant.yaml"), meant).unwrap();
     rist(&here, &["inspect", "meant.yaml"]).told(0, &["3 base parameters"]);
@@ -81,7 +82,8 @@ fn what_takes_long_is_refused_with_the_figures() {
     rist(&here, &["inspect", "long.yaml"]).told(0, &["base parameters"]);
 }
 
-/// Link lengths of very different size, for which the search for passive joints would overflow, end in an error message.
+/// The lengths of links are of very different size, so that the search for the passive joints would overflow. Such a robot is
+/// refused with a message.
 #[test]
 fn a_long_link_in_a_loop_ends_in_a_sentence() {
     let here = folder("long_link");

@@ -1,11 +1,11 @@
-//! Tests of the page of an identification and the data sheet of a robot: they show the numbers of the estimate, load nothing from
-//! the network, and stay small for long logs.
+//! Tests of the HTML page of an identification and of the data sheet of a robot: they show the numbers of the estimate, load
+//! nothing from the network, and stay small for long logs.
 
 use tests::planar_log::write_rubbed;
 use tests::program::{LIMITED_ARM, folder, rist};
 use tests::{has, model_path};
 
-/// The page without its JSON data, which may contain any letters.
+/// The page without its JSON data, because the data may contain any letters.
 fn shown(page: &str) -> String {
     let mut parts = page.split("<script type=\"application/json\"");
     let first = parts.next().unwrap();
@@ -20,14 +20,14 @@ fn a_log_becomes_a_page_and_a_series() {
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
     rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat()).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
-    // For each of two joints: torque, residual, parts, friction, spectrum and autocorrelation. In addition the robot, the
-    // correlation map and the clip paths.
+    // For each of two joints: torque, residual, parts, friction, spectrum and autocorrelation. There are three more pictures: the
+    // robot, the correlation map and the clip paths.
     assert_eq!(page.matches("<svg").count(), 12 + 3);
     let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
     has(&page, &parts);
     assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
-    // A page that `report` makes from the estimate has the same charts.
+    // A page that `rist report` makes from the estimate has the same charts.
     rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"])
         .ended(0);
     let again = std::fs::read_to_string(here.join("b.html")).unwrap();
@@ -36,7 +36,7 @@ fn a_log_becomes_a_page_and_a_series() {
     };
     assert!(charts(&page) == charts(&again), "the charts differ");
 
-    // The model is right, so predicted and measured torques must agree.
+    // The fitted model is exact, so predicted and measured torques must agree.
     let series = std::fs::read_to_string(here.join("torques.csv")).unwrap();
     let mut lines = series.lines();
     let expected = "log,t,measured_q1,predicted_q1,measured_q2,predicted_q2";
@@ -52,7 +52,7 @@ fn a_log_becomes_a_page_and_a_series() {
             }
         }
     }
-    // The filter smooths the friction jumps, so the tolerance is 1 %.
+    // The filter smooths the jumps of the friction torque, so the tolerance is 1 %.
     assert!(left.sqrt() < 0.01 * whole.sqrt(), "{left} {whole}");
 }
 
@@ -65,14 +65,15 @@ fn a_sheet_in_every_language() {
         assert!(!run.out.contains("could not be made"), "{}", run.out);
         run.out
     };
-    // A word that is longer than a line is not wrapped, but the rules of this robot have no such word.
+    // The lines are at most 80 characters long. Only a longer word could exceed this, but the rules of this robot have no such
+    // word.
     assert!(of("text").lines().all(|line| line.chars().count() <= 80));
     assert!(of("markdown").contains("| ZZR4 | 0.065 kg m^2 |"));
     let latex = of("latex");
     assert_eq!(latex.matches("\\\\\n").count(), 18 + 2);
     let html = of("html");
     assert!(html.contains("id=\"base-ZZR4\"") && !html.contains("http"));
-    // YY10 is regrouped into ZZR1 and XXR4.
+    // The standard parameter YY10 is a term of the base parameters ZZR1 and XXR4.
     let json: serde_json::Value = serde_json::from_str(&of("json")).unwrap();
     let holds = |b: &&serde_json::Value| b["terms"].as_array().unwrap().iter().any(|t| t["parameter"] == "YY10");
     let holders: Vec<_> = json["base"].as_array().unwrap().iter().filter(holds).map(|b| &b["name"]).collect();
@@ -98,7 +99,7 @@ fn a_plan_has_a_picture_a_motion() {
     }
     assert_eq!(page.matches("<svg").count(), experiments.len());
     assert!(page.contains("<h1><span class=\"kind\">Plan of experiments</span>"), "{page}");
-    // Every picture names every joint.
+    // The picture of every experiment names every joint.
     for joint in plan["coordinates"].as_array().unwrap() {
         let named = format!(">{}<", joint.as_str().unwrap());
         let rests = format!(">{} (rests)<", joint.as_str().unwrap());
@@ -106,8 +107,8 @@ fn a_plan_has_a_picture_a_motion() {
     }
 }
 
-/// With a model, the page proves the plan again; without one, it quotes the claim of the file. A claim changed by hand is shown
-/// as broken.
+/// If the model is given, the page of a plan proves the plan again; without the model, it quotes the claim of the file. If the
+/// claim was changed by hand, the page says that it is broken.
 #[test]
 fn a_page_proves_a_plan_or_says_who_claims() {
     let here = folder("plan_proof_page");
@@ -134,8 +135,8 @@ fn a_page_proves_a_plan_or_says_who_claims() {
     assert!(more.contains("class=\"unproven\">Found again") && more.contains("BROKEN: the file says D-efficiency"));
 }
 
-/// The page draws each coordinate within its limits and the path of the tip, and lists every parameter. `report` draws the same
-/// charts. A limit that is broken by hand is reported.
+/// The page of a motion draws each coordinate within its limits, and the path of the tip, and lists every parameter. `rist
+/// report` draws the same charts. If the file is changed by hand so that a limit is exceeded, the page reports it.
 #[test]
 fn a_motion_is_drawn_within_its_limits() {
     let here = folder("motion_page");
@@ -195,10 +196,10 @@ fn a_motion_is_drawn_within_its_limits() {
     assert!(run.code == Some(2) && run.err.contains("motion.yaml"), "{}", run.err);
 }
 
-/// The page of the UR5 in the README must be small enough to send: the size apart from the pictures and the script is bounded.
+/// The page of the UR5 in the README must be small enough to send by mail. Its size without pictures and script is bounded.
 #[test]
 fn the_page_of_the_ur5_is_small() {
-    /// Size of the page when it contained only pictures, bytes.
+    /// Size of an earlier version of the page, which contained only pictures, bytes.
     const PICTURES: usize = 390_165;
     let here = folder("page_of_ur5");
     let (arm, log) = (model_path("ur5.urdf"), tests::workspace().join("docs/ur5/log.csv"));
@@ -224,7 +225,8 @@ fn two_estimates_are_compared() {
     rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     let (_, table) = page.split_once("<table class=\"compared\">").unwrap();
-    // Only the viscous friction of both joints differs, by 0.1, so it is at the top of the table.
+    // The two estimates differ only in the viscous friction of both joints, by 0.1. So these parameters are at the top of the
+    // table.
     let first: Vec<&str> = table.split("<code>").skip(1).take(2).map(|row| row.split('<').next().unwrap()).collect();
     assert!(first.contains(&"FV1") && first.contains(&"FV2"), "{first:?}");
     assert!(page.contains("Two estimates compared") && page.contains("Comparison with b.yaml"));

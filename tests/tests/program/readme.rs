@@ -1,11 +1,11 @@
 //! Tests that README.md, docs/tutorial.md, the how-tos with commands and docs/ur5/README.md show the output of the program.
 //!
-//! In a block of the kind `console`, each line `$ rist ..` is run. The lines below it, up to the next such line or the
-//! end of the block, are its output; a line `...` stands for any lines. The commands of the README run at the root of
-//! the repository. Those of the tutorial run in an empty folder with models/race.yaml and the files of its `yaml` blocks,
-//! whose first line has the name, `# NAME: ..`. Those of a how-to run there, or in a folder with the files of the tutorial
-//! or its own. `[exit code 1]` below an output states an exit code other than 0. In a block of the kind `sh` each `rist ..`
-//! is run too, with sample files in place of the files of the reader.
+//! In a code block of the kind `console`, each line `$ rist ..` is run. The lines below it, up to the next such line or the end
+//! of the block, are its output; a line `...` stands for any lines. The commands of the README run at the root of the repository.
+//! The commands of the tutorial run in an empty folder with models/race.yaml and the files in its `yaml` blocks; the first line
+//! of such a block has the name of the file, `# NAME: ..`. The commands of a how-to run at the root, or in a folder with the
+//! files of the tutorial or of the how-to. `[exit code 1]` below an output states an exit code other than 0. In a block of the
+//! kind `sh`, each command `rist ..` is run too, with sample files in place of the files of the reader.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use tests::joint_log::{swinging, unlike};
 use tests::program::{done, folder, rist, rist_in_pipe, run};
 use tests::{model_path, text_of, workspace};
 
-/// (command, lines of its output) for each command of a text.
+/// Each command in the `console` blocks of a text, with the lines of its output.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
     let mut inside = false;
@@ -31,7 +31,7 @@ fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
     found
 }
 
-/// Whether the lines equal the shown ones, where `...` stands for any number of lines.
+/// Whether the lines of an output equal the shown lines. A line `...` stands for any number of lines.
 fn matches(shown: &[String], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
@@ -40,7 +40,8 @@ fn matches(shown: &[String], lines: &[&str]) -> bool {
     }
 }
 
-/// For each `rist ..` in blocks of the kind `sh`: (arguments without the comment, whether the comment mentions exit code 1).
+/// For each command `rist ..` in blocks of the kind `sh`: its arguments without the comment, and whether the comment mentions
+/// exit code 1.
 fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
     let blocks = text.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
     let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("rist "));
@@ -51,14 +52,14 @@ fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
     lines.map(words).collect()
 }
 
-/// Runs the `sh` commands of a page in a folder with `stand_ins`, (name, text) of sample files.
+/// Runs the `sh` commands of a page in a folder with sample files. `stand_ins`: names and texts of these files.
 fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     let here = folder(&format!("{}_shell", page.replace('/', "_")));
     stand_ins.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
     let commands = shell_commands(&text_of(page));
     assert!(!commands.is_empty(), "{page} shows no `rist` in a block of the kind sh");
     for (arguments, may_be_no) in commands {
-        // Keeps the log of the previous motion as first.csv.
+        // The log of the previous motion is kept as first.csv, because the next command overwrites it.
         let (log, first) = (here.join("logs/motion.csv"), here.join("first.csv"));
         if log.is_file() && !first.exists() {
             std::fs::copy(log, first).unwrap();
@@ -69,7 +70,7 @@ fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     }
 }
 
-/// (name, text) of the files in blocks of the kind `yaml`.
+/// The names and texts of the files in blocks of the kind `yaml`.
 fn files(text: &str) -> Vec<(String, String)> {
     let blocks = text.split("```yaml\n").skip(1).filter_map(|rest| Some(rest.split_once("```")?.0));
     let named = |block: &str| {
@@ -79,12 +80,12 @@ fn files(text: &str) -> Vec<(String, String)> {
     blocks.map(named).collect()
 }
 
-/// Runs the `console` commands of a page in a folder and compares their output.
+/// Runs the `console` commands of a page in a folder, and compares their output with the page.
 fn holds(page: &str, folder: &Path) {
     let text = text_of(page);
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
-    // Pages write below `target`, which does not exist if CARGO_TARGET_DIR is another folder.
+    // The commands of the pages write into the folder `target`. It does not exist if CARGO_TARGET_DIR is another folder.
     std::fs::create_dir_all(folder.join("target")).unwrap();
     for (arguments, shown) in transcripts {
         let run = rist_in_pipe(folder, &arguments.split_whitespace().collect::<Vec<_>>());
@@ -172,7 +173,7 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     holds(format!("In {}, a parameter is wrong by more than five sigma", first(&all[5])));
     let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
     holds(format!("{} of the 95 % intervals contain the true value", held[1]));
-    // Measured robots: the README states the smallest and largest error of the rows that its picture shows.
+    // For measured robots, the README states the smallest and the largest error of the rows that its picture shows.
     let sets = ["| Panda,", "| TX40,", "| UR10e, id_30s -> id_40s", "| cobot6,", "| KR300,"];
     let errors = sets.map(|set| {
         let cells = cells("docs/identification.md", set);
@@ -202,7 +203,7 @@ fn the_lines_of_rust_compile() {
     assert!(lines_of_the_readme().is_err());
 }
 
-/// Ten seconds of a log at 100 Hz are enough, as the README says: every other row of the log at 200 Hz.
+/// The README says that ten seconds of a log at 100 Hz are enough. Tested with every other row of a log at 200 Hz.
 #[test]
 fn a_log_at_a_hundred_hertz_is_enough() {
     let here = folder("hundred_hertz");
@@ -262,7 +263,7 @@ fn the_pages_that_run_in_a_folder_hold() {
 #[test]
 fn the_commands_of_shell_blocks_run() {
     let urdf = text_of("models/ur5.urdf");
-    // A log of a robot without a load, since bodies that are far from the model file are not written.
+    // The log is from a robot without a load, because bodies that differ much from the description would not be written.
     let here = folder("shell_stand_in");
     let robot = rist::Model::read(model_path("ur5.urdf")).unwrap().robot;
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
@@ -294,7 +295,8 @@ fn the_transcript_of_the_fleet_is_what_rist_prints() {
     holds("docs/how-to/fleet.md", &here);
 }
 
-/// The commands of the page run, a C compiler accepts their output, and both generated files contain the numbers of the estimate.
+/// The commands of the page on control loops run, and a C compiler accepts their output. Both generated files contain the numbers
+/// of the estimate.
 #[test]
 fn the_page_on_code_for_a_loop_runs() {
     let here = folder("code_page");
@@ -312,8 +314,8 @@ fn the_page_on_code_for_a_loop_runs() {
     }
     done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm.c -o arm.o");
 
-    // The Rust lines of the page, run at one state. Its torques must agree within 5 % with `rist evaluate`, which uses the
-    // parameters of the model file; the estimate comes from a simulation with these.
+    // Runs the Rust lines of the page at one state. The torques must agree within 5 % with `rist evaluate`, which uses the
+    // nominal parameters. The estimate comes from a simulation with these parameters.
     let page = text_of("docs/how-to/code-for-a-control-loop.md");
     let lines = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
@@ -340,7 +342,7 @@ fn the_transcript_of_the_tutorial_is_what_rist_prints() {
     holds(page, &here);
 }
 
-/// The commands of the page run, and the Rust and C compilers accept their output.
+/// The commands of the page on formulas run, and the Rust and C compilers accept their output.
 #[test]
 fn the_page_on_formulas_runs() {
     let here = folder("formula_page");

@@ -1,6 +1,7 @@
 //! Snapshot test of refused requests: the whole message and the exit code.
 //!
-//! Each request is a likely mistake of a user. The texts of the libraries name fields; the program prints them as flags.
+//! Each request is a likely mistake of a user. The messages of the libraries contain names of request fields; the program prints
+//! these as flags.
 
 use std::fmt::Write as _;
 

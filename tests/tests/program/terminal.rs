@@ -1,5 +1,5 @@
-//! Tests of the output of the program: results as JSON with the numbers of the written files, quiet mode, colours, and a robot
-//! model from standard input.
+//! Tests of the output of the program: results as JSON, with the same numbers as the written files; quiet mode; colours; and a
+//! robot description from standard input.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -23,10 +23,10 @@ fn json(here: &Path, arguments: &[&str], code: i32) -> Json {
     serde_json::from_str(&run.out).unwrap_or_else(|e| panic!("{arguments:?}: {e}: {}", run.out))
 }
 
-/// A written YAML file as a JSON value, without its first line.
+/// A YAML file that the program wrote, as a JSON value, without its first line.
 fn artefact(file: &Path) -> Json {
     let mut artefact: Json = serde_yaml::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
-    // The first line has the kind, version and digest of the file; the JSON output lacks it.
+    // The first line has the kind, version and checksum of the file. The JSON output does not contain it.
     artefact.as_object_mut().unwrap().remove("rist");
     artefact
 }
@@ -51,7 +51,7 @@ fn assert_same(found: &Json, expected: &Json, place: &str) {
     }
 }
 
-/// Writes the log that most of these tests read, and returns the path of its arm.
+/// Writes the log that most of these tests read. Returns the path of the description of its arm.
 fn arm_with_log(here: &Path) -> String {
     let robot = model("planar2r_vertical.yaml");
     write_log(here, &log(&robot, &Random(3).physical_parameters(&robot)));
@@ -64,7 +64,7 @@ fn estimates_and_what_follows_from_them_as_json() {
     let arm = arm_with_log(&here);
     let found = json(&here, &["identify", &arm, "log.csv", "--out", "e.yaml"], 0);
     let mut estimate = artefact(&here.join("e.yaml"));
-    // `parameter_count` detects incomplete files; the JSON output lacks it.
+    // The key `parameter_count` is in the file, to detect incomplete files. It is not in the JSON output.
     let count = estimate.as_object_mut().unwrap().remove("parameter_count").unwrap();
     assert_eq!(count, estimate["parameters"].as_array().unwrap().len());
     assert_same(&found["estimate"], &estimate, "estimate");
@@ -104,7 +104,7 @@ fn motions_and_findings_as_json() {
 
     let small = ["-n", "2", "--steps", "2", "--configurations", "4", "--starts", "1"];
     let plan = json(&here, &[&["plan", &arm, "--out", "p.yaml"], &small[..]].concat(), 0);
-    // With few experiments a condition number is infinite, which JSON writes as null.
+    // If there are few experiments, a condition number is infinite. JSON writes it as null.
     let written = std::fs::read_to_string(here.join("p.yaml")).unwrap();
     let written = ExperimentPlan::from_yaml("p.yaml", &written).unwrap();
     assert_same(&plan["plan"], &serde_json::to_value(&written).unwrap(), "plan");
@@ -164,7 +164,7 @@ fn a_description_from_standard_input() {
     assert!(broken.code == Some(2) && broken.err.starts_with("rist: -:1"), "{}", broken.err);
 }
 
-/// Ctrl-C ends a search of a thousand starts early; the best motion so far is written and proven.
+/// A search with a thousand starts is ended early by Ctrl-C. The best motion so far is proven and written.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_best_so_far() {

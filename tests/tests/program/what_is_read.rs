@@ -1,5 +1,5 @@
-//! Tests of the table in docs/what-is-read.md: each kind of robot model and log is read with the stated options and not without
-//! them.
+//! Tests of the table in docs/what-is-read.md: each kind of robot description and log can be read with the stated options, and
+//! cannot be read correctly without them.
 //!
 //! `SNAPSHOTS=write cargo test -p tests --test program what_is_read` writes the page anew.
 
@@ -10,7 +10,7 @@ use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
 use tests::{register_wings, text_of as text, workspace};
 
-/// (kind of robot model, file name, text, whether it needs `--floating-base`).
+/// Robot descriptions that are read: (kind, file name, text, whether `--floating-base` is needed).
 const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
     (
         "YAML, modified Denavit-Hartenberg",
@@ -59,11 +59,11 @@ const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1,
                     antecedent: base, d: 1, theta: q1, drive: passive}\n- {link: 3, antecedent: 1, d: 1, theta: -q1, drive: \
                     passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
 
-/// (kind, file name, tool that the message names) of robot files that must be converted first.
+/// Robot descriptions that must be converted first: (kind, file name, name of the converter in the message).
 const CONVERTED: [(&str, &str, &str); 2] =
     [("SDF", "arm.sdf", "`sdf2urdf`"), ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
-/// (kind, head of a CSV, needed options) of logs with two joints j1, j2.
+/// Logs with two joints j1, j2: (kind, header line of a CSV, needed options).
 const LOGS: [(&str, &str, &str); 15] = [
     ("columns by number", "t,q1,q2,tau1,tau2", ""),
     ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
@@ -161,7 +161,8 @@ fn the_page_says_what_each_kind_takes() {
             Options::parse("options.yaml", &format!("{options}\nmodel: arm\n")).unwrap_or_else(|e| panic!("{e}"));
         Columns::find(&table, &joints(), &names.columns).unwrap_or_else(|e| panic!("{kind}: {e}"));
         let bare = Columns::find(&table, &joints(), &Options::default().columns);
-        // Options of `columns` are needed to read a log at all; without options for units it is read with wrong units.
+        // Without options of `columns`, such a log cannot be read at all. Without options for units, it can be read, but with
+        // wrong units.
         assert_eq!(bare.is_err(), options.starts_with("columns"), "{kind}");
         let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
         page += &format!("| {kind} | {takes} |\n");

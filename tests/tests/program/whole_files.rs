@@ -1,5 +1,5 @@
-//! Tests that a written file with a missing, doubled or changed part is refused, or that the output says the file was changed, as
-//! docs/files.md promises. They cover every line and every key of every YAML file that rist writes.
+//! docs/files.md promises: a file written by rist in which a part is missing, doubled or changed is refused, or the output says
+//! that the file was changed. These tests check this for every line and every key of every YAML file that rist writes.
 use std::path::Path;
 
 use fleet::Accumulator;
@@ -12,7 +12,7 @@ use tests::program::{folder, program, rist};
 /// Words that all messages about a changed file contain.
 const SAID: &str = "this is what the file says";
 
-/// The checksum status of a text that is read; the reason if it is refused.
+/// Reads a text as a file of this kind. Returns the status of its checksum, or the reason if it is refused.
 fn read(kind: &str, text: &str) -> Result<Checksum, String> {
     match kind {
         "estimate.yaml" => Estimate::from_yaml(kind, text).map(|x| x.checksum),
@@ -61,7 +61,7 @@ fn each_line_that_is_missing_or_doubled_is_refused_or_known() {
             for (changed, what) in variants(&lines, from, to).iter().zip(["missing", "twice"]) {
                 match read(&seed.name, changed) {
                     Ok(Checksum::Whole) => panic!("{}: lines {from}..{to} {what}: {}", seed.name, lines[from]),
-                    // A file without the first line counts as one of an earlier version.
+                    // If the first line is missing, the file counts as a file of an earlier version, which has no checksum.
                     Ok(seal) => {
                         assert_eq!(seal == Checksum::Absent, from == 0 && what == "missing", "{}: {from}", seed.name);
                         counts.0 += 1;
@@ -71,11 +71,11 @@ fn each_line_that_is_missing_or_doubled_is_refused_or_known() {
             }
         }
     }
-    // Both outcomes must occur; otherwise the test would be empty.
+    // Both outcomes (read with a wrong checksum, refused) must occur often; otherwise the test would prove nothing.
     assert!(counts.0 > 100 && counts.1 > 100, "{counts:?}");
 }
 
-/// The check is done by the reader, but each command must also report it, and must not report it for an unchanged file.
+/// The reader of a file detects a change. Each command must also report it, and must not report a change if there is none.
 #[test]
 fn each_command_says_what_it_read() {
     let here = folder("whole-commands");
@@ -83,7 +83,7 @@ fn each_command_says_what_it_read() {
         let text = String::from_utf8(seed.bytes.clone()).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         let keys = blocks(&lines);
-        // Changes that the reader accepts: the first line, and keys that a file may lack.
+        // These changes are accepted by the reader: a missing first line, and missing keys that are optional.
         let mut changed: Vec<(String, String)> = keys
             .windows(2)
             .map(|w| (lines[w[0]].to_string(), variants(&lines, w[0], w[1])[0].clone()))
@@ -112,7 +112,7 @@ fn each_command_says_what_it_read() {
     }
 }
 
-/// If a changed file is read and written again, it must not count as unchanged.
+/// A changed file is read, and its content is written to a new file. The new file must not count as unchanged.
 #[test]
 fn what_is_written_again_stays_known() {
     let here = folder("whole-again");
@@ -128,13 +128,13 @@ fn what_is_written_again_stays_known() {
     }
 }
 
-/// The file of sums is binary; its digest covers every byte.
+/// The file of sums (.tri) is binary. Its checksum covers every byte.
 #[test]
 fn sums_that_lack_a_byte_are_refused() {
     let here = folder("whole-sums");
     let sums = written(program(), &here).into_iter().find(|seed| seed.name == "sums.tri").unwrap().bytes;
     let place = here.join("file.tri");
-    // Each byte of the first 64, then every sixteenth byte.
+    // Tested are the first 64 bytes, and then every sixteenth byte.
     for k in (0..sums.len()).filter(|k| *k < 64 || k % 16 == 0) {
         let mut less = sums.clone();
         less.remove(k);

@@ -14,15 +14,15 @@ use tests::{files_below, workspace};
 /// A citation in a text.
 #[derive(Debug, PartialEq)]
 enum Citation {
-    /// In brackets: the key of the entry.
+    /// A citation in brackets. The text is the key of the entry in the bibliography.
     Key(String),
-    /// In running text: the last surname and the year.
+    /// A citation in running text: the last surname, and the year.
     LastNameAndYear(String, String),
-    /// Brackets with a name before a year, but in another form.
+    /// Text in brackets with a name before a year, which does not have the form of a citation.
     Malformed(String),
 }
 
-/// Key of an entry: the letters of its surnames, then the year.
+/// Key of an entry in the bibliography: the letters of its surnames, then the year.
 fn key(surnames: &str, year: &str) -> String {
     surnames.chars().filter(|c| c.is_alphabetic()).chain(year.chars()).collect()
 }
@@ -33,7 +33,7 @@ fn is_year(word: &str) -> bool {
         && ["18", "19", "20"].iter().any(|c| word.starts_with(c))
 }
 
-/// (surname or `al.`, year) for each year directly after such a word; `2019-01` and `2019/01` are not years.
+/// All pairs (surname or `al.`, year) in which the year directly follows the word; `2019-01` and `2019/01` are not years.
 fn names_before_years(text: &str) -> Vec<(&str, &str)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_name = |w: &str| w == "al." || w.starts_with(char::is_uppercase) && w.ends_with(char::is_lowercase);
@@ -42,7 +42,7 @@ fn names_before_years(text: &str) -> Vec<(&str, &str)> {
     found.map(|w| (w[0].trim_start_matches(['(', '"']), &w[1][..4])).collect()
 }
 
-/// One work of a citation in brackets: surnames, a blank, the year, and optionally a comma and the place.
+/// Parses one work of a citation in brackets: surnames, a blank, the year, and optionally a comma and the place in the work.
 fn work(text: &str) -> Citation {
     let found = text.match_indices(' ').find(|(at, _)| text.get(at + 1..at + 5).is_some_and(is_year));
     let parsed = found.and_then(|(at, _)| {

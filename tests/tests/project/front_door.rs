@@ -1,4 +1,4 @@
-//! Tests that every type in a public signature of `rist` can be named through `rist`.
+//! Tests that a user of the crate `rist` can name every type in its public signatures by a path through `rist`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use quote::ToTokens;
 use syn::{Fields, ImplItem, Item, UseTree, Visibility};
 use tests::workspace;
 
-/// Crates whose types may occur in signatures of `rist`.
+/// Crates of this repository whose types may occur in public signatures of `rist`.
 const OURS: [&str; 12] = [
     "claims",
     "clearance",
@@ -24,7 +24,7 @@ const OURS: [&str; 12] = [
     "robot",
 ];
 
-/// Collects the names that a `use` item imports: name in the file -> path.
+/// Collects the names that a `use` item imports, as a map: name in the file -> path of the item.
 fn imports(tree: &UseTree, before: &[String], found: &mut BTreeMap<String, Vec<String>>) {
     let longer = |name: String| [before, &[name]].concat();
     match tree {
@@ -71,7 +71,7 @@ fn seen(item: &Item) -> Vec<TokenStream> {
     }
 }
 
-/// Names among tokens, each with the path before it: `["clearance", "Mesh"]`.
+/// Collects the names among tokens, each with the path before it: `["clearance", "Mesh"]`.
 fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
     let mut path: Vec<String> = Vec::new();
     let mut colons = 0;
@@ -99,7 +99,7 @@ fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
 fn every_type_of_a_signature_can_be_named_through_rist() {
     let root = workspace().join("crates/rist/src");
     let mut paths = tests::files_below(&root);
-    // Files of private modules are skipped, since their items are public only where a public module re-exports them.
+    // The files of private modules are skipped. Their items are public only if a public module re-exports them.
     let declared = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
         let module = |line: &str| {
@@ -112,7 +112,7 @@ fn every_type_of_a_signature_can_be_named_through_rist() {
     let private: Vec<PathBuf> = fronts.flat_map(declared).collect();
     assert!(private.len() > 5, "{private:?}");
     paths.retain(|path| !private.iter().any(|module| path.with_extension("").starts_with(module)));
-    // `used`: types of other crates in signatures -> files that use them. `passed`: types that `rist` re-exports.
+    // `used`: types of other crates in the signatures -> files that use them. `passed`: types that `rist` re-exports.
     let (mut used, mut passed) = (BTreeMap::<String, BTreeSet<String>>::new(), BTreeSet::<String>::new());
     for path in &paths {
         let file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();

@@ -1,11 +1,12 @@
-//! Tests that every path in docs/notation.md names an existing item, that the page contains the words of public types and
-//! headings, and that no former word is used.
+//! Tests of docs/notation.md: every path on the page names an existing item, and the page contains the words of public types and
+//! headings. Also tests that words which were replaced by standard terms are not used.
 
 use std::path::{Path, PathBuf};
 
 use tests::workspace;
 
-/// The file of a module; `modules`: names from the `src` folder of its crate down to it. `None` if there is no such file.
+/// The file of a module; `None` if there is no such file. `modules`: names of the modules from the `src` folder of its crate down
+/// to it.
 fn file_of(source: &Path, modules: &[&str]) -> Option<PathBuf> {
     let folder = modules.iter().fold(source.to_path_buf(), |path, module| path.join(module));
     let files = match modules {
@@ -22,7 +23,7 @@ fn is_public(text: &str, name: &str) -> bool {
     let named = |line: &str| line.split(|c| !is_word(c)).any(|word| word == name);
     let is_item =
         |line: &str| line.strip_prefix("pub ").is_some_and(|rest| defines.iter().any(|d| rest.starts_with(d)));
-    // A `pub use` list may have several lines.
+    // A list after `pub use` may have several lines.
     let handed_on = text.split("pub use ").skip(1).filter_map(|rest| rest.split(';').next());
     text.lines().any(|line| is_item(line) && named(line)) || handed_on.into_iter().any(named)
 }
@@ -57,7 +58,7 @@ fn words(name: &str) -> Vec<String> {
     found
 }
 
-/// Whether a word, singular or plural, is on the page.
+/// Whether a word is on the page docs/notation.md, in singular or plural.
 fn stands(page: &[String], word: &str) -> bool {
     let single = word.strip_suffix("es").into_iter().chain(word.strip_suffix('s'));
     page.iter().any(|one| one == word || one.strip_suffix('s') == Some(word) || single.clone().any(|w| one == w))

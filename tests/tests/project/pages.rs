@@ -24,7 +24,7 @@ fn links(text: &str) -> Vec<&str> {
     files.filter(|file| !file.is_empty() && !file.contains("://")).collect()
 }
 
-/// Words of a page that name a file or folder of the repository, without words that contain a placeholder.
+/// The words of a page that name a file or folder of the repository. Words that contain a placeholder are omitted.
 fn files_named(text: &str) -> Vec<&str> {
     let ends = |c: char| c.is_whitespace() || "`()|,;:'\"".contains(c);
     let words = text.split(ends).map(|word| word.trim_end_matches('.'));
@@ -43,7 +43,7 @@ fn items_named(text: &str) -> Vec<&str> {
     code.filter(|word| word.split_once("::").is_some_and(|(first, _)| crates.contains(&first))).collect()
 }
 
-/// Whether the last name of a path occurs as a word in the code of its module.
+/// Whether the last name of the path `item` occurs as a word in the source of its module.
 fn is_there(item: &str) -> bool {
     let parts: Vec<&str> = item.split("::").collect();
     let (Some(name), [first, modules @ ..]) = (parts.last(), &parts[..parts.len() - 1]) else { return false };
@@ -90,7 +90,8 @@ fn items_that_a_page_names_are_there() {
     assert!(count > 60, "{count} items");
 }
 
-/// Public fields of a struct, or entries of a list of strings, after the line `head` in a source file.
+/// The keys of a YAML file: the public fields of a struct, or the entries of a list of strings, after the line `head` in a source
+/// file.
 fn keys(file: &str, head: &str) -> Vec<String> {
     let source =
         std::fs::read_to_string(workspace().join("crates").join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
@@ -134,7 +135,7 @@ fn every_key_of_a_file_stands_in_the_reference() {
         let keys = keys(file, head);
         assert!(keys.len() > 1, "{head} of {file}: {keys:?}");
         for key in keys {
-            // Two fields have other names in the file.
+            // Two fields of the struct have other names in the file.
             let written = match key.as_str() {
                 "id" => "name",
                 "relative_sigma" => "relative_sigma_percent",

@@ -1,14 +1,14 @@
-//! Tests of the third-party crates in the lock files: only one crate may depend on each crate with a known weakness, and each
-//! exception in deny.toml states its reason.
+//! Tests of the third-party crates in the lock files. Each crate with a known weakness may be used by only one other crate, and
+//! each exception in deny.toml states its reason.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use tests::{has, sources_below, text_of as text, workspace};
 
-/// (crate with an exception, the only crate that may depend on it). deny.toml has the reasons.
+/// Crates with a known weakness: (name, the only crate that may depend on it). deny.toml has the reasons.
 const ALONE: [(&str, &str); 2] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs")];
 
-/// Crate -> its direct dependencies of all kinds, from a lock file.
+/// For each crate in a lock file: its direct dependencies of all kinds.
 fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
     let text = text(file);
     let quoted =
@@ -21,8 +21,8 @@ fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
     text.split("[[package]]").skip(1).map(of).collect()
 }
 
-/// urdf-rs uses quick-xml only for writing, and rist does not write with urdf-rs. urdf-rs reads with RustyXML only text that rist
-/// has checked before.
+/// urdf-rs uses quick-xml only for writing, and rist writes nothing with urdf-rs. urdf-rs uses RustyXML for reading, but only
+/// reads text that rist has checked before.
 #[test]
 fn weak_crates_are_reached_by_one_crate_alone() {
     for file in ["Cargo.lock", "crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
@@ -36,7 +36,7 @@ fn weak_crates_are_reached_by_one_crate_alone() {
     }
 }
 
-/// No source file names these crates or calls a writing function of urdf-rs.
+/// No source file of this repository names these crates, or calls a function of urdf-rs that writes.
 #[test]
 fn nothing_of_ours_names_weak_crates_or_writes_with_urdf_rs() {
     let folders = ["crates", "xtask", "tests", "fuzz"].into_iter();
@@ -65,7 +65,8 @@ fn each_exception_has_its_reason() {
     }
 }
 
-/// Each linked crate under a BSD, Unicode or Zlib licence has its licence text in THIRD_PARTY_NOTICES.
+/// The licences BSD, Unicode and Zlib require that their text accompanies a binary. For each linked crate under such a licence,
+/// THIRD_PARTY_NOTICES must contain it.
 #[test]
 fn notices_hold_what_asks_for_its_notice() {
     let notices = text("THIRD_PARTY_NOTICES");

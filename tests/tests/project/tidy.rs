@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use tests::program::done;
 use tests::{files_below, sources_below, text_of, workspace};
 
-/// Package -> packages of this workspace that it depends on, in any way.
+/// For each package: the packages of this workspace that it depends on (also as build or test dependency).
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let cargo = std::env::var("CARGO").unwrap_or("cargo".into());
     let out = done(&workspace(), &cargo, "metadata --no-deps --offline --format-version 1").out;
@@ -66,7 +66,7 @@ fn what_repairs_generated_builds_without_it() {
     }
 }
 
-/// Packages outside the workspace use the same versions of shared crates as the workspace.
+/// Packages outside the workspace (Python, fuzz) must use the same versions of shared crates as the workspace.
 #[test]
 fn locks_outside_the_workspace_are_in_step() {
     let locked = |file: &str| -> BTreeMap<String, BTreeSet<String>> {
@@ -124,7 +124,7 @@ fn lines_end_where_they_end() {
     let files = files();
     assert!(files.len() > 100, "{} files", files.len());
     for path in files {
-        // Some files in testdata/ are malformed on purpose.
+        // Some files in testdata/ are malformed intentionally, so they are not checked.
         if relative(&path).contains("/testdata/") {
             continue;
         }
@@ -147,7 +147,7 @@ fn dead_code_is_allowed_nowhere() {
     }
 }
 
-/// Each page names the files in one paragraph or one list item.
+/// Each of these pages must name all files that contain `unsafe`, in one paragraph or one list item.
 #[test]
 fn pages_name_the_files_with_unsafe() {
     let with_unsafe = |path: &&PathBuf| {
@@ -165,8 +165,8 @@ fn pages_name_the_files_with_unsafe() {
     }
 }
 
-/// Files of users are opened only by the crate `gate`, which handles size limits, pipes and files that change. SQLite opens its
-/// file itself.
+/// Files of users may be opened only by the crate `gate`, which handles size limits, pipes, and files that change while they are
+/// read. An exception is SQLite, which opens its file itself.
 #[test]
 fn no_crate_opens_a_file_to_read_beside_the_gate() {
     let ways = ["fs::read(", "read_to_string(", "File::open(", "stdin()", ".read(true)", "from_path("];

@@ -1,4 +1,5 @@
-//! Tests that the number of product lines of core and wings does not exceed tests/data/product_lines.yaml.
+//! Tests that the number of source lines without tests ("product lines"), of the core and of the wings (optional crates), does
+//! not exceed tests/data/product_lines.yaml.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -6,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use tests::{sources_below, workspace};
 
-/// Lines of a file before its tests that are neither blank nor comments.
+/// Number of lines of a file before its unit tests that are neither blank nor comments.
 fn product_lines(text: &str) -> usize {
     let product = text.split("\n#[cfg(test)]\nmod ").next().unwrap_or_default();
     product.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//")).count()
 }
 
-/// Product lines below a folder. Tests are in folders and files with names of their own.
+/// Number of such lines in all files below a folder. Files and folders of tests have special names and are left out.
 fn lines_below(folder: &Path) -> usize {
     let is_product = |path: &PathBuf| {
         let inside = path.strip_prefix(folder).unwrap();

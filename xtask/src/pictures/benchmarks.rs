@@ -8,7 +8,7 @@ use crate::cargo::root;
 const CALLS: (&str, &str) = ("docs/benchmarks.md", "| one call, ns | Pinocchio | rist | ratio |");
 const MEASURED: (&str, &str) =
     ("docs/identification.md", "| set | independent baseline | same recipe | recommended | recommended recipe |");
-/// For each robot in the chart, the first words of its row. The page has more rows.
+/// For each robot in the chart, the first words of its row in the table. The table has more rows.
 const SETS: [&str; 5] = ["Panda,", "TX40,", "UR10e, id_30s -> id_40s", "cobot6,", "KR300,"];
 
 /// The cells of the rows below the header `header` of a table in the file `page`.
@@ -20,7 +20,7 @@ fn table((page, header): (&str, &str)) -> Result<Vec<Vec<String>>, String> {
     Ok(rows.map(cells).collect())
 }
 
-/// Cell `place` of a row, counted from 0, as a number.
+/// The number in cell `place` of a table row, counted from 0.
 fn number(row: &[String], place: usize) -> Result<f64, String> {
     let text = row.get(place).map_or("", |cell| cell.as_str());
     text.parse().map_err(|_| format!("`{}`: `{text}` is no number", row.join(" | ")))

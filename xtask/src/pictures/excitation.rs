@@ -1,8 +1,8 @@
 //! Draws why excitation is needed: two motions of a pendulum, tau = J ddq + k sin q.
 //!
-//! Each sample gives a point (ddq, sin q), which is a row of W. A slow oscillation with one frequency w has ddq = -w^2 q, so its
-//! rows are nearly collinear, and only one combination of J and k is accurately identified. The ellipse z' (W'W) z = const shows
-//! the uncertainty of z = (J, k) for the same noise.
+//! Each sample gives a point (ddq, sin q), which is a row of the observation matrix W. J: inertia, k: gravity parameter. A slow
+//! oscillation with one frequency w has ddq = -w^2 q, so its rows are nearly collinear, and only one combination of J and k is
+//! accurately identified. The ellipse z' (W'W) z = const shows the uncertainty of z = (J, k) for the same noise.
 
 use super::canvas::{Anchor, Canvas, Ink};
 

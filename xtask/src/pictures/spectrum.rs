@@ -8,8 +8,8 @@ use super::canvas::{Anchor, Canvas, Ink};
 const SAMPLES: usize = 720;
 const HARMONICS: usize = 8;
 
-/// Acceleration, velocity and position at sample `i` of an oscillation with period 4 and the accelerations +1 and -1. It starts
-/// at the largest velocity.
+/// Acceleration, velocity and position at sample `i` of an oscillation with period 4, whose acceleration alternates between +1
+/// and -1. It starts at the largest velocity.
 fn swing(i: usize) -> (f64, f64, f64) {
     let t = 4.0 * (i as f64 + 0.5) / SAMPLES as f64;
     match t {

@@ -1,5 +1,6 @@
-//! Draws the verdict on the UR5 of README: residuals with nominal and with identified parameters, and the level of trust for each
-//! use. The numbers are read from the program output in README.md. A test compares this output with the program.
+//! Draws the verdict on the estimate of the UR5 in the README: residuals with nominal and with identified parameters, and the
+//! level of trust for each use. The numbers are read from the program output in README.md. A test compares this output with the
+//! program.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;

@@ -50,8 +50,8 @@ pub(crate) struct MethodAndFlags {
 /// The different help texts of a field, each with the methods that have it.
 type MethodTexts = Vec<(String, Vec<&'static str>)>;
 
-/// The flags of all methods, each once. Its help is the text of the first method that has the flag; different texts of other
-/// methods are appended.
+/// The flags of all methods, each once. The help of a flag is the text of the first method that has this flag; different texts of
+/// other methods are appended.
 fn fields() -> Vec<(Field, String)> {
     let mut documented: Vec<(Field, MethodTexts)> = Vec::new();
     for method in Method::all() {

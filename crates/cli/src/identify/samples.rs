@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
-    // Now the further files of the logs are known, for example those of a recording, so the paths are checked again.
+    // Now all files that belong to the logs are known, for example those of a recording, so the paths are checked again.
     check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
@@ -167,7 +167,8 @@ fn for_simulators<'a>(
     Ok(written)
 }
 
-/// Opens logs and reports which column is which signal. This is repeated only if it differs from the previous log.
+/// Opens logs and reports which column is which signal. The report is repeated only if it differs from the report on the previous
+/// log.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,

@@ -57,10 +57,10 @@ pub struct ExcitingMotion {
     pub space: SpaceLimits,
     /// The criterion that the search optimised.
     pub aim: SearchObjective,
-    /// Determinant criterion det(W'W / samples)^(1/p) of the p parameters. Each row of the regressor W is divided by the noise of
-    /// its joint.
+    /// Determinant criterion det(W'W / samples)^(1/p); W: regressor of the motion with its p parameters, each row divided by the
+    /// torque noise of its joint.
     pub determinant: f64,
-    /// Condition number of the regressor W after scaling each column to unit norm.
+    /// Condition number of the regressor of the motion, after scaling each column to unit norm.
     pub condition_number: f64,
     /// Criterion value of this motion (det^(1/p) or 1/cond), divided by the value of the best motion that the search found. It is
     /// below 1 if the motion was scaled down afterwards to keep its limits. `None`: not stored.

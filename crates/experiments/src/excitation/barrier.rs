@@ -1,13 +1,13 @@
-//! The kinematic limits of a motion as a logarithmic barrier, which keeps a descent inside the limits.
+//! The kinematic limits of a motion as a logarithmic barrier, which keeps the steps of a minimizer inside the limits.
 //!
-//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear in the
-//! coefficients x of a joint: low <= r x <= high, with one row vector r per limited value. With S instants per period, the
-//! barrier is
+//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends (polynomials from rest
+//! to the periodic motion and back), are linear in the coefficients x of a joint: low <= r x <= high, with one row vector r per
+//! limited value. With S instants per period, the barrier is
 //!
 //! B(x) = -1/S sum [log((high - r x) / half) + log((r x - low) / half)],   half = (high - low) / 2
 //!
-//! The sum is over all rows r. Here x is scaled by the units of the shape ([`MotionShape::units`]).
-//! [Boyd, Vandenberghe 2004, 11.2]
+//! The sum is over all rows r. x is in the units of [`MotionShape::units`], in which a coefficient of 1 is a large share of its
+//! range. [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::information_matrix::add_products;
@@ -16,14 +16,14 @@ use processor::in_parallel;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::MotionShape;
 
-/// Number of instants at which the barrier is evaluated, per instant at which the criterion is evaluated.
+/// Number of instants at which the barrier is evaluated, per instant at which the criterion of the search is evaluated.
 ///
 /// With thirty instants in a period of the highest harmonic, a peak between two instants can be (pi/30)^2 / 2 = 0.5 % greater. If
-/// the motion is scaled down by this share, the loss of the determinant is twice as large.
+/// the motion is scaled down by this share, the determinant criterion decreases by twice this share.
 const BARRIER_INSTANTS_PER_SAMPLE: usize = 2;
 /// Least number of joints for which several threads save time in the evaluation of the barrier.
 const MIN_JOINTS_FOR_THREADS: usize = 12;
-/// Share of the distance to a limit that one step of the descent may use.
+/// Share of the distance to a limit that one step of the minimizer may use.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
 /// The rows r of the barrier for one joint, with their limits.
@@ -34,11 +34,11 @@ struct BarrierRows {
     bounds: Vec<(f64, f64)>,
     /// Kind of limit (position, velocity, acceleration or jerk) of each row.
     kinds: Vec<LimitKind>,
-    /// Metric of the scaled coefficients of the joint, m x m: see [`MotionShape::metric`].
+    /// Metric (inner product) of the scaled coefficients of the joint, m x m for m coefficients: see [`MotionShape::metric`].
     metric: DMatrix<f64>,
 }
 
-/// The barrier B of the kinematic limits of all joints that are not locked.
+/// The logarithmic barrier B of the kinematic limits of all joints that are not locked.
 #[derive(Clone)]
 pub struct Barrier {
     m: usize,
@@ -47,7 +47,8 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// Makes the barrier for joints with these limits. No joint may be locked. `samples`: instants of the criterion in a period.
+    /// Makes the barrier for joints with these limits. No joint may be locked. `samples`: number of instants per period at which
+    /// the criterion is evaluated.
     pub fn new(shape: &MotionShape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
         let samples = BARRIER_INSTANTS_PER_SAMPLE * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
@@ -55,7 +56,7 @@ impl Barrier {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
             rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
         }
-        // A row that is zero at the ends of the motion, where the robot is at rest, limits nothing.
+        // A row of zeros limits nothing. Such rows come from the ends of the motion, where the robot is at rest.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
             let (m, scale) = (shape.size(), shape.units(limits));
@@ -71,15 +72,17 @@ impl Barrier {
         Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
     }
 
-    /// Each barrier row r of one joint, with its value r x and its bounds (low, high). `x`: coefficients of all joints.
+    /// The linear form r of each limited value of one joint, with the value r x and its bounds (low, high). `x`: coefficients of
+    /// all joints.
     fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
         let rows = &self.joints[joint];
         let x = &x[joint * self.m..][..self.m];
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// The barrier B at the coefficients x of all joints; adds `factor` times the gradient of B to `gradient`. `None` if x is
-    /// outside the limits. `threads` threads share the joints; their number does not change the result, bit for bit.
+    /// The value of the barrier B at the coefficients x of all joints. Adds `factor` times the gradient of B to `gradient`.
+    /// `None` if x is outside the limits. `threads` threads share the joints; their number does not change the result, bit for
+    /// bit.
     pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64], threads: usize) -> Option<f64> {
         let of_joint = |(joint, gradient): (usize, &mut [f64])| {
             let mut logarithms = Vec::with_capacity(self.joints[joint].bounds.len());
@@ -109,8 +112,8 @@ impl Barrier {
         if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
     }
 
-    /// The Hessian of `factor` B plus `ridge` times the metric of the coefficients: one m x m block per joint, m coefficients
-    /// each.
+    /// The Hessian of `factor` times the barrier B, plus `ridge` times the metric of the coefficients ([`MotionShape::metric`]).
+    /// It has one m x m block per joint; m: number of coefficients of a joint.
     pub(crate) fn bends(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Vec<DMatrix<f64>> {
         let m = self.m;
         let block = |joint: usize| {
@@ -128,7 +131,8 @@ impl Barrier {
         in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block)
     }
 
-    /// The greatest step from x along `direction` after which every limited value still has 1 % of its distance to its limit.
+    /// The greatest step of the coefficients x along `direction` after which every limited value (such as a velocity) still has 1
+    /// % of its distance to its limit.
     pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         for joint in 0..self.joints.len() {
@@ -182,7 +186,7 @@ impl Curvature {
         Curvature { m: factor.l_dirty().nrows(), blocks: vec![factor] }
     }
 
-    /// Solves H y = x for this Hessian H; the solution y replaces x.
+    /// Solves H y = x for this Hessian H of the barrier; the solution y replaces x.
     pub fn solve(&self, x: &mut [f64]) {
         for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
             x.copy_from_slice(block.solve(&DVector::from_column_slice(x)).as_slice());
@@ -190,8 +194,8 @@ impl Curvature {
     }
 }
 
-/// Dot product of two vectors. It uses indices because `zip` is not inlined across codegen units, and this function runs for
-/// every row in every step.
+/// Dot product of two vectors. It uses indices, because an iterator made by `zip` is not inlined across codegen units, and this
+/// function runs for every row in every step.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
     (0..a.len()).map(|i| a[i] * b[i]).sum()

@@ -1,5 +1,5 @@
-//! Finds a pose as centre of a motion by descent, so that distances of bodies and torques at rest keep their limits. If there is
-//! none, this file counts the limits that random poses violate.
+//! Finds a pose for the centre of a motion: by descent, it searches a pose at which distances of bodies and torques at rest keep
+//! their limits. If there is none, this file counts the limits that random poses violate.
 //!
 //! The residuals at a pose q are
 //!
@@ -18,25 +18,25 @@ use crate::excitation::gap_proof::GapCache;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// Distances above the bound that the descent requires, in multiples of the reserve of each pair of bodies: first enough for a
-/// large motion, then less. A search needs at least two at its start.
+/// Distances above the bound that the descent requires: first enough for a large motion, then less. Unit: the reserve of each
+/// pair of bodies (additional distance for the motion between samples). At its start, a search needs at least two reserves.
 const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
 /// Unit w that makes residuals of distances dimensionless, m.
 const UNIT_OF_ROOM_M: f64 = 0.01;
-/// Share s of its bound that a torque at rest may use in the descent, one for each entry of `WANTED_RESERVES`. A search needs a
-/// share below 0.95 at its start.
+/// Share s of its bound that a torque at rest may use in the descent, one for each entry of `WANTED_RESERVES`. At its start, a
+/// search needs a share below 0.95.
 const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
 /// Longest step of a coordinate in one iteration, as a share of half its position range.
 const MAX_STEP_SHARE: f64 = 0.3;
 /// Share of a coordinate's position range that a step keeps free at each end.
 const FREE_RANGE_SHARE: f64 = 0.01;
-/// Greatest number of steps of the descent to a centre; most descents end after ten.
+/// Greatest number of steps in the search for the centre of a motion by descent; most descents end after ten.
 const MAX_DESCENT_STEPS: usize = 40;
 /// Damping lambda of the descent: initial value, factor after a successful step, factor after an unsuccessful step, and the value
 /// at which a descent ends.
 const DAMPING: (f64, f64, f64, f64) = (1e-2, 0.3, 4.0, 1e6);
 
-/// The residuals r of the descent, each with its gradient by the scaled coordinates that move.
+/// The residuals r of limits that a pose violates, each with its derivatives by the scaled coordinates that move.
 type Missing = Vec<(f64, Vec<f64>)>;
 
 impl Prepared<'_> {
@@ -54,8 +54,8 @@ impl Prepared<'_> {
         self.problem.limits.iter().map(|l| l.locked.unwrap_or_else(|| of(l.position))).collect()
     }
 
-    /// The pose at which the descent from `q` ends. The descent first requires the greater distances; if it fails, the smaller
-    /// ones.
+    /// The pose at which the descent from `q` ends. The descent first requires the greater distances of [`WANTED_RESERVES`]. If
+    /// it does not reach them, it requires the smaller ones.
     pub(super) fn freed(&self, q: &[f64]) -> Vec<f64> {
         let [far, near] = [0, 1].map(|k| (WANTED_RESERVES[k], WANTED_TORQUE_SHARES[k]));
         let found = self.descended(q, far);
@@ -146,7 +146,7 @@ fn step(missing: &Missing, n: usize, damping: f64) -> Option<DVector<f64>> {
 /// A limit that some of the random poses violate, with the number of these poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViolatedLimit {
-    /// The violated limit: a gap, or the effort of a coordinate.
+    /// The violated limit: the least distance of two bodies, or the effort of a coordinate.
     pub what: Obstacle,
     /// Number of random poses that violate the limit.
     pub poses: usize,
@@ -155,7 +155,7 @@ pub struct ViolatedLimit {
 /// A limit that can prevent a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// Distance of two bodies: index of the gap.
+    /// Least distance of two bodies; the number is the index of this pair among the limited distances (gaps).
     Gap(usize),
     /// Effort of a drive that cannot hold the weight of its links: index of the coordinate.
     Effort(usize),
@@ -172,7 +172,7 @@ pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<ViolatedL
     let gaps = problem.surroundings.map_or(0, |s| s.gaps().len());
     let (all, still) = ((0..gaps).collect::<Vec<usize>>(), vec![0.0; n]);
     let (mut of_gaps, mut of_efforts, mut free) = (vec![0; gaps], vec![0; n], 0);
-    // Each pose has its own random stream, so the counts are independent of the number of poses.
+    // Each pose has its own random stream. So a pose does not depend on how many poses are drawn.
     for pose in 0..poses {
         let mut random = Random::stream(COUNT_SEED, pose as u64);
         let q = prepared.pose(|(low, high)| random.between(low, high));

@@ -17,12 +17,14 @@ use crate::excitation::limits::CoordinateLimits;
 /// Width v of the smooth sign of dry friction in a search, as a share of the greatest velocity within the limits.
 pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
-/// A column of W is linearly dependent if its residual with respect to the columns before it is below this share of its norm.
+/// A column of the identification matrix W counts as linearly dependent on the columns before it if the norm of its residual (the
+/// part that they do not explain) is below this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
-/// A column of W with a norm below this share of the largest column norm counts as zero.
+/// A column of the identification matrix W with a norm below this share of the largest column norm counts as zero.
 const ZERO_NORM_SHARE: f64 = 1e-12;
 
-/// Least number of rows of W per column, from random states, in the test of linear dependence, if no coordinate is locked.
+/// Least number of rows per column of the identification matrix W in the test of linear dependence, if no coordinate is locked.
+/// The rows are at random states.
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
 /// Fills `out` with the friction columns of joint j: [value, derivative by dq, derivative by ddq]. `v`: width of tanh(dq / v),
@@ -64,7 +66,7 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f
     }
 }
 
-/// For each column of the model's W: whether motions within the limits can separate it from the columns before it.
+/// For each column of the identification matrix W: whether motions within the limits can separate it from the columns before it.
 pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut random = Random::new(1);
@@ -83,7 +85,8 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         let dq = state(&|l| (-l.reachable_velocity(), l.reachable_velocity(), 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
-        // Row of W for each moving joint: its row of the regressor Y, then the friction columns after all base columns.
+        // Row of the identification matrix W for each moving joint: the row of the regressor Y, then its friction columns, which
+        // follow the columns of all base parameters.
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);

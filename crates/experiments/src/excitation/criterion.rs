@@ -20,33 +20,34 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SearchObjective {
-    /// Maximise the determinant of the information matrix W'W.
+    /// Maximise the determinant of the information matrix W'W; W: regressor of the motion.
     Determinant,
-    /// Minimise the condition number (Frobenius) of W after scaling its columns to unit norm.
+    /// Minimise the condition number (Frobenius norm) of the regressor W after scaling its columns to unit norm.
     Condition,
 }
 
 /// The rows of the regressor W that belong to one joint.
 #[derive(Clone, Debug)]
 pub struct CriterionRows {
-    /// Indices of the columns of W in which these rows may differ from zero.
+    /// Indices of the columns of the regressor W in which these rows may differ from zero.
     columns: Vec<usize>,
-    /// Row entries of W, one per column in `columns`, followed by equally many entries of the gradient dJ/dW.
+    /// Entries of the rows, one per column in `columns`, followed by equally many derivatives of the criterion J by these
+    /// entries.
     blocks: Vec<RowBlock>,
 }
 
 impl CriterionRows {
-    /// Makes an empty set of rows whose entries are in these columns of W.
+    /// Makes an empty set of rows whose entries are in these columns of the regressor W.
     pub fn new(columns: Vec<usize>) -> CriterionRows {
         CriterionRows { columns, blocks: vec![] }
     }
 
-    /// The columns of W in which the rows have entries.
+    /// The columns of the regressor W in which the rows have entries.
     pub fn columns(&self) -> &[usize] {
         &self.columns
     }
 
-    /// Appends a row of W with one entry per column in `columns`.
+    /// Appends a row of the regressor W with one entry per column in `columns`.
     pub fn push(&mut self, row: impl Iterator<Item = f64>) {
         let width = 2 * self.columns.len();
         if self.blocks.last().is_none_or(RowBlock::is_full) {
@@ -57,8 +58,8 @@ impl CriterionRows {
         }
     }
 
-    /// W'W of these rows: dot products of all pairs of columns. The product of columns i and j, i <= j, is at index j m + i, m
-    /// columns.
+    /// The dot products of all pairs of columns of these rows W, that is W'W. The product of the columns i <= j is at the index j
+    /// m + i; m: number of columns.
     fn products(&mut self) -> Vec<f64> {
         let m = self.columns.len();
         let places: Vec<usize> = (0..m).collect();
@@ -67,8 +68,8 @@ impl CriterionRows {
         products
     }
 
-    /// The gradient of J by the entries of up to eight rows of W, one slice per column. `first`: number of the first row, a
-    /// multiple of eight. `None` after the last row.
+    /// The derivatives of the criterion J by the entries of up to eight rows of the regressor W, one slice per column. `first`:
+    /// number of the first row, a multiple of eight. `None` after the last row.
     pub fn slopes(&self, first: usize) -> Option<impl Iterator<Item = &[f64]>> {
         let m = self.columns.len();
         let block = self.blocks.get(first / BLOCK_ROWS)?;
@@ -78,21 +79,21 @@ impl CriterionRows {
     }
 }
 
-/// The value of the criterion J for one motion, with the data for its gradient.
+/// The value of the optimality criterion J for one motion, with the data for its gradient.
 pub struct Criterion {
-    /// The criterion J; a smaller value is better.
+    /// The value of the criterion J; a smaller value is better.
     pub value: f64,
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
     threads: usize,
-    /// Factor that scales each column of W to unit norm.
+    /// Factor that scales each column of the regressor W to unit norm.
     scale: Vec<f64>,
-    /// Inverse of C, p x p; C is W'W scaled to a unit diagonal.
+    /// Inverse of C, p x p for p parameters. C is the information matrix W'W scaled to a unit diagonal.
     inverse: Vec<f64>,
 }
 
-/// Computes J from the rows of W of all joints and from `others`, further rows with p entries each, on `threads` threads. `None`
-/// if the rows do not have full rank.
+/// Computes the criterion J from the regressor rows of all joints and from `others`, further rows with p entries each, on
+/// `threads` threads. `None` if the rows do not have full rank.
 pub fn criterion(
     aim: SearchObjective,
     rows: Vec<CriterionRows>,
@@ -112,7 +113,7 @@ pub fn criterion(
             }
         }
     }
-    // C is W'W scaled to a unit diagonal. The scale factor of a zero column is not finite.
+    // C is the information matrix W'W scaled to a unit diagonal. The scale factor of a zero column is not finite.
     let rows = all.into_iter().map(|(_, rows)| rows).collect();
     let squares: Vec<f64> = (0..p).map(|c| lower[c * p + c]).collect();
     let scale: Vec<f64> = squares.iter().map(|s| 1.0 / s.sqrt()).collect();
@@ -140,8 +141,8 @@ pub fn criterion(
     Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
 
-/// Greatest accepted variance inflation of a column of W by the other columns. Above it rounding errors (1e-16 of the sums)
-/// dominate.
+/// Greatest accepted variance inflation of a column of the regressor by the other columns. Above it, rounding errors (1e-16 of
+/// the sums) dominate.
 const MAX_VARIANCE_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {
@@ -149,11 +150,11 @@ fn trace(matrix: &[f64], p: usize) -> f64 {
 }
 
 impl Criterion {
-    /// The rows of W with the derivative of J by each of their entries.
+    /// The rows of the regressor W with the derivative of the criterion J by each of their entries.
     pub fn slope(self) -> Vec<CriterionRows> {
         let Criterion { aim, rows, threads, scale, inverse, .. } = self;
         let p = scale.len();
-        // First dJ/dC, with C the scaled W'W; then dJ/dW = 2 W (scale dJ/dC scale).
+        // First dJ/dC; C: information matrix W'W scaled to a unit diagonal. Then dJ/dW = 2 W (scale dJ/dC scale).
         let of_c: Vec<f64> = match aim {
             SearchObjective::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
             SearchObjective::Condition => {
@@ -190,7 +191,7 @@ mod tests {
         let mut random = Random::new(2);
         let scales = [1.0, 30.0, 0.02, 4.0];
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
-        // Rows of W for two joints; the rows of the second joint have no entry in the first column.
+        // Regressor rows of two joints. The rows of the second joint have no entry in the first column.
         let rows = |w: &[f64]| {
             let mut joints = vec![CriterionRows::new((0..p).collect()), CriterionRows::new((1..p).collect())];
             w.chunks_exact(p).enumerate().for_each(|(r, row)| joints[r % 2].push(row[r % 2..].iter().copied()));

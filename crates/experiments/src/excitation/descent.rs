@@ -1,8 +1,8 @@
 //! Quasi-Newton descent for a function whose Hessian is partially known.
 //!
 //! The method is limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] with a backtracking line search (Armijo) inside the
-//! domain. The known part of the Hessian (of a barrier) replaces the multiple of the identity. A pair of step and gradient change
-//! without positive curvature is not stored.
+//! domain. The usual initial Hessian of L-BFGS, a multiple of the identity, is replaced by the known part of the Hessian (of a
+//! barrier). A pair of step and gradient change is not stored if the curvature along the step is not positive.
 
 use numerics::interruption::Interruption;
 use numerics::vector::dot;
@@ -15,10 +15,10 @@ const ARMIJO_SHARE: f64 = 1e-4;
 const MAX_STEP_HALVINGS: usize = 25;
 /// A pair of step and gradient change is stored only if the cosine of the angle between them exceeds this.
 const MIN_CURVATURE_COSINE: f64 = 1e-10;
-/// A descent ends after this number of consecutive iterations with too small a decrease.
+/// A descent ends after this number of consecutive iterations in which the objective decreases too little.
 const MAX_STALLED_ITERATIONS: usize = 3;
 
-/// A function on an open set that a descent minimises.
+/// An objective function on an open set, which a descent minimises.
 pub trait Objective {
     /// Value and gradient at x. `None` if x is outside the set, or if the value is above `at_most`: the line search then rejects
     /// x and needs no gradient.

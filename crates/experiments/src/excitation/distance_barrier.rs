@@ -1,7 +1,7 @@
-//! The distances between bodies as a barrier, which keeps a descent free of collisions.
+//! The distances between bodies as a barrier, which keeps the steps of a minimizer free of collisions.
 //!
-//! The barrier S is evaluated at N instants of the motion. r: distance of two solids above their bound, minus the reserve of this
-//! pair for motion between the instants. w: value of r below which the barrier acts. With s = r / w:
+//! The barrier S is evaluated at N instants of the motion. r: distance of two solids, minus their bound, minus their reserve
+//! (additional distance for the motion between the instants). w: value of r below which the barrier acts. With s = r / w:
 //!
 //! S = -1/N sum [log s + (1 - s) + (1 - s)^2 / 2]   over all pairs of solids with s < 1, at all instants
 //!
@@ -15,19 +15,21 @@ use crate::excitation::near_gaps::NearGaps;
 
 /// The distance barrier acts on two solids whose distance is less than this above its bound, m.
 const BARRIER_RANGE_M: f64 = 0.05;
-/// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, the error
-/// of a distance is a dt^2 / 8 = 2 mm for a body at 2 m/s in the highest of eight harmonics of ten seconds: half of a reserve.
+/// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, a body with
+/// the acceleration a deviates by up to a dt^2 / 8 from the interpolated distance. This is 2 mm, half of a reserve, for a body at
+/// 2 m/s in the highest of eight harmonics of ten seconds.
 const INSTANTS_PER_HARMONIC: usize = 32;
-/// Number of instants per blend at which the distance barrier is evaluated.
+/// Number of instants in each blend (motion from rest to the Fourier series, or back) at which the distance barrier is evaluated.
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
 /// Least number of instants per period at which the distance barrier is evaluated.
 const MIN_INSTANTS_PER_PERIOD: usize = 200;
-/// Least distance of bodies above its bound at the start of a descent, in multiples of the gap's reserve.
+/// Least distance of bodies above its bound at the start of a descent. Unit: the reserve of their gap, the additional distance
+/// that a search keeps.
 const INITIAL_RESERVES: f64 = 2.0;
 
 /// Intermediate results of the distance computation at each instant, which make the next evaluation faster.
 ///
-/// Each start of a search has its own data, so its result is independent of other starts.
+/// Each start of a search (descent from one initial motion) has its own data, so its result is independent of other starts.
 #[derive(Default)]
 pub struct Seen(RefCell<Vec<GapCache>>);
 
@@ -35,7 +37,7 @@ pub struct Seen(RefCell<Vec<GapCache>>);
 #[derive(Clone)]
 pub struct DistanceBarrier<'a> {
     surroundings: &'a dyn Surroundings,
-    /// Row of the basis functions at each instant: position of a coordinate per unit of each coefficient.
+    /// Basis functions at each instant: position of a coordinate per unit of each coefficient.
     instants: Vec<Vec<f64>>,
 }
 
@@ -49,8 +51,8 @@ impl<'a> DistanceBarrier<'a> {
 
     /// `height` times the barrier S. `None` if a distance minus its reserve is not positive, or if the value is above `at_most`.
     ///
-    /// `positions` gives the coordinates for a row of the basis. `along` receives a row with the gradient of `height` S by the
-    /// coordinates at the same instant. Each distance on which the barrier acts is added to `felt`.
+    /// `positions` computes the coordinates from the basis functions at an instant. `along` receives these basis functions, with
+    /// the gradient of `height` S by the coordinates at the instant. Each distance on which the barrier acts is added to `felt`.
     pub(crate) fn value(
         &self,
         seen: &Seen,
@@ -93,13 +95,13 @@ impl<'a> DistanceBarrier<'a> {
         Some(weight * value)
     }
 
-    /// The row of the basis functions at each instant of the barrier.
+    /// The basis functions at each instant of the barrier, one row per instant.
     pub(crate) fn rows(&self) -> &[Vec<f64>] {
         &self.instants
     }
 
-    /// The gap with the least ratio of its distance above the bound to its reserve: this distance, m, and the index of the gap.
-    /// `None` if no two solids are near each other.
+    /// The gap (limited distance) with the least ratio of room to reserve, where room is the distance minus its bound. Returns
+    /// this room, m, and the index of the gap. `None` if no two solids are near each other.
     pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         let mut seen = self.seen(seen);
@@ -116,7 +118,8 @@ impl<'a> DistanceBarrier<'a> {
         seen
     }
 
-    /// Replaces `nearest` by the nearest gap at configuration `q` if that gap has a smaller ratio of distance to reserve.
+    /// Replaces `nearest` by the nearest gap at configuration `q` if this gap has a smaller ratio of room (distance minus its
+    /// bound) to reserve.
     pub fn nearest_at(&self, q: &[f64], known: &mut GapCache, nearest: &mut Option<(f64, usize)>) {
         let beside_reserve = |(room, gap): (f64, usize)| room / self.surroundings.gaps()[gap].reserve;
         self.surroundings.near(q, BARRIER_RANGE_M, known, &mut |gap, room, _| {
@@ -126,8 +129,8 @@ impl<'a> DistanceBarrier<'a> {
         });
     }
 
-    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance above the bound,
-    /// m, and index of the gap; `None`: no gap is near, which suffices.
+    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance minus its bound,
+    /// m, and index of the gap; `None`: no bodies are near each other, so the distance is large enough.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         nearest.is_none_or(|(room, gap)| room > INITIAL_RESERVES * self.surroundings.gaps()[gap].reserve)
     }

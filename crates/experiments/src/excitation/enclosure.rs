@@ -1,7 +1,7 @@
 //! Proved bounds of the positions of a motion and of their derivatives on an interval of time.
 //!
-//! - Fourier series with coefficients a_l, b_l: about the middle c of the interval, with h = t - c and w_l = w l,
-//!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
+//! - Fourier series with velocity amplitudes a_l, b_l and angular frequencies w_l: about the middle c of the interval, q^(k)(t)
+//!   is within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), with h = t - c, by Taylor's theorem.
 //! - A blend, and each span of a spline: between the least and the greatest of the Bernstein control points of its interval,
 //!   from polar forms.
 //!
@@ -29,13 +29,14 @@ pub type Derivatives = [Interval; 5];
 
 /// A motion with precomputed data for enclosures of its positions and derivatives.
 pub enum EnclosedMotion<'a> {
-    /// A Fourier series with its blends.
+    /// A Fourier series with its blends (polynomials from rest to the series, and back to rest).
     Fourier(EnclosedSeries<'a>),
     /// A spline.
     Spline(EnclosedSpline),
 }
 
-/// A Fourier series with its blends, with precomputed data for enclosures.
+/// A Fourier series with its blends (polynomials from rest to the series, and back to rest), with precomputed data for
+/// enclosures.
 pub struct EnclosedSeries<'a> {
     shape: FourierSeries,
     /// Coefficients (c, a_1, b_1, ..) of each coordinate: centre c, then amplitudes of the velocity.
@@ -44,7 +45,8 @@ pub struct EnclosedSeries<'a> {
     frequency: Vec<Interval>,
     /// For each coordinate: bounds sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4, of the second derivative of q^(k).
     curvature: Vec<[f64; 5]>,
-    /// Bernstein control points of the start blend and of the end blend, one entry per coordinate.
+    /// Bernstein control points of the two blends (polynomials from rest to the series, and back to rest), one entry per
+    /// coordinate.
     blends: Vec<[[Interval; 5]; 2]>,
 }
 
@@ -121,8 +123,8 @@ impl EnclosedSeries<'_> {
         });
         let curvature = curvature.collect();
         let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
-        // Bernstein control points of the start blend: s, s, s, q - D v/4, q, with s = q - D v/2 + D^2 a/12. q, v, a: state of
-        // the series at its start; D: duration. The end blend is mirrored.
+        // Bernstein control points of the polynomial from rest to the series (start blend): s, s, s, q - D v/4, q, with s = q - D
+        // v/2 + D^2 a/12. q, v, a: state of the series at its start; D: duration. The end blend is mirrored.
         let d = Interval::point(shape.blend);
         let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
             let bend = (d.square() * a).over(Interval::point(12.0));

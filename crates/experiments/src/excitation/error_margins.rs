@@ -3,8 +3,8 @@
 //!
 //! | margin | greatest error | the proof |
 //! |---|---|---|
-//! | `encoder_zero`, `tracking` | of a joint's position with respect to the motion, rad (m); both add up to e | narrows positions by e at both ends; lowers a distance by the sum of e R over its joints |
-//! | `calibration` | of a body point's position with respect to joints and description, frame of the base, m | lowers the distance to a plane by the margin, of two links by twice the margin |
+//! | `encoder_zero`, `tracking` | of a joint's position with respect to the motion, rad (m); both add up to e | narrows the position limits by e at both ends; lowers a distance by the sum of e R over its joints |
+//! | `calibration` | of the position of a body point in the base frame, computed from joint positions and description, m | lowers the distance to a plane by the margin, of two links by twice the margin |
 //! | `mesh` | of a body's surface outside its collision shape, m | lowers distances like `calibration` |
 //! | `payload` | a body that may be on a link, with its mass or less, or none | efforts and powers with it and without it: they are linear in its mass |
 //!

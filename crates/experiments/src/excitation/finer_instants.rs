@@ -1,8 +1,8 @@
 //! A time grid that is finer than the grid of a search by an integer factor.
 //!
 //! Every `factor`-th instant of the finer grid is an instant of the search. The finer instants are numbered through the period,
-//! then through each blend including both ends of the blend. The period is cyclic, so each of its instants has two neighbours;
-//! the ends of a blend have only one.
+//! then through each blend (motion from rest or to rest) including both its ends. The period is cyclic, so each of its instants
+//! has two neighbours; the ends of a blend have only one.
 
 use crate::excitation::motion::MotionShape;
 use crate::excitation::problem::{Prepared, TORQUE_INSTANTS_PER_BLEND};
@@ -31,7 +31,7 @@ impl Prepared<'_> {
         self.own_instants(factor).filter_map(move |at| self.neighbour(at, half, factor))
     }
 
-    /// Number of instants of the finer grid in the period, and in each blend including both ends.
+    /// Number of instants of the finer grid in the period, and in each blend (motion from or to rest) including both ends.
     fn finer_counts(&self, factor: usize) -> (usize, usize) {
         (factor * self.problem.samples, factor * (TORQUE_INSTANTS_PER_BLEND - 1) + 1)
     }
@@ -48,8 +48,8 @@ impl Prepared<'_> {
         usize::try_from(moved(local)).ok().filter(|i| *i < of_blend).map(|i| of_period + blend * of_blend + i)
     }
 
-    /// Basis rows of q, dq, ddq at instant `at` of the finer grid, in the period or in a blend: factors of a joint's
-    /// coefficients.
+    /// Factors of a joint's coefficients in q, dq and ddq at instant `at` of the finer grid, in the period or in a blend (motion
+    /// from or to rest).
     pub(super) fn finer_instant(&self, at: usize, factor: usize) -> [Vec<f64>; 3] {
         let (of_period, of_blend) = self.finer_counts(factor);
         let shape = &self.problem.shape;

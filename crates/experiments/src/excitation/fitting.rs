@@ -15,11 +15,11 @@ use crate::excitation::trajectory::Trajectory;
 
 /// Greatest number of rounds; each round proves the limits and scales the motion down if a proof fails.
 const MAX_PROOF_ROUNDS: usize = 16;
-/// Greatest factor of the swing in a round in which a torque or power limit is not proved.
+/// Greatest factor by which a round scales the swing (deviation from the centre) if a torque or power limit is not proved.
 const MAX_TORQUE_SCALE: f64 = 0.996;
-/// Factor of the swing in a round in which a distance of bodies is not proved.
+/// Factor by which a round scales the swing (deviation from the centre) if a distance of bodies is not proved.
 const DISTANCE_SCALE: f64 = 0.97;
-/// Least factor of the swing in one round, so that one round does not shrink the motion too far.
+/// Least factor by which one round scales the swing (deviation from the centre), so that the motion does not shrink too far.
 const MIN_SCALE: f64 = 0.5;
 /// Relative margin to a kinematic limit of a joint after scaling, so that the next proof succeeds.
 const JOINT_LIMIT_MARGIN: f64 = 1e-6;
@@ -106,7 +106,8 @@ fn shrink(motion: &mut Motion, factor: f64) {
     motion.joints.iter_mut().for_each(|joint| *joint = scaled(joint, factor, joint[0]));
 }
 
-/// Scales the swing of each joint down until it keeps the kinematic limits that are not proved in the certificate `rows`.
+/// Scales the swing (deviation from the centre) of each joint down until the joint keeps the kinematic limits that are not proved
+/// in the certificate `rows`.
 fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
     let per_joint = LimitKind::KINEMATIC.len();
     for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {

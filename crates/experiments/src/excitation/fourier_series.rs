@@ -10,12 +10,12 @@
 //! vanishes. Its Bernstein control points are s, s, s, q(0) - D v/4, q(0). The acceleration is continuous and the jerk is
 //! bounded. Every quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
 
-/// Period, duration of the blends, and number of harmonics of a Fourier series motion.
+/// Period, number of harmonics, and duration of the blends (polynomials from rest to the series and back) of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierSeries {
     /// Period T, s.
     pub period: f64,
-    /// Duration D of a blend, s.
+    /// Duration D of a blend (polynomial from rest to the series, or back), s.
     pub blend: f64,
     /// Number of harmonics H.
     pub harmonics: usize,
@@ -42,8 +42,8 @@ impl FourierSeries {
         row
     }
 
-    /// Bernstein control points of the k-th derivative of a blend (degree 4 - k, k <= 3). Each control point is given by its
-    /// factors of the coefficients (c, a_1, b_1, ..).
+    /// Bernstein control points of the k-th derivative of a blend (polynomial of degree 4 from rest to the series, or back), k <=
+    /// 3. The derivative has degree 4 - k. Each control point is given by its factors of the coefficients (c, a_1, b_1, ..).
     pub(crate) fn blend_control(&self, k: usize, is_start: bool) -> Vec<Vec<f64>> {
         let blend = self.blend;
         let [q, v, a] = [0, 1, 2].map(|k| self.row(0.0, k));
@@ -63,8 +63,8 @@ impl FourierSeries {
         points
     }
 
-    /// Factors of the coefficients (c, a_1, b_1, ..) in the k-th derivative of a blend, at the fraction u in [0, 1] of its
-    /// duration.
+    /// Factors of the coefficients (c, a_1, b_1, ..) in the k-th derivative of a blend (polynomial from rest to the series, or
+    /// back), at the fraction u in [0, 1] of its duration.
     pub(crate) fn blend_row(&self, k: usize, is_start: bool, u: f64) -> Vec<f64> {
         casteljau(self.blend_control(k, is_start), u)
     }

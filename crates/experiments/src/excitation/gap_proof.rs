@@ -2,8 +2,8 @@
 //!
 //! On an interval of time with middle t, the enclosures of [`crate::excitation::enclosure`] bound how far every coordinate moves
 //! away from q(t). The distance on the interval is at least the distance at q(t) minus the motion of the bodies by the joints: a
-//! Lipschitz bound, which the surroundings compute. An interval is halved until the bound is above the limit. The proof follows
-//! from the motion, the limits and the description alone.
+//! Lipschitz bound, which an implementation of [`Surroundings`] computes. An interval is halved until the bound is above the
+//! limit. The proof follows from the motion, the limits and the description alone.
 //!
 //! Not here: the shapes of the bodies and the computation of distances.
 
@@ -27,7 +27,7 @@ pub struct Gap {
     pub subject: String,
     /// Least allowed distance of the two sides, m; it includes `margin`.
     pub bound: f64,
-    /// The share of `bound` that covers position errors of joints and bodies, m.
+    /// The part of `bound` that covers position errors of joints and bodies, m.
     pub margin: f64,
     /// Additional distance that a search keeps, m, because bodies move between the instants of the search.
     pub reserve: f64,
@@ -51,8 +51,8 @@ pub struct GapSize {
     pub at_least: f64,
 }
 
-/// Data that [`Surroundings::near`] keeps from one call to the next. Only the implementation of `Surroundings` knows their type.
-/// `None`: no data yet.
+/// Data that [`Surroundings::near`] keeps from one call to the next. Only the implementation of `Surroundings` knows the type of
+/// these data. `None`: no data yet.
 pub type GapCache = Option<Box<dyn Any + Send>>;
 
 /// Computes distances between the bodies of a robot, and between them and the environment.
@@ -77,7 +77,8 @@ const SHORTEST_PART_S: f64 = 1e-7;
 /// stays unproven.
 const MAX_DISTANCES: usize = 1_000_000;
 
-/// Least evaluated distance of a gap along the motion, m, its time, s, and the proved lower bound of the distance, m.
+/// Data of one gap along the motion: its least evaluated distance, m, the time of this distance, s, and the proved lower bound of
+/// the distance, m.
 struct Least {
     reached: f64,
     time: f64,

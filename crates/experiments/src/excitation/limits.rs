@@ -62,8 +62,8 @@ impl CoordinateLimits {
     }
 
     /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). It is at
-    /// most the velocity limit, which for a gripper may be ten times as large. It is at least a twentieth of that limit, because
-    /// a slower joint identifies nothing.
+    /// most the velocity limit; for a gripper, this limit may be ten times the reachable velocity. It is at least a twentieth of
+    /// the limit, because a slower joint identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
         (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)
@@ -265,10 +265,8 @@ fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result
     }
 }
 
-/// Combines the limits of one coordinate from the limits file (`own`, else `all`) and from the description, and slows them down
-/// if the file requests it. No limit is assumed.
-///
-/// Fails if the limits file is looser than the description.
+/// Combines the limits of one coordinate: from the limits file (`own`, or `all` where `own` has none) and from the description.
+/// Slows them down if the file requests it. No limit is assumed.
 pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
     let described = AskedLimits::of_description(described);
     let asked_position = own.position.or(all.position);

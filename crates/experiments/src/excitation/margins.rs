@@ -48,8 +48,8 @@ pub const STATEMENT: &str = "a proof of planning, and no safety function";
 pub struct Margins {
     /// The error margins that the certificate covers. A margin that is not given is assumed to be zero.
     pub errors: ErrorMargins,
-    /// Greatest distance by which the convex hull of a mesh exceeds the mesh, m, with the name of its link; the certificate
-    /// covers it. `None`: no body is a mesh.
+    /// Greatest distance by which the body of a mesh in the proof exceeds the convex hull of the mesh, m, with the name of its
+    /// link. The certificate uses this larger body. `None`: no body is a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
     /// The greatest distance and time that the robot needs to stop, from any instant of the motion.
@@ -59,8 +59,8 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Computes the margins of a certificate (`rows`) along a trajectory. `mesh`: the greatest error of a mesh, m, with the name
-    /// of its link.
+    /// Computes the margins of a certificate (`rows`) along a trajectory. `mesh`: the greatest distance by which the body of a
+    /// mesh exceeds the convex hull of the mesh, m, with the name of its link.
     pub fn new(
         positions: &dyn Trajectory,
         rows: &[CertificateRow],
@@ -172,14 +172,15 @@ mod tests {
             let room = found.stopping.positions.as_ref().unwrap();
             let expected = rooms[0].min(rooms[1]);
             assert!(room.room <= expected + 1e-9 && room.room > expected - 0.1, "{room:?} {rooms:?}");
-            // The wall is 30 m beyond the reached positions, so stopping is covered.
+            // The position limits and the wall are far beyond the stop positions, so stopping is covered.
             let bodies = found.stopping.bodies.as_ref().unwrap();
             assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
             let text = found.text();
             let whole =
                 ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT];
             assert!(whole.iter().all(|said| text.contains(said)), "{text}");
-            // These limits are nearly at the extremes of the motion, so stopping is not covered; likewise for the wall.
+            // The position limit of q1 is 0.01 rad before its farthest stop position, and the wall is 1 mm below the highest stop
+            // position of the rod. So neither covers stopping.
             let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
             let near_rod = Rod::new(height - 1e-3);
             let obligations = Obligations { limits: &near, names: &names, torque: None, surroundings: Some(&near_rod) };

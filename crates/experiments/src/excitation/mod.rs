@@ -1,5 +1,5 @@
-//! Searches one exciting motion of all joints and proves its limits. The motion is a Fourier series between blends, or a quintic
-//! spline.
+//! Searches one exciting motion of all joints and proves its limits. The motion is a Fourier series with motions from rest and to
+//! rest (blends), or a quintic spline.
 
 pub mod artefact;
 pub mod barrier;

@@ -12,7 +12,7 @@ use crate::motion::reference_motion::Reference;
 /// The basis functions of a motion of all joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionShape {
-    /// Whole periods of a Fourier series, between a blend from rest and a blend to rest.
+    /// Whole periods of a Fourier series, with a polynomial from rest before them and a polynomial to rest after them (blends).
     Fourier(FourierSeries),
     /// A quintic spline from rest to rest, once per repetition.
     Spline(QuinticSpline),
@@ -64,9 +64,10 @@ impl MotionShape {
 
     /// The metric of a coordinate's coefficients, which are in the units of [`MotionShape::units`], m x m for m coefficients.
     ///
-    /// A swing at the greatest velocity, or by half the position range, has a squared norm of about 1. For a series the metric is
-    /// the identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count` instants, v
-    /// the limit of velocity. A fast swing of the control points then has the norm of a fast harmonic.
+    /// A motion about the centre with the greatest velocity, or over half the position range, has a squared norm of about 1. For
+    /// a Fourier series the metric is the identity, because its functions are orthogonal. For a spline it is twice the mean of
+    /// (dq/v)^2 over `count` instants; v: limit of velocity. So a fast motion of the control points has the norm of a fast
+    /// harmonic.
     pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
         let m = self.size();
         let mut metric = vec![0.0; m * m];
@@ -89,7 +90,7 @@ impl MotionShape {
         metric
     }
 
-    /// Basis rows of the k-th derivative (factors of the coefficients): at `count` instants of a period, then at the fractions
+    /// Rows with the factors of the coefficients in the k-th derivative: at `count` instants of a period, then at the fractions
     /// `of_blends`, in [0, 1], of each blend.
     pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
         let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);
@@ -102,8 +103,8 @@ impl MotionShape {
         rows
     }
 
-    /// Bernstein control points whose hull encloses the k-th derivative of the blends, as factors of the coefficients. The start
-    /// blend is first. Empty for a spline.
+    /// Bernstein control points whose hull encloses the k-th derivative of the blends (polynomials from rest and to rest), as
+    /// factors of the coefficients. The start blend is first. Empty for a spline.
     pub(crate) fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
             MotionShape::Fourier(series) => {
@@ -222,8 +223,9 @@ pub(crate) mod tests {
                 for k in 0..2 {
                     for d in 0..3 {
                         let slope = (after[k][d] - before[k][d]) / (2.0 * h);
-                        // Error of the difference: h^2 times the derivative two orders higher, with 3 w = 4.7 and 120 K^5 / T^5 =
-                        // 6900. Rounding: 1e-16 of a hundred, divided by h.
+                        // Error of the difference: h^2 times the derivative two orders higher. For the series, the highest
+                        // angular frequency is 3 w = 4.7 rad/s; for the spline, the fifth derivative is about 120 K^5 / T^5 =
+                        // 6900 (K spans in T seconds). Rounding: 1e-16 of a hundred, divided by h.
                         assert!((slope - at[k][d + 1]).abs() < 1e-5, "{t} {k} {d}: {slope} {}", at[k][d + 1]);
                     }
                 }

@@ -60,7 +60,8 @@ impl MotionClaims<'_> {
         self.rows.iter().map(claim_of_row).chain(self.left_out.iter().map(claim_of_left_out)).collect()
     }
 
-    /// The level of evidence that the whole motion may be played: the lowest level of all its claims.
+    /// The level of evidence for the whole motion: the lowest level of its claims. The omitted check of the path to the first
+    /// pose does not count.
     pub fn standing(&self) -> EvidenceLevel {
         let rows = self.rows.iter().map(|row| Need::at_least(subject_of_row(row), EvidenceLevel::Assumed));
         let left_out = self.left_out.iter().filter(|out| out.matter != LeftOutTopic::Approach).map(|out| {

@@ -1,10 +1,10 @@
 //! Linearises torques and powers near their bounds in the coefficients of a motion. The result is used for the Hessian of the
 //! torque barrier and for the greatest step of a descent.
 //!
-//! B: Hessian of the kinematic barrier, block by block. G: gradients of the K nearest quantities v by the N coefficients; u:
-//! their bounds. D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)). The Hessian is B + G' D G, without the second derivatives of
-//! v. Its inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without this term the line search of
-//! a chain of thirty joints, whose efforts are limiting, halves each step three to fifteen times.
+//! B: Hessian of the kinematic barrier, block by block. v: the K torques and powers nearest to their bounds u. G: their gradients
+//! by the N coefficients. D = diag(weight (1 / (u - v)^2 + 1 / (u + v)^2)). The Hessian is B + G' D G, without the second
+//! derivatives of v. Its inverse is B^-1 - Y' (D^-1 + G Y')^-1 Y, Y = G B^-1 [Golub, Van Loan 2013, 2.1.4]. Without the term G' D
+//! G, the line search for a chain of thirty joints near their effort limits halves each step three to fifteen times.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -24,7 +24,7 @@ const STEP_TO_BOUND_SHARE: f64 = 0.99;
 #[derive(Clone)]
 pub(crate) struct NearDrives {
     held: Vec<EnforcedDrive>,
-    /// Gradients G of K quantities by N coefficients, K x N, row by row.
+    /// Gradients G of the K torques and powers by the N coefficients of the motion, K x N, row by row.
     slopes: Vec<f64>,
     /// Number N of coefficients of the motion.
     width: usize,
@@ -41,8 +41,8 @@ impl NearDrives {
         let least_share = (1.0 - (weight / NEGLIGIBLE_CURVATURE).sqrt()).max(NEAR_SHARE);
         let near = |wall: &TorqueBarrier| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
         let mut held = problem.torque.map_or(vec![], near);
-        // Quantities with temporarily raised bounds come first, because their barriers are the steepest; equal ones stay in the
-        // order of the instants.
+        // Torques and powers with temporarily raised bounds come first, because their barriers are the steepest. Equal ones stay
+        // in the order of the instants.
         let rank = |held: &EnforcedDrive| (held.relief > 1.0, held.share());
         held.sort_by(|a, b| rank(b).0.cmp(&rank(a).0).then(rank(b).1.total_cmp(&rank(a).1)));
         held.truncate(problem.samples);
@@ -69,8 +69,8 @@ impl NearDrives {
         self.held.iter().zip(self.rows()).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Factors the sum of the Hessians of kinematic and torque barrier. `weight`: gives the barrier weight from the factor that
-    /// raises a bound. `None` if the factorisation fails.
+    /// Factors the sum of the Hessians of the kinematic barrier and of the torque barrier. `weight` computes the weight of the
+    /// torque barrier from the factor that raises a bound. `None` if the factorisation fails.
     pub(crate) fn curvature(&self, kinematic: &Curvature, weight: impl Fn(f64) -> f64) -> Option<RaisedCurvature> {
         let bend = |held: &EnforcedDrive| {
             weight(held.relief) * ((held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2))
@@ -90,17 +90,19 @@ impl NearDrives {
     }
 }
 
-/// The Hessian B of the kinematic barrier with the update G' D G of rank K by the torque barrier, factored.
+/// The Hessian of kinematic and torque barrier, factored: B + G' D G. B: Hessian of the kinematic barrier; G' D G: update of rank
+/// K by the K torques and powers near their bounds.
 pub(crate) struct RaisedCurvature {
-    /// Y = G B^-1, K x N; G: gradients of the K quantities by the N coefficients.
+    /// Y = G B^-1, K x N. G: gradients of the K torques and powers by the N coefficients; B: Hessian of the kinematic barrier.
     solved: Vec<f64>,
     width: usize,
-    /// The Cholesky factor of the K x K matrix D^-1 + G Y'.
+    /// The Cholesky factor of the K x K matrix D^-1 + G Y'; D: weights of the K torques and powers in the Hessian.
     inner: Cholesky<f64, Dyn>,
 }
 
 impl RaisedCurvature {
-    /// Solves (B + G' D G) y = x by the matrix inversion lemma; y replaces x. `kinematic`: the factored B.
+    /// Solves (B + G' D G) y = x, with the Hessian of both barriers, by the matrix inversion lemma; y replaces x. `kinematic`:
+    /// the factored B.
     pub(crate) fn solve(&self, kinematic: &Curvature, x: &mut [f64]) {
         let along = self.solved.chunks_exact(self.width).map(|row| -dot(row, x)).collect();
         kinematic.solve(x);
@@ -145,7 +147,7 @@ mod tests {
         NearDrives { held: vec![held(1.9, 1.0), held(-1.5, 1.2), held(1.0, 1.0)], slopes, width: 10 }
     }
 
-    /// Checks that (B + G' D G) times the solution equals the right-hand side.
+    /// Checks the solution: the Hessian B + G' D G times the solution must equal the right-hand side.
     #[test]
     fn the_raised_curvature_is_the_sum() {
         let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);

@@ -4,21 +4,21 @@
 //! b: row of the basis functions at an instant. g: gradient of a distance by the coordinates. w'': second derivative of the
 //! barrier by the distance. The Hessian is the sum over the distances of w'' (g x b)(g x b)', x the Kronecker product, without
 //! the second derivatives of the distances. The distances of one instant share b, so their terms in g are added first. Without
-//! this term the line search halves every step when bodies are near each other.
+//! this Hessian the line search halves every step when bodies are near each other.
 
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::add_products;
 
 use crate::excitation::barrier::Curvature;
 
-/// Share of the distance to its bound that one step of a descent may use; the kinematic barrier uses the same value.
+/// Share of the distance to its bound that one step of the minimizer may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;
 
 /// A pair of bodies (gap) near its bound at one instant.
 pub(crate) struct EnforcedGap {
     /// Index of the instant among the instants of the distance barrier.
     pub instant: usize,
-    /// Distance of the bodies above the sum of bound and reserve of the gap, m.
+    /// Distance of the bodies minus its bound, minus the reserve (additional distance that a search keeps), m.
     pub room: f64,
     /// Second derivative of the distance barrier by this distance, 1/m^2.
     pub bend: f64,
@@ -33,8 +33,8 @@ pub(crate) struct NearGaps {
 }
 
 impl NearGaps {
-    /// Adds a gap with its distance above bound and reserve (`room`), second derivative of the barrier (`bend`) and gradient of
-    /// the distance. `instant` must not be before the instant of the last gap.
+    /// Adds a pair of bodies near its bound. `room`: distance minus bound and reserve; `bend`: second derivative of the barrier;
+    /// `slope`: gradient of the distance. `instant` must not be before the instant of the pair added last.
     pub(crate) fn push(&mut self, instant: usize, room: f64, bend: f64, slope: &[f64]) {
         self.held.push(EnforcedGap { instant, room, bend });
         self.slopes.extend_from_slice(slope);
@@ -44,13 +44,13 @@ impl NearGaps {
         self.held.is_empty()
     }
 
-    /// Each gap with the gradient of its distance by the coordinates.
+    /// Each pair of bodies (gap) with the gradient of its distance by the coordinates.
     pub(crate) fn rooms(&self) -> impl Iterator<Item = (&EnforcedGap, &[f64])> {
         self.held.iter().zip(self.slopes.chunks_exact(self.slopes.len() / self.held.len().max(1)))
     }
 
-    /// The greatest step along `direction` (of the coefficients) after which every gap still has 1 % of its distance above its
-    /// bound, in linear approximation.
+    /// The greatest step along `direction` (of the coefficients) after which the distance of every gap still exceeds its bound
+    /// plus reserve by 1 % of the present excess, in linear approximation.
     pub(crate) fn greatest_step(&self, basis: &Basis, direction: &[f64]) -> f64 {
         let mut step = f64::INFINITY;
         let (mut seen, mut rates) = (usize::MAX, vec![]);
@@ -139,7 +139,7 @@ mod tests {
         (0..5).map(|i| vec![1.0, wave(i, 1.1), wave(i + 3, 2.3)]).collect()
     }
 
-    /// Two gaps at one instant and two at another; no moving joint changes the last gap.
+    /// Two pairs of bodies at one instant and two at another; no moving joint changes the last distance.
     fn near() -> NearGaps {
         let mut near = NearGaps::default();
         near.push(1, 0.03, 4.0, &[0.3, 9.0, -0.2]);

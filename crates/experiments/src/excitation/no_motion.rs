@@ -30,18 +30,18 @@ pub enum NoMotion {
         /// The least ratio of effort or power to this limit, over all tried motions.
         share: f64,
     },
-    /// Every tried motion, however small, violates a distance of bodies; `gap` is the violated one that came nearest to its
-    /// bound.
+    /// Every tried motion, however small, violates a distance of bodies. `gap` is the violated pair of bodies that came nearest
+    /// to its bound.
     TooNarrow {
         /// Index of the gap (pair of bodies).
         gap: usize,
-        /// Distance of this gap above its bound, m. It is too small to start a search, and usually negative.
+        /// Distance of this pair minus its bound, m. It is too small to start a search, and usually negative.
         room: f64,
     },
 }
 
-/// Describes a motion x (scaled coefficients) that identifies too little: its slowest coordinate, and the limit that this
-/// coordinate uses most.
+/// Describes a motion with too little information: its slowest coordinate, and the limit that this coordinate uses most. x:
+/// scaled coefficients of the motion.
 pub(crate) fn too_small(prepared: &Prepared, problem: &Problem, x: &[f64]) -> NoMotion {
     let barrier = prepared.barrier();
     let of_joint = |(j, &coordinate): (usize, &usize)| {

@@ -66,8 +66,8 @@ impl PolynomialTrajectory {
         PolynomialTrajectory { stretches, coefficients }
     }
 
-    /// Makes the trajectory of one period of a swing, or of one sweep there and back. The pauses of an experiment add no new
-    /// positions, so they are omitted.
+    /// Makes the trajectory of an experiment: one period of a swing (periodic motion), or one slow sweep there and back. The
+    /// pauses of an experiment add no new positions, so they are omitted.
     pub fn of_experiment(experiment: &ExcitingTrajectory) -> PolynomialTrajectory {
         let mut course = PolynomialTrajectory { stretches: vec![], coefficients: vec![] };
         let still: Vec<Vec<Interval>> = experiment.centre.iter().map(|c| vec![Interval::point(*c)]).collect();
@@ -90,8 +90,8 @@ impl PolynomialTrajectory {
                 let moving = experiment.moving();
                 for (from, to, shape) in profile_pieces(*profile) {
                     push(from * t, (to - from) * t, &|k| {
-                        // T: period. With u = from + s/T, the polynomial in u of the profile becomes a polynomial in the local
-                        // time s.
+                        // T: period; u = t/T: phase at which the segment starts at `from`. With u = from + s/T, the polynomial of
+                        // the profile in u becomes a polynomial in the local time s.
                         let scale = |(n, c): (usize, &f64)| {
                             let power = Interval::point(t);
                             (0..n).fold(Interval::point(half_range[k]) * *c, |x, _| x.over(power))

@@ -3,8 +3,8 @@
 //! For each segment of the motion, subdivision of an enclosure ([`numerics::range`]) finds the range of each limited quantity.
 //! Position to jerk use the enclosures of the motion ([`crate::excitation::enclosure`]). The torque uses the second-order
 //! enclosure of the torque function along the motion ([`numerics::jet`]), with the nominal friction: tau = Y X + FV dq + OFF, and
-//! FS in both directions (FV: viscous friction, OFF: offset, FS: dry friction). The power of a drive, tau dq + FS |dq|, uses the
-//! same enclosure. The proof follows from the motion, the limits and the description alone.
+//! FS in both directions (Y: regressor, X: its parameters, FV: viscous friction, OFF: offset, FS: dry friction). The power of a
+//! drive, tau dq + FS |dq|, uses the same enclosure. The proof follows from the motion, the limits and the description alone.
 //!
 //! Not here: distances of bodies ([`crate::excitation::gap_proof`]); torques that the description does not determine.
 
@@ -47,7 +47,7 @@ pub struct CertificateRow {
     pub value: f64,
     /// The bound of the quantity, in the unit of `value`; for a distance it includes `margin`.
     pub bound: f64,
-    /// The share of the bound of a distance that covers errors of joints and bodies, m.
+    /// The part of the bound of a distance that covers errors of joints and bodies, m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub margin: f64,
     /// Proved bound of the quantity over the whole motion, in the unit of `value`: the quantity is never beyond it.
@@ -120,8 +120,9 @@ const UNKNOWN: Range = Range {
     greatest: Extreme { reached: f64::NEG_INFINITY, time: 0.0, proved: f64::INFINITY },
 };
 
-/// Finds the ranges of the quantities that `enclose` encloses, on each segment of a trajectory. Uses at most `enclosures_within`
-/// evaluations to prove the limits alone, then at most `enclosures` for the exact ranges.
+/// Finds the range of each limited quantity on each segment of a trajectory. `enclose` encloses the quantities on a time
+/// interval. Uses at most `enclosures_within` evaluations to prove the limits alone, then at most `enclosures` for the exact
+/// ranges.
 fn over_stretches(
     course: &dyn Trajectory,
     (enclosures, enclosures_within): (usize, usize),
@@ -349,8 +350,8 @@ pub(crate) mod tests {
 
     impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // At an instant (width zero) nothing is wide. Exact ranges need more than 20 000 enclosures, loose limits less than
-            // 100 000.
+            // At an instant (width zero) nothing is wide. The exact ranges need more than 20 000 enclosures; a proof of loose
+            // limits needs less than 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()

@@ -26,16 +26,18 @@ impl QuinticSpline {
         i.saturating_sub(SPLINE_DEGREE).min(self.spans) as f64
     }
 
-    /// Factors of the coefficients (c, d_1, d_2, ..) in the k-th derivative (k <= 5) at time `t` after the start, s.
+    /// The k-th derivative (k <= 5) of the coordinate at time `t` after the start, s, as factors of (c, d_1, d_2, ..).
     ///
-    /// With p the degree, a function N_m of degree p - 1 adds to N_{m-1} and N_m of degree p
-    /// (t_{m+p} - u) / (t_{m+p} - t_m) and (u - t_m) / (t_{m+p} - t_m) of itself, and to their derivatives
-    /// -p / (t_{m+p} - t_m) and p / (t_{m+p} - t_m) [Piegl, Tiller 1997, sections 2.2 and 2.3].
+    /// Recursion of B-splines [Piegl, Tiller 1997, sections 2.2 and 2.3] in u = K t / T, with the knots t_m: a function N of
+    /// degree p - 1 that is not zero on [t_m, t_{m+p}] contributes to two functions of degree p. The contribution to N_m is
+    /// (u - t_m) / (t_{m+p} - t_m) N, and the contribution to N_{m-1} is (t_{m+p} - u) / (t_{m+p} - t_m) N. The contributions
+    /// to the derivatives by u have the factor p / (t_{m+p} - t_m) for N_m, and -p / (t_{m+p} - t_m) for N_{m-1}.
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         let rate = self.spans as f64 / self.period;
         let u = (t * rate).clamp(0.0, self.spans as f64);
         let span = (u as usize).min(self.spans.saturating_sub(1));
-        // The basis functions that are not zero on the span, raised degree by degree; the last k steps differentiate.
+        // The basis functions that are not zero on the span. Each pass raises their degree by one; the last k passes
+        // differentiate them.
         let mut values = vec![1.0];
         for degree in 1..=SPLINE_DEGREE {
             let mut raised = vec![0.0; degree + 1];

@@ -1,8 +1,8 @@
 //! Computes the regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
 //!
 //! Forward: the coefficients x give the states s = (q, dq, ddq) at each instant, rad (m), s. The states give the torques tau = Y
-//! X, N m (N), at all instants, and the rows W = [Y, friction] / noise at the instants of a period. Backward, from the
-//! derivatives of a function L by tau and W:
+//! X, N m (N), at all instants (Y: regressor, X: its parameters), and the rows W = [Y, friction] / noise at the instants of a
+//! period. Backward, from the derivatives of a function L by tau and W:
 //!
 //! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
 //!
@@ -19,9 +19,9 @@ use processor::in_parallel;
 /// Number of states (instants) whose functions and derivatives are computed together in SIMD lanes.
 const STATES_PER_GROUP: usize = 8;
 
-/// The rows of W at all instants of a period.
+/// The rows of the identification matrix W (regressor and friction columns) at all instants of a period.
 pub(super) struct RegressorRows {
-    /// The rows of W of each moving coordinate.
+    /// The rows of W, separately for each moving coordinate.
     pub(super) of_joints: Vec<CriterionRows>,
     /// For each moving coordinate: its friction columns as [value, derivative by dq, derivative by ddq], instant after instant.
     pub(super) friction: Vec<Vec<[f64; 3]>>,
@@ -33,15 +33,15 @@ impl Prepared<'_> {
         self.problem.limits.len() * self.problem.regressor.parameters().len()
     }
 
-    /// The states (q, dq, ddq) of the motion x at these instants, one after the other. x: scaled coefficients.
+    /// The states (q, dq, ddq) of a motion at these instants, one after the other. x: scaled coefficients of the motion.
     pub(super) fn states_at(&self, instants: &[[Vec<f64>; 3]], x: &[f64]) -> Vec<f64> {
         let mut states = vec![0.0; instants.len() * self.state_width()];
         self.fill_states(instants, &self.by_coefficient(x), &mut states);
         states
     }
 
-    /// The unscaled coefficients of the motion x, ordered by coefficient, then by moving coordinate, so that SIMD lanes process
-    /// several coordinates at once.
+    /// The coefficients of a motion in their own units, from its scaled coefficients x. They are ordered by coefficient, then by
+    /// moving coordinate, so that SIMD lanes process several coordinates at once.
     fn by_coefficient(&self, x: &[f64]) -> Vec<f64> {
         let (m, moving) = (self.problem.shape.size(), self.moving().len());
         let scaled: Vec<f64> = x.iter().zip(self.scale()).map(|(x, scale)| x * scale).collect();
@@ -65,8 +65,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// The states (q, dq, ddq) of the motion x at all its instants, and the torques Y X of each coordinate without friction, N m
-    /// (N). Without a torque barrier the torques are zero.
+    /// The states (q, dq, ddq) of a motion at all its instants, and the torques Y X of each coordinate without friction, N m (N).
+    /// x: scaled coefficients of the motion. Without a torque barrier the torques are zero.
     pub(super) fn states_and_torques(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (width, n) = (self.state_width(), self.problem.limits.len());
         let coefficients = self.by_coefficient(x);
@@ -83,8 +83,8 @@ impl Prepared<'_> {
         (states, rigid)
     }
 
-    /// The torques Y X without friction at these states, one state after the other, N m (N). Without a torque barrier they are
-    /// zero.
+    /// The torques Y X (regressor times base parameters, without friction) at these states, one state after the other, N m (N).
+    /// Without a torque barrier they are zero.
     pub(super) fn rigid_torques(&self, states: &[f64]) -> Vec<f64> {
         let mut rigid = vec![0.0; states.len() / self.state_width() * self.problem.limits.len()];
         if let Some(torques) = &self.torques {
@@ -121,7 +121,8 @@ impl Prepared<'_> {
         are_finite.into_iter().all(|is_finite| is_finite).then_some(y)
     }
 
-    /// The rows of W of each moving coordinate at the instants of a period. `y`: regressor at these instants.
+    /// The rows of the identification matrix W (regressor and friction columns) of each moving coordinate, at the instants of a
+    /// period. `y`: regressor at these instants.
     pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> RegressorRows {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
@@ -144,15 +145,15 @@ impl Prepared<'_> {
         RegressorRows { of_joints, friction }
     }
 
-    /// The criterion J of the motion x. `None` if its rows of W do not have full rank.
+    /// The criterion J of the motion with the scaled coefficients x. `None` if its regressor rows do not have full rank.
     pub(crate) fn criterion(&self, x: &[f64]) -> Option<f64> {
         let (states, _) = self.states_and_torques(x);
         let RegressorRows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
         Some(self.criterion_of_rows(of_joints)?.value)
     }
 
-    /// Derivatives of J by the states of a period, from the derivatives of J by the entries of W, which `rows` contains (reverse
-    /// mode).
+    /// Derivatives of the criterion J by the states of a period, in reverse mode. `rows`: rows of the identification matrix W
+    /// with the derivatives of J by their entries.
     pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &RegressorRows) -> Vec<f64> {
         let (width, entries) = (self.state_width(), self.entries());
         let states = self.of_period(states);
@@ -174,8 +175,8 @@ impl Prepared<'_> {
         through
     }
 
-    /// Adds the derivatives of J by the rows of W to `weights`, the derivatives of J by the entries of Y, for the states of a
-    /// group; `first`: number of its first state.
+    /// Adds to `weights` (the derivatives of the criterion J by the entries of the regressor Y) the derivatives by the rows of W,
+    /// for the states of a group. `first`: number of the first state of the group.
     fn add_row_slopes(&self, rows: &RegressorRows, first: usize, weights: &mut [f64]) {
         let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
         for ((joint, &i), base) in rows.of_joints.iter().zip(self.moving()).zip(&self.base) {
@@ -186,8 +187,8 @@ impl Prepared<'_> {
         }
     }
 
-    /// Adds to `through` the derivatives of J by the states that come from the friction columns, for the states of a group;
-    /// `first`: number of its first state.
+    /// Adds to `through` the derivatives of the criterion J by the states that come from the friction columns, for the states of
+    /// a group. `first`: number of the first state of the group.
     fn add_friction_slopes(&self, rows: &RegressorRows, first: usize, through: &mut [f64]) {
         let n = self.problem.limits.len();
         for (j, (joint, &i)) in rows.of_joints.iter().zip(self.moving()).enumerate() {
@@ -219,7 +220,7 @@ impl Prepared<'_> {
         slopes
     }
 
-    /// The part of `states` at the instants of the period, without the instants of the blends.
+    /// The part of `states` at the instants of the period, without the blends (motions from rest and to rest).
     fn of_period<'s>(&self, states: &'s [f64]) -> &'s [f64] {
         &states[..states.len().min(self.problem.samples * self.state_width())]
     }

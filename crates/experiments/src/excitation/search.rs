@@ -31,7 +31,7 @@ use processor::in_parallel;
 /// Number of starts, iterations and threads of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchOptions {
-    /// Number of starts of the search; each start is an independent descent to a motion.
+    /// Number of starts of the search. Each start is an independent descent from its own initial motion.
     pub starts: usize,
     /// Greatest number of iterations of a descent at each weight of the barriers.
     pub iterations: usize,
@@ -41,14 +41,14 @@ pub struct SearchOptions {
     pub threads: usize,
 }
 
-/// The motion that one start of a search found.
+/// The motion that one start (descent from one initial motion) of a search found.
 #[derive(Clone, Debug)]
 pub struct StartResult {
     /// Number of the start, from zero.
     pub start: usize,
     /// Coefficients of the motion for each coordinate, the centre first.
     pub joints: Vec<Vec<f64>>,
-    /// Criterion J of the motion, without barriers; smaller is better.
+    /// Optimality criterion J of the motion, without barriers; smaller is better.
     pub criterion: f64,
     /// The least distance to a kinematic limit, divided by half the width of this limit; with the coordinate and the kind of
     /// limit.
@@ -56,19 +56,19 @@ pub struct StartResult {
     /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: they are not
     /// limited.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The pair of bodies nearest to its bound: distance above the bound, m, and index of the gap. `None`: no bodies are near
+    /// The pair of bodies nearest to its bound: distance minus bound, m, and index of the pair (gap). `None`: no bodies are near
     /// each other.
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Weights of the barriers in the descents of a start, from first to last. At the last weight, each limit reduces the determinant
-/// by less than a thousandth. A start from a good motion skips the first weight.
+/// Weights of the barriers in the successive descents of a start (descent from one initial motion), from first to last. At the
+/// last weight, each limit reduces the determinant by less than a thousandth. A start from a good motion skips the first weight.
 const BARRIER_WEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_BARRIER_WEIGHT];
 /// The last barrier weight of a start, the smallest in [`BARRIER_WEIGHTS`].
 const LAST_BARRIER_WEIGHT: f64 = 5e-5;
-/// Least decrease of J in an iteration, as a share of 1 + |J|: at the last barrier weight, and at the weights before. A descent
-/// ends after three consecutive smaller decreases; the remaining decrease follows at the next weight. 1e-7 at all weights gives
-/// motions that are 0.3 % better, in a third more time (five seeds on UR5 and Panda).
+/// Least decrease of the criterion J in an iteration, as a share of 1 + |J|: at the last barrier weight, and at the weights
+/// before. A descent ends after three consecutive smaller decreases; the remaining decrease follows at the next weight. 1e-7 at
+/// all weights gives motions that are 0.3 % better, in a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
 /// If torques are near their bounds, the torque peaks between the instants are searched again after this number of iterations.
 const ITERATIONS_PER_PEAK_SEARCH: usize = 25;
@@ -76,26 +76,29 @@ const ITERATIONS_PER_PEAK_SEARCH: usize = 25;
 const ITERATIONS_PER_PEAK_SEARCH_BEYOND: usize = 10;
 /// A torque counts as far above its bound if its temporary bound is raised by more than this factor.
 const LARGE_RELIEF: f64 = 1.01;
-/// Greatest number of descents, per barrier weight, that use a higher weight to bring torques back below their bounds.
+/// Greatest number of descents, per barrier weight, that bring torques back below their bounds. They use a higher weight.
 const MAX_RETURN_DESCENTS: usize = 12;
 /// Up to this number of moving joints, a start uses all iterations at the barrier weights above [`SELECTION_WEIGHT`]. With more
 /// joints it uses half, because an iteration is expensive and the remaining decrease follows at the next weight.
 const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
-/// For a robot with bodies: least decrease of J in an iteration at barrier weights above [`SELECTION_WEIGHT`], as a share of 1 +
-/// |J|. Such a descent takes a third of its iterations at the first weight and half at the others: two thirds of the evaluations.
-/// The best of twelve starts is equally good on the Panda (four seeds) and 2 % worse on the xarm7 (two). A robot of seven joints
-/// without bodies would lose 1 %, so it takes all iterations.
+/// For a robot with bodies: least decrease of the criterion J in an iteration at barrier weights above [`SELECTION_WEIGHT`], as a
+/// share of 1 +
+/// |J|. With this value a descent ends after a third of the iterations at the first weight, and after half of them at the others;
+/// this saves a third of the evaluations. The best of twelve starts is then equally good on the Panda (four seeds) and 2 % worse
+/// on the xarm7 (two seeds). A robot of seven joints without bodies would lose 1 %, so its descents do not end early.
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
-/// The barrier weight at which the values J of starts are compared, to end the poor ones.
+/// At this barrier weight, the values of the criterion J of all starts are compared, and poor starts are ended.
 const SELECTION_WEIGHT: f64 = 2e-3;
-/// A start ends at [`SELECTION_WEIGHT`] if its J exceeds the best J there by more than this (3 % of det^(1/p)), because the
-/// further decrease is about the same for every start.
+/// A start ends at [`SELECTION_WEIGHT`] if its criterion J exceeds the best J at this weight by more than this (3 % of
+/// det^(1/p)). The further decrease is about the same for every start.
 const SELECTION_MARGIN: f64 = 0.03;
-/// Index of the barrier weight from which a start descends with prior information, after a complete descent without it.
+/// A start first descends through all barrier weights without prior information. Then it descends with the prior information,
+/// from the barrier weight with this index on.
 const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
-/// Number of starts in a round; all of them redraw joints of the best motion so far. It is the same for any number of threads.
+/// Number of starts in a round. All starts of a round after the first redraw joints of the motion that was the best before the
+/// round. The number is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Number of joints of the best motion that a start replaces by randomly drawn ones.
+/// Number of joints that such a start replaces in the best motion by randomly drawn ones.
 const REDRAWN_JOINTS: usize = 2;
 /// Greatest number of motions that are drawn at random for one start of a robot without bodies.
 const MAX_DRAWS_PER_START: usize = 60;
@@ -104,7 +107,7 @@ const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
 /// For a start of a robot with bodies: greatest number of random centres that are tested, and greatest number of motions that are
-/// tried about the centres without collision. After that, descents search a centre, because such a robot has hardly any free
+/// tried about the centres without collision. After that, a descent searches the centre, because such a robot has hardly any free
 /// pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
@@ -113,11 +116,11 @@ const MAX_DRAWS_AMONG_BODIES: usize = 10;
 const MAX_SHRINKS_AFTER_DESCENT: usize = 9;
 /// Greatest number of descents with which a start searches a collision-free centre.
 const MAX_DESCENTS_PER_START: usize = 40;
-/// Share of the position range about a centre found by descent that the swing of a motion may use.
+/// Share of the position range about a centre found by descent that the swing (deviation from the centre) of a motion may use.
 const SWING_RANGE_SHARE: f64 = 0.9;
-/// Factor of one step that scales down the swing of a drawn motion.
+/// Factor of one step that scales down the swing (deviation from the centre) of a motion drawn at random.
 const SHRINK_FACTOR: f64 = 0.7;
-/// Factor of one step that scales down the swing of a given motion.
+/// Factor of one step that scales down the swing (deviation from the centre) of a given motion.
 const FINE_SHRINK_FACTOR: f64 = 0.9;
 /// Least and greatest share of the kinematic limits that a drawn motion uses; the share is random between them.
 const DRAWN_LIMIT_SHARES: (f64, f64) = (0.4, 0.85);
@@ -143,12 +146,12 @@ pub fn search(
         return Err(NoMotion::NothingToTell);
     }
     // With much prior information the criterion is flat, and its gradient leads to poor motions. Therefore a start first descends
-    // to the best motion without prior information.
+    // to the best motion without prior information, then with it.
     let alone = Problem { prior: &[], ..problem.clone() };
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone).with_threads(threads_of_start));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
     let search = SharedSearch { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
-    // Only starts whose J is close to the best J so far continue to the last barrier weight.
+    // Only starts whose criterion J is close to the best J so far continue to the last barrier weight.
     let mut promising = f64::INFINITY;
     let mut round = |starts: Range<usize>, best: Option<&[f64]>| {
         let begin = |start: usize| {
@@ -212,7 +215,7 @@ pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints:
     search.ended(begun).ok()
 }
 
-/// Criterion J of a motion with these coefficients of each coordinate. `None` if its rows of W do not have full rank.
+/// Criterion J of a motion with these coefficients of each coordinate. `None` if its regressor rows do not have full rank.
 pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
     let prepared = Prepared::new(problem);
     prepared.criterion(&prepared.scaled(joints))
@@ -226,13 +229,13 @@ struct SharedSearch<'a> {
     iterations: usize,
 }
 
-/// A start after the descents at the barrier weights down to [`SELECTION_WEIGHT`].
+/// The state of a start (descent from one initial motion) after the barrier weights down to [`SELECTION_WEIGHT`].
 struct CandidateStart {
     start: usize,
     x: Vec<f64>,
     seen: Seen,
     watched: Watched,
-    /// Criterion J of the motion `x`, without prior information and without barriers.
+    /// Criterion J of the motion with the scaled coefficients `x`, without prior information and without barriers.
     criterion: f64,
 }
 
@@ -254,7 +257,8 @@ fn candidate_start(
 }
 
 impl SharedSearch<'_> {
-    /// Descends from the motion `x` inside all barriers, at the barrier weights `heights` down to [`SELECTION_WEIGHT`].
+    /// Descends inside all barriers from the motion with the scaled coefficients `x`. `heights`: the barrier weights, of which
+    /// those down to [`SELECTION_WEIGHT`] are used.
     fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<CandidateStart, NoMotion> {
         let prepared = self.alone.unwrap_or(self.prepared);
         let high = heights.iter().copied().filter(|height| *height >= SELECTION_WEIGHT);
@@ -264,8 +268,8 @@ impl SharedSearch<'_> {
         Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// Completes a start with the descents at the remaining barrier weights. With prior information: first without it, then with
-    /// it.
+    /// Completes a start with the descents at the remaining barrier weights. If there is prior information, these descents run
+    /// first without it, then with it.
     fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
         let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
@@ -326,7 +330,7 @@ impl SharedSearch<'_> {
         x
     }
 
-    /// The result of a start at its motion x. The criterion J of the result is without the barriers.
+    /// The result of a start whose motion is x. The criterion J in the result does not contain the barriers.
     fn found(&self, CandidateStart { start, x, seen, .. }: &CandidateStart) -> Result<StartResult, NoMotion> {
         let prepared = self.prepared;
         let criterion = prepared.criterion(x).ok_or_else(|| too_small(prepared, self.problem, x))?;
@@ -372,14 +376,14 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// Cuts the range of a centre, rad, to one turn about zero. Other turns give the same rows of W, but wind up cables.
+/// Cuts the range of a centre, rad, to one turn about zero. Other turns give the same torques, but wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))
 }
 
-/// The best motion with some joints replaced by drawn ones. The swing of these joints is reduced until torques and distances are
-/// within their limits. `None` if no tried swing is small enough.
+/// The best motion with some joints replaced by randomly drawn ones. The swing (deviation from the centre) of these joints is
+/// reduced until torques and distances are within their limits. `None` if no tried swing is small enough.
 fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random, seen: &Seen) -> Option<Vec<f64>> {
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
@@ -396,7 +400,7 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     None
 }
 
-/// Scales the swing of one joint down by [`SHRINK_FACTOR`]; its centre stays.
+/// Scales the swing (deviation from the centre) of one joint down by [`SHRINK_FACTOR`]; its centre stays.
 fn shrink(joint: &mut [f64]) {
     joint[1..].iter_mut().for_each(|x| *x *= SHRINK_FACTOR);
 }
@@ -470,15 +474,16 @@ pub fn can_begin(problem: &Problem, seed: u64) -> bool {
     prepared.moving().is_empty() || (0..2).any(has_motion)
 }
 
-/// For torques and for distances: the violated limit that came nearest to its bound, over all tried motions of a start.
+/// The violated limits that came nearest to their bounds over all tried motions of a start: one of the torques (`weakest`) and
+/// one of the distances (`narrowest`).
 struct NearestAttempt {
     weakest: (f64, usize, LimitKind),
     narrowest: Option<(f64, usize)>,
 }
 
 impl NearestAttempt {
-    /// Whether the distances of bodies are large enough for a start. `nearest`: the nearest gap of a pose or motion. With a
-    /// collision at the centre there is no motion, however small.
+    /// Whether the distances of bodies are large enough for a start. `nearest`: the nearest pair of bodies of a pose or motion.
+    /// If bodies collide at the centre, even the smallest motion collides.
     fn is_free(&mut self, prepared: &Prepared, nearest: Option<(f64, usize)>) -> bool {
         let is_free = prepared.is_inside(nearest);
         if let Some(near) = nearest.filter(|n| !is_free && self.narrowest.is_none_or(|best| n.0 > best.0)) {
@@ -487,8 +492,8 @@ impl NearestAttempt {
         is_free
     }
 
-    /// Scales the motion down until it keeps the limits of torques and distances. `None` if `shrinks` steps do not suffice: a
-    /// torque that is still too large at a small swing is a gravity torque.
+    /// Scales the motion down until it keeps the limits of torques and distances. `None` if `shrinks` steps do not suffice. The
+    /// reason is then a gravity torque, which a smaller motion does not reduce.
     fn small_enough(&mut self, prepared: &Prepared, mut x: Vec<f64>, seen: &Seen, shrinks: usize) -> Option<Vec<f64>> {
         let m = x.len() / prepared.moving().len();
         for _ in 0..shrinks {
@@ -516,7 +521,8 @@ impl NearestAttempt {
     }
 }
 
-/// Moves a motion (scaled coefficients x) to the pose `centre` and reduces its swings to the position range that remains there.
+/// Moves a motion (scaled coefficients x) to the pose `centre`. Reduces the swing (deviation from the centre) of each joint to
+/// the position range that remains there.
 fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f64]) {
     let m = problem.shape.size();
     for (j, &k) in prepared.moving().iter().enumerate() {
@@ -625,7 +631,7 @@ pub(crate) mod tests {
                 assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
             }
             assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
-            // J after the descent is far better than J of a random motion.
+            // The criterion J after the descent is far better than J of a random motion.
             let prepared = Prepared::new(&problem);
             let random = first(&prepared, &problem, &mut Random::new(1), &Seen::default()).unwrap();
             assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);

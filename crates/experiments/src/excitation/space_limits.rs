@@ -19,13 +19,13 @@ pub struct SpaceLimits {
     /// Boxes that links must stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least allowed distance between links of the robot, m. Not given: `spacing`, or half of the distance that a pair already
-    /// has if this is less.
+    /// Least allowed distance between links of the robot, m. Not given: `spacing`, or, if this is less, half of the distance that
+    /// the pair exceeds in a tenth of the sampled poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
-    /// Default for `distance` and for the distance to the plane of the base, if these are not given, m; or half of the distance
-    /// that a pair already has. Not given: a search keeps 0.02 if a motion can; a check requires 0.01 between links and 0 to the
-    /// plane.
+    /// Default for `distance` and for the distance to the plane of the base, if these are not given, m. A pair with little room
+    /// keeps less (see `distance`). Not given: a search keeps 0.02 if a motion can; a check requires 0.01 between links and 0 to
+    /// the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
     /// Whether distances between the robot's own links are checked.

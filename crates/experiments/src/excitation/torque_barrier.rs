@@ -1,4 +1,4 @@
-//! The limits of torques and powers as a logarithmic barrier T, which keeps a descent inside the limits.
+//! The limits of torques and powers as a logarithmic barrier T, which keeps the steps of a minimizer inside the limits.
 //!
 //! S: instants in a period. The sum is over all coordinates at the instants of the period and of the blends; v: value, u: bound.
 //!
@@ -9,8 +9,8 @@
 //! | tau = Y X + FV dq + OFF, N m (N) | share effort - FS |
 //! | P = tau dq + FS abs(dq), W | share power |
 //!
-//! FV, OFF, FS: viscous, constant and dry friction. At rest P is zero and the barrier is flat; therefore T has a continuous
-//! gradient although abs(dq) has none.
+//! Y: regressor; X: its parameters; FV, OFF, FS: viscous, constant and dry friction; share: usable share of a limit. At rest P is
+//! zero and the barrier is flat; therefore T has a continuous gradient although abs(dq) has none.
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::NominalFriction;
@@ -18,7 +18,7 @@ use crate::excitation::proof::NominalFriction;
 /// Share of their bounds that torques and powers may use at sampled instants; the rest of the bound covers peaks between them.
 const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
 
-/// The barrier T of the nominal torques and powers of a robot.
+/// The logarithmic barrier T of the nominal torques and powers of a robot.
 #[derive(Clone, Debug)]
 pub struct TorqueBarrier {
     /// Values of the base parameters, in the order of the regressor.
@@ -39,8 +39,8 @@ struct BoundedQuantity {
 }
 
 impl TorqueBarrier {
-    /// The limited quantities of coordinate k at velocity `dq`: torque and power, as far as they are limited. `rigid`: torque Y X
-    /// of this coordinate without friction, N m (N).
+    /// The limited quantities of coordinate k at velocity `dq`: torque and power, as far as they are limited. `rigid`: torque of
+    /// this coordinate without friction, N m (N).
     fn bounded_quantities(
         &self,
         k: usize,
@@ -69,7 +69,7 @@ impl TorqueBarrier {
     /// The greatest ratio of a torque or power to its bound, over all instants, with the coordinate and the kind of limit. `None`
     /// if no torque or power is limited.
     ///
-    /// `states`: (q, dq, ddq), instant after instant. `rigid`: torque Y X of each coordinate, instant after instant.
+    /// `states`: (q, dq, ddq), instant after instant. `rigid`: torque of each coordinate without friction, instant after instant.
     pub fn greatest(
         &self,
         limits: &[CoordinateLimits],
@@ -91,9 +91,9 @@ impl TorqueBarrier {
         greatest
     }
 
-    /// The barrier T, with its derivatives by torque and velocity of each coordinate, instant after instant. `None` if a torque
-    /// or power exceeds its bound. `reliefs`: factors that raise the bounds, one per instant; `weight` computes the weight of an
-    /// instant in the sum from this factor.
+    /// The value of the torque barrier T, with its derivatives by torque and velocity of each coordinate, instant after instant.
+    /// `None` if a torque or power exceeds its bound. `reliefs`: factors by which the bounds are temporarily raised, one per
+    /// instant. `weight` computes the weight of an instant in the sum from its factor.
     pub fn value(
         &self,
         limits: &[CoordinateLimits],
@@ -158,7 +158,7 @@ impl TorqueBarrier {
                         relief: *relief,
                         along,
                     };
-                    // The ratio of the value to the bound that is raised by `relief`.
+                    // `share` is the ratio of the value to its bound, which `relief` may have raised.
                     if drive.share() >= least_share {
                         near.push(drive);
                     }
@@ -178,9 +178,9 @@ pub(crate) struct EnforcedDrive {
     pub(crate) limit: LimitKind,
     pub(crate) value: f64,
     pub(crate) bound: f64,
-    /// Factor that temporarily raises the bound; 1: not raised. It is already included in `bound`.
+    /// Factor by which the bound is temporarily raised; 1: not raised. It is already included in `bound`.
     pub(crate) relief: f64,
-    /// Derivatives of the value by the rigid torque Y X and by the velocity dq.
+    /// Derivatives of the value by the torque without friction and by the velocity dq.
     pub(crate) along: [f64; 2],
 }
 

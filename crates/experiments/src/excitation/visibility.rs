@@ -2,10 +2,11 @@
 //!
 //! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
 //!
-//! sigma_c is the standard deviation of parameter c. The sums are over the rows y of W at the rate of the motion and over its
-//! whole periods. s_i is the white noise of the torques of joint i. r_i is the divisor of the rows of joint i in an
-//! identification: s_i combined with the noise from the encoders ([`JointNoise`]). The prediction assumes that the model is exact
-//! and that the joints follow their reference. The sign of dry friction is exact here.
+//! sigma_c is the standard deviation of parameter c. The sums are over the rows y of the identification matrix W (regressor and
+//! friction columns), at the sample rate of the motion, over its whole periods. s_i is the white noise of the torques of joint i.
+//! r_i is the divisor of the rows of joint i in an identification: s_i combined with the noise from the encoders
+//! ([`JointNoise`]). The prediction assumes that the model is exact and that the joints follow their reference. The sign of dry
+//! friction is exact here.
 
 use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
@@ -93,9 +94,10 @@ const ZERO_VALUE_SHARE: f64 = 1e-9;
 pub struct Visibility {
     /// The parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// Determinant criterion det(W'W / instants)^(1/p) of the p columns of W that motions within the limits can separate.
+    /// Determinant criterion det(W'W / instants)^(1/p). W: regressor columns of the p parameters that motions within the limits
+    /// can separate.
     pub determinant: f64,
-    /// Condition number of these p columns of W after scaling to unit norm.
+    /// Condition number of these p regressor columns after scaling to unit norm.
     pub condition_number: f64,
 }
 
@@ -112,8 +114,8 @@ pub struct SeenStates<'a> {
 /// Predicts the standard deviation of torques that are computed from identified parameters.
 pub struct TorqueForecast {
     columns: Vec<usize>,
-    /// Least-squares solution for the columns of W in `columns`, and the QR triangle for its covariance. `None` if there are no
-    /// columns.
+    /// Least-squares solution for the parameters with the indices `columns`, and the R of its QR decomposition, which gives the
+    /// covariance. `None` if there are no columns.
     solution: Option<(Solution, Triangle)>,
     repetitions: f64,
 }
@@ -134,8 +136,8 @@ impl TorqueForecast {
 }
 
 /// Predicts standard deviations of all parameters for a motion and prior information. `described`: nominal values, one per
-/// parameter; `certificate`: rows of the motion's certificate; `prior`: rows of prior information, one entry per column of W
-/// each.
+/// parameter; `certificate`: rows of the motion's certificate; `prior`: rows of prior information, each with one entry per
+/// parameter.
 pub fn visibility(
     model: &Model,
     motion: &Motion,
@@ -169,7 +171,8 @@ pub fn visibility_of(
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
     let repetitions = states.repetitions as f64;
-    // The QR triangle covers one period, so the prior information is divided by the number of repetitions.
+    // The QR decomposition covers one period, so the prior information is divided by the square root of the number of
+    // repetitions.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
     let triangle_over = |divisor: &[f64]| information(model, states, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
@@ -214,8 +217,8 @@ pub fn visibility_of(
     (seen, TorqueForecast { columns, solution: weighted, repetitions })
 }
 
-/// Fills the row of W for joint i: its row of Y, then its friction columns with the exact sign of dq. `y`: Y at the instant, row
-/// by row.
+/// Fills the row of the identification matrix W for joint i: the joint's row of the regressor Y, then its friction columns with
+/// the exact sign of dq. `y`: Y at the instant, row by row.
 pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut [f64]) {
     let base = model.regressor.parameters().len();
     row.fill(0.0);
@@ -228,7 +231,8 @@ pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut
     }
 }
 
-/// QR triangle of the columns with indices `columns`: rows of W at the states divided by `noise`, and rows of prior information.
+/// R of the QR decomposition of the identification matrix W at the states, for the columns with the indices `columns`. The rows
+/// of W are divided by `noise`. The rows of prior information are added.
 fn information(
     model: &Model,
     states: &SeenStates,
@@ -345,7 +349,7 @@ mod tests {
             let (a, b) = (a.deviation.unwrap(), b.deviation.unwrap());
             assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         }
-        // Prior information on one parameter, equal to the information from the motion: both add up.
+        // Prior information on one parameter, equal to the information from the motion. Both add up, so the variance is halved.
         let mut known = [0.0; 4];
         known[3] = 1.0 / predicted[3].deviation.unwrap();
         let both = visibility(&model, &motion, &limits, &noise, &described, &[], &known).parameters;

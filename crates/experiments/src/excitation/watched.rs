@@ -17,13 +17,14 @@ const FINER_FACTOR: usize = 8;
 const EVALUATED_SHARE: f64 = 0.85;
 /// A torque peak between the instants gets a bound if it exceeds this share of its limit.
 const PEAK_SHARE: f64 = 0.93;
-/// A torque below this share of its bound counts as within the bound, because the remaining distance allows a step of the
-/// descent.
+/// A torque below this share of its bound counts as within the bound: the remaining distance is large enough for a step of the
+/// minimizer.
 const WITHIN_SHARE: f64 = 0.9995;
 /// Ratio of the temporary bound of a torque peak to the value of the peak.
 const TEMPORARY_BOUND_RATIO: f64 = 1.005;
 
-/// The bounded torque peaks of one start: numbers of their instants in the finer grid, with the factors that raise their bounds.
+/// The bounded torque peaks of one start of a search: numbers of their instants in the finer time grid, with the factors by which
+/// their bounds are temporarily raised.
 #[derive(Default)]
 pub(crate) struct Watched {
     reliefs: BTreeMap<usize, f64>,
@@ -37,13 +38,13 @@ impl Watched {
         self.is_pressed
     }
 
-    /// The greatest factor that raises the bound of a torque peak; 1 if no peak exceeds its bound.
+    /// The greatest factor by which the bound of a torque peak is temporarily raised; 1 if no peak exceeds its bound.
     pub(crate) fn relief(&self) -> f64 {
         self.reliefs.values().copied().fold(1.0, f64::max)
     }
 
-    /// The search problem with additional bounds at the torque peaks of the motion x and at the earlier peaks. `None` if there
-    /// are no peaks.
+    /// The search problem with additional bounds: at the torque peaks of the motion with the scaled coefficients x, and at the
+    /// earlier peaks. `None` if there are no peaks.
     pub(crate) fn renewed<'p>(&mut self, prepared: &Prepared<'p>, x: &[f64]) -> Option<Prepared<'p>> {
         let wall = prepared.problem.torque?;
         let limits = prepared.problem.limits;

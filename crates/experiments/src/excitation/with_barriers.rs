@@ -5,8 +5,8 @@
 //! the distances between bodies ([`crate::excitation::distance_barrier`]), T the barrier of torques and powers at the instants of
 //! the period and the blends ([`crate::excitation::torque_barrier`]). mu is the weight of the barriers.
 //!
-//! One reverse pass through the regressor Y gives the derivatives of J and T by the states; df/dY is known, and dY/d(q, dq, ddq)
-//! is exact.
+//! One pass in reverse mode through the regressor Y gives the derivatives of J and T by the states (q, dq, ddq). They are exact,
+//! because the derivatives of Y by the states are exact.
 
 use std::cell::RefCell;
 
@@ -21,17 +21,17 @@ use crate::excitation::rows::RegressorRows;
 /// Approximate second derivative of the criterion J by a scaled coefficient. It is added to the Hessian of the barriers.
 const CRITERION_CURVATURE: f64 = 0.1;
 
-/// Weight of the torque barrier at instants with raised bounds. It is high enough that torques decrease to some hundredths below
-/// their raised bounds.
+/// Weight of the torque barrier at instants with temporarily raised bounds. It is high enough that torques decrease to some
+/// hundredths below their raised bounds.
 const RELIEVED_WEIGHT: f64 = 10.0;
-/// The weight of the torque barrier at instants with raised bounds, if the other barriers have low weights. Low weights hardly
-/// move a motion, and a higher weight would only make it oscillate.
+/// The weight of the torque barrier at instants with raised bounds, if the other barriers have low weights. At low weights a
+/// motion hardly moves, and a higher weight of this barrier would only make it oscillate.
 const RELIEVED_WEIGHT_AMONG_LOW_BARRIERS: f64 = 0.2;
 
-/// Least weight of the barriers at which a descent can bring torques far above their bounds back.
+/// Least weight of the barriers at which a descent can bring back torques that are far above their bounds.
 pub(crate) const RETURN_HEIGHT: f64 = 1e-2;
 
-/// The objective f = J + mu (barriers) for one weight mu of the barriers.
+/// The objective f = J + mu (sum of barriers) of a search, for one weight mu of the barriers. J: optimality criterion.
 pub struct WithBarriers<'a> {
     /// The search problem with the precomputed data that all starts share.
     pub prepared: &'a Prepared<'a>,
@@ -46,7 +46,7 @@ pub struct WithBarriers<'a> {
 struct Last {
     x: Vec<f64>,
     states: Vec<f64>,
-    /// Torque Y X of each coordinate without friction, N m (N), instant after instant.
+    /// Torque of each coordinate without friction, N m (N), instant after instant.
     rigid: Vec<f64>,
     /// Pairs of bodies whose distance is in the range of the distance barrier.
     gaps: NearGaps,
@@ -60,7 +60,8 @@ impl<'a> WithBarriers<'a> {
         WithBarriers { prepared, height, seen, last: RefCell::new(None) }
     }
 
-    /// Applies `of` to the torques and powers near their bounds for the motion x. `None` if there are none.
+    /// Applies `of` to the torques and powers near their bounds, for the motion with the scaled coefficients x. `None` if there
+    /// are none.
     fn with_near<T>(&self, x: &[f64], of: impl FnOnce(&NearDrives) -> T) -> Option<T> {
         self.prepared.problem.torque?;
         let mut last = self.last.borrow_mut();
@@ -73,7 +74,8 @@ impl<'a> WithBarriers<'a> {
         (!near.is_empty()).then(|| of(near))
     }
 
-    /// Applies `of` to the pairs of bodies near their distance bounds for the motion x. `None` if no pair is near.
+    /// Applies `of` to the pairs of bodies near their distance bounds, for the motion with the scaled coefficients x. `None` if
+    /// no pair is near.
     fn with_gaps<T>(&self, x: &[f64], of: impl FnOnce(&Basis, &NearGaps) -> T) -> Option<T> {
         let (prepared, last) = (self.prepared, self.last.borrow());
         let rows = prepared.space.as_ref()?.rows();
@@ -107,7 +109,7 @@ impl<'a> WithBarriers<'a> {
             None => vec![],
         };
 
-        // Add the criterion J.
+        // Add the optimality criterion J.
         let RegressorRows { of_joints, friction } = prepared.rows(&states, &prepared.filled(&states)?);
         let found = prepared.criterion_of_rows(of_joints)?;
         value += found.value;
@@ -129,7 +131,8 @@ impl<'a> WithBarriers<'a> {
             )?;
         }
 
-        // Reverse mode: derivatives by torques and rows of W give derivatives by the states, and these give the gradient.
+        // Reverse mode: the derivatives by torques and by regressor rows give the derivatives by the states, and these give the
+        // gradient by the coefficients.
         let along_torques: Vec<f64> = of_torque.iter().map(|[along_tau, _]| *along_tau).collect();
         let mut through = prepared.torques_pulled_back(&states, &along_torques);
         for (at, [_, along_dq]) in of_torque.iter().enumerate() {

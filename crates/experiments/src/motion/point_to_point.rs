@@ -58,7 +58,7 @@ pub fn validation_trajectory(
     let mut from = point();
     for _ in 0..motion.moves {
         let to = point();
-        // The slowest joint determines T, which is rounded up to whole samples.
+        // The slowest joint determines the duration T of the move, which is rounded up to whole samples.
         let time =
             (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;

@@ -82,8 +82,8 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// Orders the points like the coordinates of a model. A coordinate k that the trajectory does not move stays at `stands(k)`,
-    /// rad (m).
+    /// Orders the points like the coordinates of a model. `stands(k)`: constant position of coordinate k, rad (m), if the
+    /// trajectory does not move it.
     ///
     /// Fails if the trajectory moves an unknown joint, or if the position of a coordinate is not known.
     pub fn of_coordinates(

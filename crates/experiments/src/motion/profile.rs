@@ -6,7 +6,7 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2, for the bang-bang profile]
 
-/// The profile of a swing: position over time from a point A to a point B and back.
+/// The profile of a swing (periodic motion of a joint): position over time from a point A to a point B and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
     /// Piecewise constant acceleration: +a or -a.
@@ -16,11 +16,13 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Peak velocity and acceleration of a swing with stroke L and period T, dimensionless: (v_peak T / L, a_peak T^2 / L).
+    /// Peak velocity v_peak and acceleration a_peak of a swing (periodic motion) with stroke L and period T, dimensionless:
+    /// (v_peak T / L, a_peak T^2 / L).
     pub fn peaks(self) -> (f64, f64) {
         match self {
             Profile::BangBang => (4.0, 16.0),
-            // p(u) = 35u^4 - 84u^5 + 70u^6 - 20u^7 over T/2 has peak derivatives 35/16 and 84 sqrt(5)/25.
+            // The polynomial p(u) = 35u^4 - 84u^5 + 70u^6 - 20u^7 over the half period T/2 has the peak derivatives 35/16 and 84
+            // sqrt(5)/25.
             Profile::Smooth => (4.375, 4.0 * 84.0 * 5.0_f64.sqrt() / 25.0),
         }
     }

@@ -13,7 +13,8 @@ pub struct Reference {
     pub dq: Vec<Vec<f64>>,
     /// Accelerations, rad/s^2 (m/s^2), one series per coordinate.
     pub ddq: Vec<Vec<f64>>,
-    /// Ranges of sample indices that an identification uses: whole periods, or the two sections of constant velocity of a sweep.
+    /// Ranges of sample indices that an identification uses: whole periods of a periodic motion, or the two sections of constant
+    /// velocity of a slow motion there and back (sweep).
     pub windows: Vec<Range<usize>>,
 }
 
@@ -21,7 +22,7 @@ impl Reference {
     /// The motion with `parts` times as many samples, interpolated by quintic polynomials that match q, dq and ddq at every
     /// sample.
     ///
-    /// The windows refer to the new samples. If `parts` is one, the motion is unchanged.
+    /// The windows of the result are in numbers of the new samples. If `parts` is one, the motion is unchanged.
     pub fn refined(&self, parts: usize) -> Reference {
         let count = self.q.first().map_or(0, Vec::len);
         if parts <= 1 || count == 0 {
@@ -53,10 +54,11 @@ impl Reference {
     }
 }
 
-/// Value, first and second derivative at s in [0, 1] of the quintic polynomial that matches `ends`: these three at 0 and at 1.
+/// Value, first and second derivative at s in [0, 1] of a quintic polynomial. `ends`: these three quantities at s = 0 and at s =
+/// 1.
 fn quintic(ends: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let [[x0, v0, a0], [x1, v1, a1]] = ends;
-    // End values minus the values at s = 1 of the parabola that has the start values.
+    // The end values minus the values at s = 1 of the parabola with the given start values.
     let (x, v, a) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
     let (c3, c4, c5) = (10.0 * x - 4.0 * v + 0.5 * a, -15.0 * x + 7.0 * v - a, 6.0 * x - 3.0 * v + 0.5 * a);
     [
@@ -86,7 +88,7 @@ mod tests {
         let refined = coarse.refined(5);
         assert_eq!(refined.windows.first(), Some(&(50..450)));
         // Errors of the quintic interpolation: in q, h^6 max|q^(6)| / 46080 = 2.5e-16, less than rounding; in ddq, h^4 max|q^(6)|
-        // / 384 = 1.2e-9.
+        // / 384 = 1.2e-9. h: sample time; q^(6): sixth derivative.
         for (series, bound) in
             [(|r| &r.q, 1e-14), (|r| &r.dq, 1e-11), (|r| &r.ddq, 5e-9)] as [(fn(&Reference) -> &Vec<Vec<f64>>, f64); 3]
         {

@@ -1,15 +1,16 @@
 //! The experiments from which a plan is chosen: every kind of motion about a grid of configurations.
 //!
-//! Stroke L, period T and frequency f_P = 1/T of a swing follow from the limits of the fast joint: a_max, v_max, the range about
-//! the centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small. The equations are for bang-bang; a
-//! smooth profile has other peak factors:
+//! A swing moves a fast joint periodically between two positions. Its stroke L, period T and frequency f_P = 1/T follow from the
+//! limits of the fast joint: a_max, v_max, the range about the centre, the bandwidth f_bw of its controller and its smallest
+//! smooth velocity v_small. The equations are for the bang-bang profile (acceleration +a_max or -a_max); a smooth profile has
+//! other peak factors:
 //!
 //! inertial, coupling   f_P = min(f_bw/4, a_max/(4 v_small)),  L = a_max T^2/16: greatest
 //! acceleration at low velocity; L at least 200 encoder counts
 //!
 //! centrifugal          L = v_max^2/a_max, T = 4 sqrt(L/a_max): greatest velocity
 //!
-//! mixed                T the geometric mean of the two
+//! mixed                T is the geometric mean of the two periods above
 //!
 //! L is limited to the range. T is rounded up to a multiple of four samples at this L, so the acceleration only decreases. Slow
 //! joints move by v_small T/4.
@@ -55,7 +56,7 @@ pub struct MotionLimits {
 /// Settings for the grid of candidate experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
-    /// Profile (position over time) of a swing.
+    /// Profile (position over time) of a swing, the periodic motion of a joint between two positions.
     pub profile: Profile,
     /// Number of grid positions of each coordinate, within its position limits narrowed by a tenth of the range on each side.
     pub steps: usize,
@@ -65,13 +66,13 @@ pub struct CandidateGrid {
     pub duration: f64,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// Whether gravity loads the joints, so that slow sweeps are informative.
+    /// Whether gravity loads the joints. Only then are slow sweeps (at constant velocity) informative.
     pub gravity: bool,
     /// Seed of the random choice of configurations.
     pub seed: u64,
 }
 
-/// A possible experiment of a plan with its predicted rows of the regressor.
+/// A possible experiment of a plan, with its predicted regressor rows.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// The motion of the experiment.
@@ -83,23 +84,27 @@ pub struct Candidate {
     pub information: WeightedRows,
 }
 
-/// Longest duration of a sweep in one direction, s; or [`SWEEP_PER_RECORD`] times the recorded time if that is longer.
+/// Longest duration of a sweep (slow motion at constant velocity) in one direction, s; or [`SWEEP_PER_RECORD`] times the recorded
+/// time if that is longer.
 ///
 /// An axis that is too slow for its whole range sweeps only a section of it.
 const LONGEST_SWEEP_S: f64 = 10.0;
-/// Longest duration of a sweep in one direction, as a multiple of the recorded time.
+/// Longest duration of a sweep (slow motion at constant velocity) in one direction, as a multiple of the recorded time of an
+/// experiment.
 const SWEEP_PER_RECORD: f64 = 2.5;
-/// Greatest length of a sweep, divided by the distance from its centre to the nearer position limit (2 would reach the limit).
+/// Greatest length of a sweep (slow motion at constant velocity), divided by the distance from its centre to the nearer position
+/// limit. At 2, the sweep would reach the limit.
 const SWEEP_RANGE_SHARE: f64 = 1.8;
-/// Time at constant velocity of the shortest sweep in one direction, s. The controller settles in the first part of this time.
+/// Time at constant velocity of the shortest sweep in one direction, s. In the first part of this time the controller settles, so
+/// these samples are not used.
 const SHORTEST_CRUISE_S: f64 = 0.4;
-/// Least stroke of a swing, in counts of the encoder.
+/// Least stroke of a swing (periodic motion between two positions), in counts of the encoder.
 const SMALLEST_STROKE_COUNTS: f64 = 200.0;
-/// Number of instants in a period at which the regressor rows of a swing are predicted.
+/// Number of instants per period at which the regressor rows of a swing (periodic motion) are predicted.
 const INSTANTS_PER_PERIOD: usize = 200;
-/// Least ratio of the controller's bandwidth to the frequency of a swing.
+/// Least ratio of the controller's bandwidth to the frequency of a swing (periodic motion).
 const BANDWIDTH_RATIO: f64 = 4.0;
-/// Share of a coordinate's range that the centres of motions keep free at each end.
+/// Share of a coordinate's position range, at each end, in which no motion has its centre.
 const RANGE_MARGIN: f64 = 0.1;
 /// Change of a coordinate in the test of whether the regressor depends on it, rad (m).
 const DEPENDENCE_STEP: f64 = 0.7;
@@ -132,7 +137,7 @@ impl Candidate {
                 if let JointMotion::Swing { period, .. } = &mut one_period.motion {
                     *period = count;
                 }
-                // The noise of each instant is scaled, because the instants represent all recorded samples.
+                // The noise is scaled, because the instants of one period represent all recorded samples.
                 let share = (count as f64 / (periods * period) as f64).sqrt();
                 let noise: Vec<f64> = noise.iter().map(|s| s * share).collect();
                 let zero = vec![vec![0.0; count]; n];
@@ -160,8 +165,8 @@ const ACCELERATION_RATIO: f64 = 0.7;
 /// Greatest number of configurations that are drawn, per configuration that is wanted.
 const DRAWS_PER_CONFIGURATION: usize = 10;
 
-/// Every informative motion of the candidate grid within the limits. `noise`: standard deviation of a torque sample, N m, one per
-/// coordinate. Empty if the computation is interrupted.
+/// Every informative motion within the limits, for the configurations and kinds of motion of `grid`. `noise`: standard deviation
+/// of a torque sample, N m, one per coordinate. Empty if the computation is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -171,7 +176,7 @@ pub fn candidates(
     permitted_candidates(grid, limits, regressor, noise, &AllowAll)
 }
 
-/// The motions of [`candidates`] that `permission` accepts, some of them at lower accelerations.
+/// The motions of [`candidates`] that `permission` accepts. If it refuses a motion, the motion is tried with lower accelerations.
 pub fn permitted_candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -209,7 +214,8 @@ pub fn permitted_candidates(
     done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
-/// Makes the motion of some joints about a configuration: sweep or swing. `None` if it would be too short.
+/// Makes the motion of some joints about a configuration: a slow sweep for the gravity torques, otherwise a periodic swing.
+/// `None` if it would be too short.
 fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     match joints.kind {
         MotionKind::Gravity => sweep(grid, limits, joints),
@@ -237,13 +243,14 @@ fn permitted(
     slower.into_iter().find(|slower| permission.motion(slower))
 }
 
-/// Makes the swing of some joints that the limits allow. `None` if its stroke or the ranges of the slow joints are too small.
+/// Makes the largest swing (periodic motion) of some joints that the limits allow. `None` if the stroke or the ranges of the slow
+/// joints are too small.
 pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { kind, fast, slow, centre } = joints;
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
-    // Period T at the greatest acceleration with low velocity, and T at the greatest velocity, from the equations in the file
-    // head.
+    // Period T of a swing at the greatest acceleration with low velocity, and T at the greatest velocity: equations in the head
+    // of this file.
     let low_velocity =
         (BANDWIDTH_RATIO / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
     let high_velocity =
@@ -254,13 +261,14 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
         MotionKind::Mixed => (low_velocity * high_velocity).sqrt(),
         MotionKind::Gravity => return None,
     };
-    // Stroke L within the limits of acceleration, velocity and range; period T in multiples of four samples.
+    // Stroke L of the swing within the limits of acceleration, velocity and range; period T in multiples of four samples.
     let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
     let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
     let period = 4 * ((t / (4.0 * grid.sample_time) - PERIOD_ROUNDING).ceil() as usize).max(2);
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
-    // Slow joints need the range v_small T / v_factor, and the stroke of the fast joint must have enough encoder counts.
+    // Slow joints need the range v_small T / v_factor (v_small: their slow velocity). The stroke of the fast joint must have
+    // enough encoder counts.
     let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
     if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
@@ -276,8 +284,8 @@ pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoint
     Some(ExcitingTrajectory::swing(joints, &course))
 }
 
-/// Makes the longest sweep of the fast joint that the limits allow, at 1 rad/s or its slow velocity, whichever is greater. `None`
-/// if it is too short.
+/// Makes the longest sweep (slow motion at constant velocity) of the fast joint that the limits allow, at 1 rad/s or the joint's
+/// slow velocity, whichever is greater. `None` if it is too short.
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
     let &MovingJoints { fast, centre, .. } = joints;
     let limit = &limits[fast];
@@ -324,7 +332,8 @@ fn configurations(
     permission: &dyn Permission,
 ) -> Vec<Vec<f64>> {
     let n = limits.len();
-    // A coordinate on which the regressor does not depend stays in the middle. The others take steps within 80 % of the range.
+    // A coordinate on which the regressor does not depend stays in the middle. The grid of the other coordinates covers 80 % of
+    // their range.
     let steps: Vec<usize> = (0..n).map(|k| if matters[k] { grid.steps.max(1) } else { 1 }).collect();
     let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
     let at = |k: usize, i: usize| {

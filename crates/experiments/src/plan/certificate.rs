@@ -5,8 +5,8 @@
 //!
 //! log det M(w*) - log det M(w) <= max_i tr(F_i M(w)^-1) - p     [Kiefer, Wolfowitz 1960]
 //!
-//! With gap, the right side of this bound, the D-efficiency of the plan is bounded by
-//! (det F / det(N M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
+//! The right side of this inequality is called gap. With it, the D-efficiency of the plan is bounded by (det F / det(N
+//! M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
 //!
 //! cond_fro^2 = tr F tr F^-1 is independent of the scale of F. If each F_i is scaled to unit trace, then for any w, cond_fro^2 >=
 //! (tr M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
@@ -29,7 +29,8 @@ pub struct ApproximateDesign {
     /// log det M(w), with M(w) = sum w_i F_i of the candidates' information matrices. Minus infinity: all candidates together do
     /// not have full rank.
     pub log_det: f64,
-    /// Bound of the distance to the optimum: no weights have a log det M above `log_det` + `gap`.
+    /// Bound of the distance to the optimum: no weights have a log det M above `log_det` + `gap`. M: information matrix of the
+    /// weighted candidates.
     pub gap: f64,
     /// Number of iterations in which the weights were improved.
     pub iterations: usize,
@@ -43,15 +44,17 @@ pub struct ConditionBound {
     /// sqrt(tr F tr F^-1) of the best approximate design (with fractional weights) that was found.
     pub reached: f64,
 }
-/// Number of iterations of the multiplicative rule for the weights; exchanges between the best and the worst candidate follow.
+/// Number of iterations of the multiplicative rule for the weights. Then weight is exchanged between the best and the worst
+/// candidate.
 const MULTIPLICATIVE_ITERATIONS: usize = 300;
-/// A candidate belongs to the support of a design if its weight is at least this.
+/// A candidate belongs to the support of a design (the candidates with weight) if its weight is at least this.
 const SUPPORT_WEIGHT: f64 = 1e-12;
-/// Number of bisections in the line search along an exchange of weight.
+/// Number of bisections in the search for the best amount of weight to exchange between two candidates.
 const LINE_SEARCH_BISECTIONS: usize = 60;
 
-/// Improves the weights w of an approximate design until its Kiefer-Wolfowitz gap is below `tolerance`, for at most `iterations`.
-/// If it is interrupted, it gives the bound at the current w. `blocks`: rows of each candidate.
+/// Improves the weights w of an approximate design until the bound of its distance to the optimum (Kiefer-Wolfowitz gap) is below
+/// `tolerance`, in at most `iterations`. If interrupted, it returns the bound at the current w. `blocks`: regressor rows of each
+/// candidate.
 pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ApproximateDesign {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
@@ -60,7 +63,8 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
     let mut out = vec![0.0; p];
     for iteration in 0..iterations {
-        // d_i = tr(F_i M^-1). The log det M of any design exceeds the current one by at most max d_i - p.
+        // d_i = tr(F_i M^-1); F_i: information matrix of candidate i, M: of the design. The log det M of any other design exceeds
+        // the present one by at most max d_i - p.
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let best = argmax(&d, |_| true);
@@ -83,14 +87,15 @@ pub fn determinant_bound(blocks: &[WeightedRows], tolerance: f64, iterations: us
     ApproximateDesign { weights: w, log_det: f64::NEG_INFINITY, gap: f64::INFINITY, iterations: 0 }
 }
 
-/// Lower bound of the D-efficiency of a plan with `count` experiments, p parameters and log det F = `log_det`.
+/// Lower bound of the D-efficiency of a plan with `count` experiments and p parameters. `log_det`: log det of its information
+/// matrix; `bound`: a design with a bound of its distance to the optimum.
 pub fn certified_efficiency(log_det: f64, count: usize, p: usize, bound: &ApproximateDesign) -> f64 {
     let p = p as f64;
     ((log_det - p * (count as f64).ln() - bound.log_det - bound.gap) / p).exp()
 }
 
-/// Improves the weights w of an approximate design to lower tr M(w)^-1, and gives the condition bound. Ends when the square of
-/// the bound is within the relative `tolerance`, or after `iterations`.
+/// Improves the weights w of an approximate design to lower tr M(w)^-1; M: information matrix of the design. Returns the bound of
+/// the condition number. Ends when the square of the bound is within the relative `tolerance`, or after `iterations`.
 pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usize) -> ConditionBound {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let unit = |b: &WeightedRows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
@@ -100,7 +105,7 @@ pub fn condition_bound(blocks: &[WeightedRows], tolerance: f64, iterations: usiz
     for _ in 0..iterations {
         let Some(factor) = design(&blocks, &w).factor() else { break };
         let inverse = factor.inverse();
-        // tr(F_i M^-2) = |M^-1 W_i'|^2, with the rows W_i of candidate i.
+        // tr(F_i M^-2) = |M^-1 W_i'|^2; W_i: rows of candidate i, F_i = W_i' W_i, M: information matrix of the design.
         let square = |row: &[f64]| {
             let along = |i: usize| inverse[i * p..(i + 1) * p].iter().zip(row).map(|(m, x)| m * x).sum::<f64>();
             (0..p).map(|i| along(i).powi(2)).sum::<f64>()
@@ -192,7 +197,8 @@ mod tests {
         let plan = value_of(&line(), &[0, 10], Criterion::Determinant);
         assert!((certified_efficiency(plan, 2, 2, &d) - 1.0).abs() < 1e-8);
         let c = condition_bound(&line(), 1e-9, 4000);
-        // tr M tr M^-1 >= p^2 with p = 2 parameters; equality holds for M = I/2.
+        // tr M tr M^-1 >= p^2 with p = 2 parameters. Equality holds for M = I/2, the optimal design of candidates with unit
+        // trace.
         assert!(c.bound <= 2.0 + 1e-9 && c.bound > 2.0 - 1e-4 && c.reached > 2.0 - 1e-9, "{c:?}");
     }
 

@@ -1,15 +1,16 @@
 //! Chooses the experiments of a plan: exchange algorithm on blocks of rows, from many random starts.
 //!
-//! Each experiment i gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. For each position of the plan, a
-//! start replaces the experiment by the best candidate, until no exchange improves the criterion. The updates are
+//! Each experiment i gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. A start begins with a random plan.
+//! It replaces the experiment at each position of the plan by the best candidate, until no exchange improves the criterion. For a
+//! further experiment with the rows W,
 //!
 //! det(F + W'W) = det F det(I + W F^-1 W'),
 //! tr (F + W'W)^-1 = tr F^-1 - tr((I + W F^-1 W')^-1 W F^-2 W').
 //!
 //! | criterion | rows | equation |
 //! |---|---|---|
-//! | greatest log det F | information rows | [Fedorov 1972] |
-//! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
+//! | greatest log det F | divided by their noise | [Fedorov 1972] |
+//! | least sqrt(tr F tr F^-1) | not divided | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
 //! The two criteria give different plans. Each start has a number and its own stream of random numbers, and among equal results
 //! the first is taken. So the result is independent of the number of threads. `certificate` bounds the distance of the plan from
@@ -66,11 +67,12 @@ pub struct ExchangeSettings {
 /// The best plan that the exchange algorithm found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// Indices of the chosen candidates, ascending; a candidate may be chosen more than once.
+    /// Indices of the chosen candidates, ascending; a candidate that runs more than once is listed more than once.
     pub chosen: Vec<usize>,
     /// Value of the criterion for the plan. Minus infinity if the information matrix of the plan does not have full rank.
     pub value: f64,
-    /// Value of the criterion that each start reached, in the order of the starts; with a small ridge and scaled columns.
+    /// Value of the criterion that each start reached, in the order of the starts. These values are computed with scaled columns
+    /// and with a small ridge.
     pub starts: Vec<f64>,
 }
 
@@ -78,12 +80,12 @@ pub struct Selection {
 /// does not have full rank.
 const RELATIVE_RIDGE: f64 = 1e-9;
 
-/// Number of candidates that are evaluated between two checks for an interruption; it takes some milliseconds.
+/// Number of candidates that are evaluated between two checks for an interruption. Their evaluation takes some milliseconds.
 const BLOCKS_PER_CHECK: usize = 64;
 /// If the relative gain of an exchange is below this, it is only a rounding error.
 const LEAST_RELATIVE_GAIN: f64 = 1e-10;
 
-/// Chooses the best plan of `count` experiments by exchange, from `search.starts` random starts. `blocks`: rows of each
+/// Chooses the best plan of `count` experiments by exchange, from `search.starts` random plans. `blocks`: regressor rows of each
 /// candidate.
 ///
 /// `progress` receives (ended starts, number of starts, best value) from one thread at a time. If it is interrupted, it gives the
@@ -123,8 +125,8 @@ pub fn exchange(
     Selection { chosen, value, starts }
 }
 
-/// The criterion of a plan with information matrix F: log det F, or - log cond_fro F. Minus infinity if F does not have full
-/// rank. `chosen`: indices of its candidates.
+/// The criterion of a plan: log det F, or - log sqrt(tr F tr F^-1); F: information matrix of the plan. Minus infinity if F does
+/// not have full rank. `chosen`: indices of the candidates in the plan.
 pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion) -> f64 {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
@@ -143,9 +145,9 @@ pub fn value_of(blocks: &[WeightedRows], chosen: &[usize], criterion: Criterion)
     }
 }
 
-/// The rows of all candidates with scaled columns. For the determinant each column is divided by its root mean square, so that
-/// the ridge is small for each. For the condition number the columns keep their relative scale; only their mean trace is scaled
-/// to one.
+/// The rows of all candidates with scaled columns. For the determinant, each column is divided by its root mean square, so that
+/// the small ridge has the same effect on each. For the condition number, the columns keep their relative scale; only their mean
+/// trace is scaled to one.
 fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRows> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = match criterion {
@@ -158,7 +160,7 @@ fn equilibrated(blocks: &[WeightedRows], criterion: Criterion) -> Vec<WeightedRo
     blocks.iter().map(|b| b.scaled(&scale)).collect()
 }
 
-/// Scale factor of each of p columns: 1 / root mean square over the candidates' blocks; 1 for a column of zeros.
+/// Scale factor of each of the p regressor columns: 1 / root mean square over all candidates; 1 for a column of zeros.
 pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a WeightedRows>) -> Vec<f64> {
     let (mut squares, mut count) = (vec![0.0; p], 0);
     for b in blocks {
@@ -220,13 +222,15 @@ fn one_start(
     (chosen, best)
 }
 
-/// Computes the criterion of F + W'W for the rows W of any candidate; F: information matrix of the other experiments.
+/// Computes the criterion of a plan with the information matrix F + W'W. W: rows of any candidate; F: information matrix of the
+/// other experiments.
 struct Gain<'a> {
     factor: &'a InformationFactor,
     criterion: Criterion,
     trace: f64,
     trace_of_inverse: f64,
-    /// B = L^-1 L^-T, p x p, with F = L L'; then F^-2 = L^-T B L^-1. Empty for the determinant.
+    /// B = L^-1 L^-T, p x p; L: Cholesky factor of the information matrix, F = L L'. Then F^-2 = L^-T B L^-1. Empty for the
+    /// determinant.
     between: Vec<f64>,
 }
 
@@ -248,7 +252,8 @@ impl<'a> Gain<'a> {
 
     fn with(&self, block: &WeightedRows, work: &mut ExchangeWork) -> f64 {
         let (p, m) = (block.width(), block.len());
-        // Z = L^-1 W', stored as m rows of p entries; S = I + Z'Z, m x m. W: m rows of the candidate.
+        // Z = L^-1 W', stored as m rows of p entries, and S = I + Z'Z, m x m. W: m rows of the candidate; L: Cholesky factor of
+        // F.
         work.whitened.resize(m * p, 0.0);
         for (r, row) in block.iter().enumerate() {
             self.factor.whiten(row, &mut work.whitened[r * p..(r + 1) * p]);
@@ -268,7 +273,7 @@ impl<'a> Gain<'a> {
                 log_det
             }
             Criterion::FrobeniusCondition => {
-                // The decrease of tr F^-1 is tr(S^-1 Z' B Z), with B = L^-1 L^-T.
+                // The decrease of tr F^-1 is tr(S^-1 Z' B Z); B = L^-1 L^-T, L: Cholesky factor of F.
                 work.right.clear();
                 for a in 0..m {
                     for b in 0..m {

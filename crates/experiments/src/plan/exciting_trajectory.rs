@@ -26,7 +26,7 @@ use crate::motion::profile::Profile;
 use crate::motion::reference_motion::Reference;
 use crate::plan::motion_kind::MotionKind;
 
-/// The motion of the moving joints in an experiment: a periodic swing or a slow sweep.
+/// The motion of the moving joints in an experiment: a periodic swing, or a slow sweep at constant velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointMotion {
     /// Whole periods of a motion between the positions A = centre - half_range and B = centre + half_range.
@@ -68,7 +68,7 @@ pub struct ExcitingTrajectory {
     pub centre: Vec<f64>,
     /// Time between samples, s.
     pub sample_time: f64,
-    /// The swing or the sweep of the moving joints.
+    /// The motion of the moving joints: a periodic swing, or a slow sweep.
     pub motion: JointMotion,
 }
 
@@ -85,7 +85,7 @@ pub struct MovingJoints<'a> {
     pub centre: &'a [f64],
 }
 
-/// Profile, period and amplitudes of a swing.
+/// Profile (position over time), period and amplitudes of a swing (periodic motion).
 #[derive(Clone, Copy, Debug)]
 pub struct SwingCourse<'a> {
     /// Profile (position over time) of the swing in one period.
@@ -112,7 +112,7 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// The harmonic of the swing's frequency at which the torque is projected on this signal.
+    /// The harmonic of the motion's frequency at which the torque is projected on this signal.
     pub fn harmonic(self) -> usize {
         match self {
             Projector::Acceleration => 1,
@@ -121,8 +121,9 @@ impl Projector {
     }
 }
 
-/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v). D_joint: regressor row of the joint; v: projector signal of the fast
-/// joint; Sp(m, v) = Re(m conj v) / |v|^2 of the spectra of m and v at the projector's frequency.
+/// A spectral equation Sp(D_joint, v) X = Sp(tau_joint, v). D_joint, tau_joint: regressor row and torque of the joint; X:
+/// parameters; v: signal of the fast joint (projector). Sp(m, v) = Re(m conj v) / |v|^2, from the spectra of m and v at the
+/// projector's frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
     /// Index of the joint whose torque is projected.
@@ -131,19 +132,19 @@ pub struct SpectralEquation {
     pub projector: Projector,
 }
 
-/// Acceleration of the ramps of a sweep, rad/s^2 (m/s^2).
+/// Acceleration of the ramps of a slow sweep (motion at constant velocity there and back), rad/s^2 (m/s^2).
 pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
-/// Time for which a sweep rests at each of its ends, s.
+/// Time for which a slow sweep rests at each of its ends, s.
 const SWEEP_REST_S: f64 = 0.1;
-/// Time after each ramp of a sweep in which the controller settles and samples are not used, s.
+/// Time after each ramp of a slow sweep, s. In this time the controller settles, so the samples are not used.
 const SWEEP_SETTLING_S: f64 = 0.15;
-/// Number of periods of a swing before the record starts.
+/// Number of periods of a swing (periodic motion) before the record starts.
 const TRANSIENT_PERIODS: usize = 2;
 /// Relative tolerance for rounding in the division of the recorded time by the period.
 const PERIODS_TOLERANCE: f64 = 1e-9;
 
 impl ExcitingTrajectory {
-    /// Makes a swing of the moving joints with the given profile, period and amplitudes.
+    /// Makes a swing (periodic motion) of the moving joints with the given profile, period and amplitudes.
     pub fn swing(joints: &MovingJoints, course: &SwingCourse) -> ExcitingTrajectory {
         let &MovingJoints { kind, fast, slow, centre } = joints;
         let &SwingCourse { profile, period, acceleration, slow_velocity, duration, sample_time } = course;
@@ -188,8 +189,8 @@ impl ExcitingTrajectory {
         std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
     }
 
-    /// The spectral equations of this experiment. Empty for a gravity sweep, which has centred equations instead (`paper_rows`,
-    /// (13)).
+    /// The spectral equations of this experiment. Empty for a gravity sweep (slow motion), which has the centred equations (13)
+    /// of `paper_rows` instead.
     pub fn equations(&self) -> Vec<SpectralEquation> {
         let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
         let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };
@@ -221,8 +222,8 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Ranges of sample indices that are used: whole periods after the transients, or in each direction of a sweep the section of
-    /// constant velocity.
+    /// Ranges of sample indices that are used. Swing: whole periods after the transients. Sweep: the section of constant velocity
+    /// in each direction.
     pub fn windows(&self) -> Vec<Range<usize>> {
         match &self.motion {
             JointMotion::Swing { period, transient_periods, periods, .. } => {
@@ -350,7 +351,7 @@ mod tests {
                 for h in [1, 3, 5, 7] {
                     let (f_h, a_h) = (numerics::fourier::bin(&f, h), numerics::fourier::bin(a, h));
                     let cosine = (f_h * a_h.conj()).re / (f_h.norm() * a_h.norm());
-                    // Tolerance: rounding of sums of 500 terms, as the cosine of an angle.
+                    // Tolerance for the cosine of the angle between friction and acceleration: rounding of sums of 500 terms.
                     assert!(cosine.abs() < 1e-11, "{profile:?} {h} {cosine}");
                 }
                 let integral: f64 = f.iter().zip(a).map(|(f, a)| f * a).sum();

@@ -50,13 +50,14 @@ pub struct ExperimentPlan {
     /// Lower bound of the D-efficiency: (det F)^(1/p), divided by its value for the best plan of the same number of experiments.
     /// F: information matrix of the plan; p: number of parameters.
     pub d_efficiency_at_least: f64,
-    /// The proof of an upper bound of log det F for all plans; F: information matrix. `None`: no branch and bound was run.
+    /// The proof of an upper bound of log det F for all plans; F: information matrix of a plan. `None`: no branch and bound was
+    /// run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
     /// Frobenius condition number sqrt(tr F tr F^-1) of this plan, with F of the unweighted rows: equation (15) of [Vandanjon,
     /// Gautier, Desbats 1995].
     pub cond_fro: f64,
-    /// Proved lower bound of the Frobenius condition number of any plan from the same candidates.
+    /// Proved lower bound of the Frobenius condition number of any plan with the same candidates.
     pub cond_fro_at_least: f64,
     /// Number of parameters that the plan makes identifiable.
     pub rank: usize,
@@ -72,11 +73,12 @@ const DESIGN_TOLERANCE: f64 = 1e-2;
 const DESIGN_ITERATIONS: usize = 2000;
 /// Ridge added to the information matrix when experiments are ordered; the first few do not have full rank.
 const ORDER_RIDGE: f64 = 1e-6;
-/// Least number of samples in a period of a swing.
+/// Least number of samples in a period of a swing (periodic motion).
 const MIN_PERIOD_SAMPLES: usize = 8;
 impl ExperimentPlan {
     /// Chooses a plan of experiments from the candidates and bounds its quality. `torque_noise`: standard deviation of a torque
-    /// sample, N m, one per coordinate; `progress` receives (ended starts, number of starts, best value).
+    /// sample, N m, one per coordinate; `progress` receives (number of ended starts of the search, number of starts, best value
+    /// of the criterion).
     pub fn choose(
         model: ModelReference,
         regressor: &dyn Regressor,
@@ -86,7 +88,8 @@ impl ExperimentPlan {
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
         let ExchangeSettings { count, criterion, search } = choice;
-        // For each candidate: rows divided by their noise for the determinant, unweighted rows for the condition number.
+        // For each candidate: regressor rows divided by their noise, for the determinant; unweighted rows, for the condition
+        // number.
         let information: Vec<WeightedRows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<WeightedRows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();
@@ -120,7 +123,8 @@ impl ExperimentPlan {
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
             d_efficiency_at_least: {
-                // The better of two bounds: from the relaxed design, or from the branch and bound.
+                // The better of two lower bounds of the D-efficiency: from a design with fractional numbers of runs, or from the
+                // branch and bound.
                 let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))

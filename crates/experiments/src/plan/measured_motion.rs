@@ -15,7 +15,7 @@ pub struct MeasuredMotion {
     pub ddq: Vec<Vec<f64>>,
 }
 
-/// Number of instants at which the regressor is evaluated in one call.
+/// Number of instants for which one call evaluates the regressor.
 pub const INSTANTS_PER_PASS: usize = 64;
 
 impl MeasuredMotion {

@@ -1,8 +1,7 @@
 //! Lists the kinds of motion from which a plan is chosen, and computes the number of motions and rows, and their memory.
 //!
-//! At the peak of the choice, memory holds all rows five times: unweighted and divided by their standard deviations, both again
-//! for the choice, and one of them with scaled columns. It holds each motion twice: the one that was tried, and the one with its
-//! rows.
+//! While a plan is chosen, memory holds all rows up to five times: unweighted and divided by their standard deviations, a copy of
+//! both, and one of them with scaled columns. It holds each motion twice: as tried, and together with its rows.
 
 use numerics::information_matrix::WeightedRows;
 
@@ -26,8 +25,8 @@ pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionK
     motions
 }
 
-/// Greatest number of regressor rows that a kind of motion gives. A sweep gives two rows: the gravity torque of a revolute joint
-/// is a cos q + b sin q + c if the other joints are at rest, and c vanishes because the equations are centred.
+/// Greatest number of regressor rows that a kind of motion gives. A slow sweep gives two rows: the gravity torque of a revolute
+/// joint is a cos q + b sin q + c if the other joints are at rest, and c vanishes because the equations are centred.
 fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
     match kind {
         MotionKind::Inertial => 1,

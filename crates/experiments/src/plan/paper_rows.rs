@@ -1,15 +1,16 @@
-//! Computes the equations of the paper cited below: spectral equations of swings, and centred equations of gravity sweeps.
+//! Computes the equations of the paper cited below: spectral equations of swings (periodic motions), and centred equations of
+//! gravity sweeps (slow motions).
 //!
 //! Sp(m, v, f) = Re(m(f) conj v(f)) / |v(f)|^2: the spectrum m(f) of a signal, projected on the spectrum v(f) of another. k: fast
-//! joint; f_P: frequency of its swing; D_j, tau_j: rows of the regressor and torques of joint j.
+//! joint; f_P: frequency of its swing; D_j, tau_j: rows of the regressor and torques of joint j; X: parameters.
 //!
 //! (8), (11)  Sp(D_j, ddq_k, f_P) X = Sp(tau_j, ddq_k, f_P)       (j = k or a slow joint)
 //! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
 //! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
 //!
-//! The torque noise is white with standard deviation sigma per sample; the variance of Sp(tau) of N samples is
-//! sigma^2 N / (2 |v(f)|^2). The gravity equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its
-//! rank. It has the information of (13) without the squared condition number of the normal equations (14).
+//! The torque noise is white with standard deviation sigma per sample; the variance of Sp(tau) of N samples is sigma^2 N / (2
+//! |v(f)|^2). The gravity equations are reduced to R X = Q' y by a column-pivoted QR decomposition, cut at its rank. R X = Q' y
+//! has the information of (13) without the squared condition number of the normal equations (14).
 //!
 //! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
@@ -21,14 +22,16 @@ use numerics::information_matrix::WeightedRows;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, JointMotion, Projector};
 use crate::plan::measured_motion::{INSTANTS_PER_PASS, MeasuredMotion};
 
-/// A row of a QR triangle is dropped if its pivot is below this share of the first pivot (of 1, if that is greater).
+/// A row of the R of a QR decomposition is dropped if its pivot is below this share of the first pivot (of 1, if that is
+/// greater).
 const RANK_TOLERANCE: f64 = 1e-9;
-/// A block of equations (regressor rows) X = right-hand sides, with the standard deviations of the right-hand sides.
+/// A block of equations: regressor rows times the parameters X = right-hand sides. Each right-hand side has a standard deviation.
 #[derive(Clone, Debug)]
 pub struct EquationBlock {
     /// Rows of the regressor, N m per unit of the parameter.
     pub rows: WeightedRows,
-    /// Torques of a known load, N m, one per row: rows X + known = right. Zero without a load.
+    /// Torques of a known load, N m, one per row: regressor row times X, plus this torque, equals the right-hand side. Zero
+    /// without a load.
     pub known: Vec<f64>,
     /// Right-hand sides, N m, one per row.
     pub right: Vec<f64>,
@@ -38,10 +41,11 @@ pub struct EquationBlock {
     pub joint: Vec<usize>,
 }
 
-/// The spectral equations of a swing, (8), (10) and (11) in the head of this file, from the whole periods of `motion`.
+/// The spectral equations (8), (10) and (11) of a swing (periodic motion), see the head of this file, from the whole periods of
+/// `motion`.
 ///
-/// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. An equation whose projector
-/// signal is zero is left out. Empty for a sweep.
+/// `torque[j]`: torque of coordinate j, N m; `noise[j]`: its standard deviation per sample, N m. An equation is left out if the
+/// signal on which it projects is zero. Empty for a slow sweep.
 pub fn spectral_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -78,9 +82,9 @@ pub fn spectral_rows(
     block
 }
 
-/// The centred equations of a gravity sweep, (13) in the head of this file, reduced to a QR triangle. `directions`: number of
-/// samples in each direction of the sweep; `q`, `torque`: series of each coordinate; `noise`: standard deviation of a torque
-/// sample, N m.
+/// The centred equations (13) of a slow gravity sweep, see the head of this file, reduced to the R of a QR decomposition.
+/// `directions`: number of samples in each direction; `q`, `torque`: series of each coordinate; `noise`: standard deviation of a
+/// torque sample, N m.
 pub fn gravity_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,
@@ -128,8 +132,8 @@ pub fn gravity_rows(
     block
 }
 
-/// Reduces the equations A X = y, stored as w = [A y], to the triangle of the column-pivoted QR of A, cut at the rank of A. Gives
-/// the rows and their right-hand sides.
+/// Reduces the equations A X = y, stored as w = [A y], to the R of the column-pivoted QR decomposition of A, cut at the rank of
+/// A. Returns the rows and their right-hand sides.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     // Added rows of zeros do not change the triangle. They make it square if there are few instants.
     let few = (p + 1).saturating_sub(w.nrows());
@@ -171,8 +175,7 @@ impl EquationBlock {
         self
     }
 
-    /// The regressor rows divided by the standard deviations of their right-hand sides; W'W of the result is the information
-    /// matrix.
+    /// The regressor rows W divided by the standard deviations of their right-hand sides. W'W is then the information matrix.
     pub fn weighted(&self) -> WeightedRows {
         let mut rows = WeightedRows::new(self.rows.width());
         for (row, s) in self.rows.iter().zip(&self.deviation) {

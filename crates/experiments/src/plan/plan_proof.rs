@@ -12,7 +12,8 @@ use crate::plan::planned_experiment::CandidateMotion;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProofNode {
-    /// Divides the plans of the node: those that run one candidate at most `at_most` times, and those that run it more often.
+    /// Divides the plans of the node into two sets: those that run one candidate at most `at_most` times, and those that run it
+    /// more often.
     Split {
         /// Index of the candidate whose number of runs divides the plans.
         candidate: usize,
@@ -23,7 +24,8 @@ pub enum ProofNode {
         /// Index of the node of plans with more than `at_most` runs of the candidate.
         above: usize,
     },
-    /// For all plans of this node, the tangent of log det F at one design gives the upper bound.
+    /// The upper bound for all plans of this node: the tangent of log det F at one design (numbers of runs). F: information
+    /// matrix.
     Leaf {
         /// Index of this design in [`PlanProof::designs`].
         design: usize,
@@ -33,8 +35,8 @@ pub enum ProofNode {
 /// An upper bound of log det F for all plans, with its proof.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanProof {
-    /// Upper bound of log det F for any plan of the same number of experiments. F: information matrix; rows are divided by their
-    /// noise.
+    /// Upper bound of log det F for any plan of the same number of experiments. F: information matrix of the plan, from rows
+    /// divided by their noise.
     pub log_det_at_most: f64,
     /// The candidate experiments in their order, so that a reader can compute their rows from the robot description.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -42,7 +44,7 @@ pub struct PlanProof {
     /// Candidates that the proof omits, as (omitted candidate, earlier candidate with the same information).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub equal: Vec<(usize, usize)>,
-    /// The designs of the leaves: for each, a list of (candidate, fractional number of runs) without zeros.
+    /// The designs of the leaves. A design is a list of (candidate, fractional number of runs), without zeros.
     pub designs: Vec<Vec<(usize, f64)>>,
     /// The nodes of the tree; the first node is the root.
     pub tree: Vec<ProofNode>,

@@ -14,22 +14,22 @@ pub struct PlannedExperiment {
     pub candidate: Option<usize>,
     /// Name of the kind of motion, after the torques that it excites, such as `inertial`.
     pub kind: String,
-    /// Name of the fast coordinate, or of the coordinate that sweeps.
+    /// Name of the fast coordinate; in a slow sweep, name of the coordinate that moves.
     pub fast: String,
     /// Names of the slow coordinates.
     pub slow: Vec<String>,
     /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: Vec<f64>,
-    /// The swing; `None` if the motion is a sweep.
+    /// The swing (periodic motion); `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The sweep; `None` if the motion is a swing.
+    /// The sweep (slow motion there and back); `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
     /// Rank of the information matrix F of this experiment and all before it together.
     pub rank: usize,
-    /// Increase of log det F by this experiment; F: information matrix of all experiments so far. `None`: F does not have full
-    /// rank without this experiment.
+    /// Increase of log det F by this experiment; F: information matrix of all experiments up to this one. `None`: F does not have
+    /// full rank without this experiment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adds_log_det: Option<f64>,
     /// Parameters that become identifiable by this experiment, given the experiments before it.
@@ -41,17 +41,17 @@ pub struct PlannedExperiment {
 pub struct CandidateMotion {
     /// Name of the kind of motion, after the torques that it excites, such as `inertial`.
     pub kind: String,
-    /// Name of the fast coordinate, or of the coordinate that sweeps.
+    /// Name of the fast coordinate; in a slow sweep, name of the coordinate that moves.
     pub fast: String,
     /// Names of the slow coordinates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slow: Vec<String>,
     /// Position of each coordinate, rad (m): middle of the motion if it moves, constant position if it is locked.
     pub centre: Vec<f64>,
-    /// The swing; `None` if the motion is a sweep.
+    /// The swing (periodic motion); `None` if the motion is a sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swing: Option<PlannedSwing>,
-    /// The sweep; `None` if the motion is a swing.
+    /// The sweep (slow motion there and back); `None` if the motion is a swing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
 }

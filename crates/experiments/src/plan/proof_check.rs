@@ -7,8 +7,8 @@ use logs::Error;
 
 use crate::plan::experiment_plan::ExperimentPlan;
 
-/// Recomputes the lower bound of the D-efficiency from the proof in a plan; the text is the name of the plan's file for messages.
-/// `None` if the plan has no proof that can be checked.
+/// Recomputes the lower bound of the D-efficiency of a plan from the proof in its file. The text argument is the name of this
+/// file, for messages. `None` if the plan has no proof that can be checked.
 pub type FindProof = fn(&ExperimentPlan, &dyn Regressor, &str) -> Result<Option<f64>, Error>;
 
 static FIND: OnceLock<Result<FindProof, &'static str>> = OnceLock::new();

@@ -22,12 +22,12 @@ pub struct ProvenPlan {
 pub struct SearchBudget {
     /// Greatest number of nodes of the branch-and-bound tree.
     pub nodes: usize,
-    /// The search ends when the relative gap of the D-efficiency is at most this.
+    /// The search ends when the D-efficiency is proved up to this relative gap.
     pub tolerance: f64,
 }
 
-/// Finds the best plan from the candidates' rows (divided by their noise) and an initial plan, which also gives the number of
-/// experiments. `None` if all candidates together do not have full rank.
+/// Finds the best plan. Arguments: the regressor rows of each candidate (divided by their noise), an initial plan, which also
+/// gives the number of experiments, and the budget. `None` if all candidates together do not have full rank.
 pub type ProvePlan = fn(&[WeightedRows], &[usize], &SearchBudget) -> Option<ProvenPlan>;
 
 static PROVE: OnceLock<Result<ProvePlan, &'static str>> = OnceLock::new();

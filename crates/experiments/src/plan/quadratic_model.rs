@@ -5,25 +5,28 @@
 //!
 //! log det F(x + d) = log det F(x) + g'd - d'Hd/2 + third order, sum d = 0.
 //!
-//! The step moves runs from the worst candidate to the best, each time by the exact length. Each move costs one pass over the
-//! candidates. The exchange of [Fedorov 1972] uses log det F itself, so each move costs a factorisation.
+//! A step consists of moves. Each move shifts runs from the worst candidate to the best, by the number of runs that maximises the
+//! model, and costs one pass over the candidates. The exchange of [Fedorov 1972] uses log det F itself, so each move costs a
+//! factorisation.
 //!
-//! Only some candidates are members of the model: those that are run, and those with the greatest g. Others would not be run, and
-//! the cost grows with the square of the number of members. H_ij is the sum of the squares of the products of the whitened rows
-//! of i and j.
+//! Only some candidates are members of the model: those that are run, and those with the greatest g. The other candidates would
+//! not be run, and the cost grows with the square of the number of members. H_ij is the sum of the squares of the products of the
+//! whitened rows of i and j.
 
 use numerics::information_matrix::{InformationFactor, WeightedRows};
 
-/// A relative increase of the model below this is rounding of the slopes, so the ascent ends.
+/// If the slopes of two candidates differ by less than this share of the greater slope, the difference is only rounding, and the
+/// ascent ends.
 const RELATIVE_SLOPE_ROUNDING: f64 = 1e-12;
-/// A remainder of runs below this is only rounding of a sum of whole numbers.
+/// A remainder of a number of runs below this is only rounding, because the sum of the runs is a whole number.
 const RUN_ROUNDING: f64 = 1e-9;
-/// A second-order model of log det F at a design. Candidates that are not members keep their number of runs.
+/// A second-order model of log det F at a design (number of runs of each candidate). F: information matrix. Candidates that are
+/// not members of the model keep their number of runs.
 #[derive(Clone, Debug)]
 pub struct QuadraticModel {
-    /// Indices of the member candidates, ascending.
+    /// Indices of the candidates that are members of the model, ascending.
     members: Vec<usize>,
-    /// Slopes g_i = d log det F / dx_i, one per member.
+    /// Slopes g_i = d log det F / dx_i, one per member; x_i: number of runs.
     gain: Vec<f64>,
     /// Matrix H (negative second derivatives of log det F), row by row, one row per member.
     curvature: Vec<f64>,
@@ -39,8 +42,8 @@ pub struct StepBounds {
 }
 
 impl QuadraticModel {
-    /// Makes the model with these members at a design whose information matrix F has the factorisation `factor`. `blocks`: rows
-    /// of each candidate.
+    /// Makes the model with these members at a design. `factor`: factorisation of the information matrix F of the design;
+    /// `blocks`: regressor rows of each candidate.
     pub fn new(blocks: &[WeightedRows], members: Vec<usize>, factor: &InformationFactor) -> QuadraticModel {
         let p = blocks.first().map_or(0, WeightedRows::width);
         let (mut rows, mut ends) = (Vec::new(), vec![0]);
@@ -71,8 +74,8 @@ impl QuadraticModel {
         &self.curvature[i * self.gain.len()..(i + 1) * self.gain.len()]
     }
 
-    /// The best step within the bounds `room` that `moves` moves of runs find, one entry per candidate, and the increase of the
-    /// model by this step.
+    /// The best step within the bounds `room`, one entry per candidate, and the increase of the model by this step. It is found
+    /// by at most `moves` moves, each of which shifts runs from one candidate to another.
     pub fn step(&self, room: &StepBounds, moves: usize) -> (Vec<f64>, f64) {
         let mut own = vec![0.0; self.members.len()];
         let gained = self.ascend(&mut own, &self.own(room), moves);
@@ -86,8 +89,8 @@ impl QuadraticModel {
         StepBounds { least: of(&room.least), most: of(&room.most) }
     }
 
-    /// Improves `step` (one entry per member) by at most `moves` moves of runs; gives the increase of the model by the resulting
-    /// step.
+    /// Improves `step` (one entry per member) by at most `moves` moves, which shift runs between two members. Returns the
+    /// increase of the model by the resulting step.
     fn ascend(&self, step: &mut [f64], room: &StepBounds, moves: usize) -> f64 {
         let count = step.len();
         let mut slope = self.gain.clone();
@@ -123,14 +126,15 @@ impl QuadraticModel {
         step.iter().zip(self.gain.iter().zip(&slope)).map(|(d, (g, s))| 0.5 * d * (g + s)).sum()
     }
 
-    /// The decrease of the model if `candidate` changes its runs by `by` and stays there, and the others are optimised. Infinite
-    /// if the bounds of the others do not allow this; zero if the candidate is not a member.
+    /// The decrease of the model if the runs of `candidate` change by `by` and are then fixed, while the runs of the others are
+    /// optimised. Infinite if the bounds of the others do not allow this; zero if the candidate is not a member.
     pub fn loss(&self, room: &StepBounds, candidate: usize, by: f64, moves: usize) -> f64 {
         let Ok(candidate) = self.members.binary_search(&candidate) else { return 0.0 };
         let (count, room) = (self.gain.len(), self.own(room));
         let mut step = vec![0.0; count];
         let mut order: Vec<usize> = (0..count).filter(|&i| i != candidate).collect();
-        // The other candidates compensate for the step: first those whose change increases the model most or decreases it least.
+        // The other candidates compensate for the step, in the order of their slopes: first those that increase the model most or
+        // decrease it least.
         let key = |i: usize| if by < 0.0 { -self.gain[i] } else { self.gain[i] };
         order.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
         let mut left = by.abs();
@@ -139,7 +143,7 @@ impl QuadraticModel {
             step[i] = if by < 0.0 { taken } else { -taken };
             left -= taken;
         }
-        // A remainder is left: the bounds of the other candidates do not allow the step.
+        // A remainder is left if the bounds of the other candidates do not allow the step.
         if left > RUN_ROUNDING {
             return f64::INFINITY;
         }

@@ -5,10 +5,10 @@
 //!
 //! log det F(y) <= log det F(x) - p + max over y of sum y_i g_i
 //!
-//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as its
-//! dual. The maximum is a sum over the greatest g, each filled up to its bound; the g of the last one that is filled is the price
-//! nu of an experiment. One run of candidate i changes the bound by g_i - nu. If x_i is at a bound and g_i is far from the price,
-//! x_i is at this bound in every plan that is as good as a known plan.
+//! because a concave function lies below its tangent: this is the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023] at the
+//! dual point T. For the maximum, the candidates with the greatest g get their greatest number of runs, until N runs are used.
+//! The g of the last candidate that gets runs is the price nu of an experiment. One run of candidate i changes the bound by g_i -
+//! nu. If x_i is at a bound and g_i is far from the price, x_i is at this bound in every plan that is as good as a known plan.
 //!
 //! The ascent is a Newton method: each step is the best step of [`crate::plan::quadratic_model`] between the bounds, and it is
 //! halved until log det F increases. The bound holds at every iteration.
@@ -17,17 +17,19 @@ use numerics::information_matrix::{InformationMatrix, WeightedRows};
 
 use crate::plan::quadratic_model::{QuadraticModel, StepBounds};
 
-/// Greatest number of moves of runs in one step of the ascent: several for each candidate that is run.
+/// Greatest number of moves (shifts of runs between two candidates) in one step of the ascent: several for each candidate that
+/// has runs.
 const MAX_ASCENT_MOVES: usize = 400;
-/// Greatest number of candidates that have no runs yet and that one step of the ascent may add.
+/// Greatest number of candidates without runs to which one step of the ascent may give runs.
 const MAX_ENTERING_CANDIDATES: usize = 40;
 /// Number of runs that is added to every candidate if no design between the bounds has full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// A design is rounded to multiples of 1/this of a run. The rounding changes the bound only to second order.
+/// Numbers of runs in a design are rounded to multiples of 1/this. The effect of the rounding on the bound is only of second
+/// order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
 /// Greatest number of halvings of a step of the ascent that does not increase log det F.
 const MAX_STEP_HALVINGS: i32 = 12;
-/// A start design that does not have full rank is mixed with this share of a design that runs all allowed candidates.
+/// An initial design without full rank is mixed with this share of a design in which all allowed candidates have runs.
 const MIXED_SHARE: f64 = 0.1;
 
 /// Least and greatest number of runs of each candidate in a set of plans.
@@ -39,12 +41,13 @@ pub struct Bounds {
     pub high: Vec<usize>,
 }
 
-/// The tangent of log det F at a design x: log det F(y) of any other design y is at most `constant` + sum y_i g_i.
+/// The tangent of log det F at a design x. For any other design y, log det F(y) is at most `constant` + sum y_i g_i. F:
+/// information matrix; g_i: slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tangent {
-    /// log det F(x) - p, with p parameters.
+    /// log det F(x) - p; F: information matrix of the design x, p: number of parameters.
     pub constant: f64,
-    /// Slopes g_i = tr(F_i F(x)^-1), one per candidate i.
+    /// Slopes g_i = tr(F_i F(x)^-1), one per candidate i; F_i: information matrix of the candidate, F(x): of the design.
     pub gain: Vec<f64>,
 }
 
@@ -53,9 +56,9 @@ pub struct Tangent {
 pub struct Relaxed {
     /// Fractional number of runs, one per candidate.
     pub x: Vec<f64>,
-    /// The tangent of log det F at this design; it gives an upper bound for every plan.
+    /// The tangent of log det F at this design (F: information matrix). It gives an upper bound for every plan.
     pub tangent: Tangent,
-    /// Second-order model of log det F about this design.
+    /// Second-order model of log det F about this design; F: information matrix.
     pub model: QuadraticModel,
     /// Upper bound of log det F for all designs between the bounds of the search.
     pub bound: f64,
@@ -76,7 +79,7 @@ impl Bounds {
         }
     }
 
-    /// The allowed range of the step of each candidate, from the design `x` to the bounds.
+    /// The range from the number of runs in the design `x` to the bounds, for each candidate.
     pub fn room(&self, x: &[f64]) -> StepBounds {
         let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
         StepBounds { least: to(&self.low), most: to(&self.high) }
@@ -94,12 +97,13 @@ impl Bounds {
         found
     }
 
-    /// Rounds numbers of runs to few digits with the sum `count`, so that a file contains exactly the numbers of the computation.
+    /// Rounds the numbers of runs to few decimals, with the sum `count`. So a file contains exactly the numbers of the
+    /// computation.
     fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64 * PARTS_PER_EXPERIMENT, self.high[i] as f64 * PARTS_PER_EXPERIMENT);
         let mut parts: Vec<f64> = x.map(|x| (x * PARTS_PER_EXPERIMENT).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
-        // The sum of whole numbers is exact. The candidates with the most runs take the remainder of the rounding.
+        // The sum of whole numbers is exact. The candidates with the most runs take the remainder that rounding leaves.
         let mut left = count as f64 * PARTS_PER_EXPERIMENT - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
@@ -110,7 +114,7 @@ impl Bounds {
         parts.into_iter().map(|x| x / PARTS_PER_EXPERIMENT).collect()
     }
 
-    /// A design between the bounds, with `count` runs in total, near `wanted`.
+    /// A design near `wanted` that keeps the bounds and has `count` runs in total.
     fn nearest(&self, wanted: &[f64], count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64, self.high[i] as f64);
         let mut x: Vec<f64> = wanted.iter().enumerate().map(|(i, x)| x.clamp(ends(i).0, ends(i).1)).collect();
@@ -127,8 +131,8 @@ impl Bounds {
 }
 
 impl Tangent {
-    /// The greatest value of the tangent over all designs between the bounds, and the price of an experiment (slope of the last
-    /// filled candidate). Minus infinity if the bounds do not allow `count` experiments.
+    /// The greatest value of the tangent over all designs between the bounds, and the price of an experiment: the slope of the
+    /// last candidate that gets runs. Minus infinity if the bounds do not allow `count` experiments.
     pub fn bound(&self, bounds: &Bounds, count: usize) -> (f64, f64) {
         if !bounds.has_room_for(count) {
             return (f64::NEG_INFINITY, 0.0);
@@ -158,8 +162,8 @@ pub fn tangent(blocks: &[WeightedRows], x: &[f64]) -> Option<Tangent> {
     Some(Tangent { constant: factor.log_det - p as f64, gain })
 }
 
-/// Maximises log det F between the bounds from the design `start`, for at most `steps` steps. Ends if the upper bound is below
-/// `target`, or within `tolerance` of the reached value.
+/// Maximises log det F (F: information matrix) over the designs between the bounds, from the design `start`, in at most `steps`
+/// steps. Ends if the upper bound is below `target`, or within `tolerance` of the reached value.
 ///
 /// If no design between the bounds has full rank, the resulting design is outside the bounds. `None` if all candidates together
 /// do not have full rank, or if the bounds do not allow `count` experiments.
@@ -181,7 +185,7 @@ pub fn relaxed(
     };
     let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
     if factor_of(&x).is_none() {
-        // Add a small share of all allowed candidates. If rank is still missing, no design between the bounds has full rank.
+        // Mix in a small share of all allowed candidates. If full rank is still missing, no design between the bounds has it.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
         x = x.iter().zip(&all).map(|(x, y)| (1.0 - MIXED_SHARE) * x + MIXED_SHARE * y).collect();
     }
@@ -212,7 +216,8 @@ pub fn relaxed(
 
 /// The tangent at a design to which a small number of runs of every candidate is added, so that it has full rank.
 ///
-/// A direction about which the allowed designs have no information has only this share, so its logarithm makes the bound low.
+/// In a direction without information from the allowed designs, F has only the information of these added runs. Its logarithm is
+/// very negative, so the bound is low.
 fn without_rank(blocks: &[WeightedRows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
     let x: Vec<f64> = x.iter().map(|x| x + REGULARIZING_RUNS).collect();
     let tangent = tangent(blocks, &x)?;

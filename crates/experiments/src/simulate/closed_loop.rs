@@ -57,7 +57,7 @@ pub struct Drives {
 /// Encoders and current sensors of all joints; each list has one entry per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensors {
-    /// Encoder quantum, rad (m); 0: positions are not rounded.
+    /// Resolution (quantum) of the encoder, rad (m); 0: positions are not rounded.
     pub quantum: Vec<f64>,
     /// Standard deviation of the position noise, rad (m).
     pub position_noise: Vec<f64>,
@@ -94,7 +94,7 @@ pub struct Simulation<'a> {
     pub controller: &'a JointPd,
     /// Gains and limits of the drives.
     pub drives: &'a Drives,
-    /// Encoder quantum of the positions that the controller reads, rad (m), one per coordinate.
+    /// Resolution of the encoders that the controller reads, rad (m), one per coordinate.
     pub quantum: &'a [f64],
     /// The friction law of each coordinate.
     pub friction: &'a [FrictionLaw],
@@ -119,8 +119,8 @@ pub enum Stop {
 }
 
 impl Simulation<'_> {
-    /// The control law of the PD controllers that follow `reference`; the torques `feedforward[coordinate][sample]`, N m, are
-    /// added. `None`: no feedforward.
+    /// The control law: PD controllers that follow `reference`, plus the torques `feedforward[coordinate][sample]`, N m. `None`:
+    /// no feedforward.
     pub(crate) fn law<'a>(&'a self, reference: &'a Reference, feedforward: Option<&'a [Vec<f64>]>) -> Box<Law<'a>> {
         let controller = self.controller;
         Box::new(move |i, seen, velocity, tau| {
@@ -231,8 +231,8 @@ mod tests {
         let (record, stop) = simulation.run(&reference, Some(&feedforward));
         assert_eq!(stop, Stop::End);
         let worst = record.q[0].iter().zip(&reference.q[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The zero-order hold delays the torque by half a sample, which gives an error of v h / 2 at v = 1 rad/s. The error
-        // decreases again over each period.
+        // The zero-order hold delays the torque by half a sample time h, which gives an error of v h / 2 at the velocity v = 1
+        // rad/s. Over each period the error decreases again.
         assert!(worst < 1.2e-3, "{worst}");
         assert!((record.current[0][101] - 0.5 * (feedforward[0][100] + feedforward[0][101]) / 0.5).abs() < 1e-12);
     }

@@ -131,7 +131,8 @@ pub(super) fn joint_friction(
     notes: &mut Vec<String>,
 ) -> Vec<FrictionLaw> {
     let mut taken = Taken::default();
-    // Friction torque G(v) = F v + Fs sign(v) + offset. Each coefficient is from the file, or a share of the effort.
+    // Friction torque at the velocity v: G(v) = F v + Fs sign(v) + offset (F: viscous, Fs: Coulomb friction). Each coefficient is
+    // from the file, or a share of the effort.
     let law = |(k, (limits, effort)): (usize, (&MotionLimits, &f64))| {
         let file = joint_of(robot, k).map(|j| j.friction).unwrap_or_default();
         let unit = LimitKind::Effort.unit(is_prismatic(robot, k));
@@ -151,7 +152,7 @@ pub(super) fn joint_friction(
             Some(_) => file.offset.unwrap_or(0.0),
             None => or(file.offset, OFFSET_SHARE_OF_COULOMB * coulomb, "offset of friction", unit.into()),
         };
-        // Without viscous friction, G is coulomb + offset for v > 0 and offset - coulomb for v < 0.
+        // Without viscous friction, the friction torque G is coulomb + offset for v > 0 and offset - coulomb for v < 0.
         FrictionLaw::asymmetric(viscous, coulomb + offset, backward, offset - coulomb)
     };
     let laws = limits.iter().zip(effort).enumerate().map(law).collect();
@@ -228,8 +229,8 @@ mod tests {
         assert_eq!(stated.friction[1], FrictionLaw::asymmetric(0.2, 0.6, 0.2, -0.6));
         assert_eq!(stated.drives.greatest_torque, [50.0, 50.0]);
         let bare = setup("", "");
-        // Coulomb friction: 5 % of 1 * 30 and of 4 * 7.5. Viscous friction: half of that divided by 5 and by 1.25. Effort: five
-        // times A_kk a_max plus three times gravity.
+        // Coulomb friction: 5 % of the effort, 1 * 30 and 4 * 7.5. Viscous friction: half of the Coulomb friction, divided by the
+        // greatest velocities 5 and 1.25. Greatest effort: five times the effort A_kk a_max plus three times the gravity torque.
         assert_eq!(
             bare.notes,
             [

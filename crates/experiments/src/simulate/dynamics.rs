@@ -2,7 +2,7 @@
 //!
 //! tau = A(q) ddq + h(q, dq), without friction; h holds the centrifugal, Coriolis and gravity torques. They can be computed from
 //! any [`Regressor`] with parameter values X, because Y(q, dq, ddq) is linear in ddq: h = Y(q, dq, 0) X, and column k of A is
-//! (Y(q, dq, e_k) - Y(q, dq, 0)) X.
+//! (Y(q, dq, e_k) - Y(q, dq, 0)) X, with the unit vector e_k.
 
 use linear_model::regressor::Regressor;
 
@@ -49,11 +49,11 @@ impl Dynamics for RegressorDynamics<'_> {
         let mut ddq = vec![0.0; n];
         let row = |y: &[f64], i: usize| y[i * p..(i + 1) * p].iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
         self.regressor.fill(q, dq, &ddq, &mut y);
-        // The bias torque is h = Y(q, dq, 0) X.
+        // The torque without acceleration (bias torque) is h = Y(q, dq, 0) X; Y: regressor, X: parameters.
         for i in 0..n {
             bias[i] = row(&y, i);
         }
-        // Column k of the inertia matrix is Y(q, dq, e_k) X - h, with the unit vector e_k.
+        // Column k of the inertia matrix is Y(q, dq, e_k) X - h. Y: regressor; X: parameters; e_k: unit vector; h: bias torque.
         for k in 0..n {
             ddq[k] = 1.0;
             self.regressor.fill(q, dq, &ddq, &mut y);
@@ -69,7 +69,7 @@ impl Dynamics for RegressorDynamics<'_> {
 /// Number of instants at which the dynamics are evaluated in one call.
 const INSTANTS_PER_CALL: usize = 64;
 
-/// The torque A(q) ddq + h(q, dq) along a reference motion, N m, as `[coordinate][instant]`.
+/// The torque A(q) ddq + h(q, dq) along a reference motion, N m, as `[coordinate][instant]`. A: inertia matrix; h: bias torque.
 pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
     let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
     let (mut inertia, mut bias) = (vec![0.0; INSTANTS_PER_CALL * n * n], vec![0.0; INSTANTS_PER_CALL * n]);
@@ -93,7 +93,7 @@ pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> 
     found
 }
 
-/// The torque Y(q, dq, ddq) X at one state, N m, one entry per coordinate; `parameters`: X.
+/// The torque Y(q, dq, ddq) X at one state, N m, one entry per coordinate. Y: regressor; X: `parameters`.
 pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut y = vec![0.0; n * p];
@@ -101,7 +101,7 @@ pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f6
     y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
 }
 
-/// The torque Y X along a reference motion, N m, one series per coordinate; `parameters`: X.
+/// The torque Y X along a reference motion, N m, one series per coordinate. Y: regressor; X: `parameters`.
 pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
     let n = reference.q.len();
     let mut series = vec![Vec::new(); n];

@@ -11,7 +11,7 @@ use crate::simulate::closed_loop::{Law, Simulation, Steps, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
 use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
-/// Stages of Runge-Kutta 4: the weight of each stage in the sum, and the time of the next stage as a fraction of the step.
+/// Stages of Runge-Kutta 4. For each: its weight in the sum, and the time of the next stage as a fraction of the step.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
 /// A simulated motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
 const DIVERGENCE_BOUND: f64 = 1e6;
@@ -58,19 +58,19 @@ pub(crate) struct SimulationRun<'a> {
     law: Box<Law<'a>>,
     record: Record,
     stop: Option<Stop>,
-    /// Index of the current sample, of the step in the sample, and of the stage in the step.
+    /// Indices of the current sample, of the integration step in this sample, and of the stage in this step.
     at: (usize, usize, usize),
-    /// Position q and velocity dq of the current stage, rad (m), s; `begin` has both at the start of the step.
+    /// Position q and velocity dq of the current stage, rad (m) and rad/s (m/s). `begin`: both at the start of the step.
     q: Vec<f64>,
     dq: Vec<f64>,
     begin: (Vec<f64>, Vec<f64>),
-    /// Weighted sums of the velocities and the accelerations of the stages so far (Runge-Kutta).
+    /// Weighted sums of the velocities and of the accelerations over the Runge-Kutta stages so far.
     sum_v: Vec<f64>,
     sum_a: Vec<f64>,
     /// Number of integration steps per sample; `stiff`: data of the implicit step, `None` for Runge-Kutta.
     steps: usize,
     stiff: Option<StiffStep>,
-    /// Drive torques that are constant until the next sample, N m, and their currents, A.
+    /// `tau`: drive torques, N m, constant until the next sample. `held`: their currents, A.
     tau: Vec<f64>,
     held: Vec<f64>,
     /// Positions that the controller read at the last sample, and their filtered velocities.
@@ -89,7 +89,7 @@ impl<'a> SimulationRun<'a> {
             Steps::RungeKutta(steps) => (steps, None),
             Steps::ImplicitFriction(steps) => (steps, Some(StiffStep::new(n))),
         };
-        // The first stage starts from the state at the start of the step, so both states are equal.
+        // The first stage starts from the state at the start of the step, so `q` and `dq` equal `begin`.
         let mut run = SimulationRun {
             simulation,
             reference,
@@ -155,12 +155,12 @@ impl<'a> SimulationRun<'a> {
         }
     }
 
-    /// Advances the motion by one stage. `inertia` A (n x n, row by row) and `bias` h belong to the state of
-    /// [`SimulationRun::asks`]; both are overwritten.
+    /// Advances the motion by one stage. `inertia` (A, n x n, row by row) and `bias` (h) are the inertia matrix and the bias
+    /// torque at the state of [`SimulationRun::asks`]. Both are overwritten.
     fn take(&mut self, inertia: &mut [f64], bias: &mut [f64]) {
         let (sample, step, stage) = self.at;
         let free = bias;
-        // free = tau - h: drive torque minus bias torque. The integrator subtracts friction.
+        // free = tau - h: drive torque tau minus bias torque h. The integrator subtracts the friction.
         free.iter_mut().zip(&self.tau).for_each(|(free, tau)| *free = tau - *free);
         let length = self.reference.sample_time / self.steps as f64;
         let went_on = match &mut self.stiff {
@@ -194,7 +194,7 @@ impl<'a> SimulationRun<'a> {
     /// One stage of Runge-Kutta 4 in a step of `length` s; `free`: drive torque minus bias torque, tau - h. Returns false if A is
     /// not positive definite.
     fn runge_kutta(&mut self, stage: usize, length: f64, inertia: &mut [f64], free: &mut [f64]) -> bool {
-        // ddq = A^-1 (tau - h - G), with the friction torque G.
+        // ddq = A^-1 (tau - h - G). A: inertia matrix; tau: drive torque; h: bias torque; G: friction torque.
         let ddq = free;
         for (k, ddq) in ddq.iter_mut().enumerate() {
             *ddq -= self.simulation.friction[k].torque(self.dq[k], self.tau[k]);
@@ -321,7 +321,8 @@ mod tests {
         for k in 0..2 {
             let moved = many.q[k].iter().fold(0.0_f64, |most, q| most.max(q.abs()));
             let off = apart(&few, &many, k);
-            // The difference of the two methods is below the resolution of any simulated encoder.
+            // The positions by the implicit steps and by the Runge-Kutta steps differ by less than the resolution of any
+            // simulated encoder. The motion is longer than 1000 of these resolutions.
             assert!(off < POSITION_QUANTUM && moved > 1000.0 * POSITION_QUANTUM, "{k}: {off:e} of {moved}");
         }
     }

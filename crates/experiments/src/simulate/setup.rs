@@ -32,7 +32,8 @@ pub struct SimulationSetup {
     pub limits: Vec<MotionLimits>,
     /// PD controllers of all joints, tuned to the robot's inertia.
     pub controller: JointPd,
-    /// Whether the controllers have a model of the robot. If so, they add the torques A(q) ddq + h(q, dq) of the reference.
+    /// Whether the controllers have a model of the robot. If so, they add the torques A(q) ddq + h(q, dq) of the reference (A:
+    /// inertia matrix, h: bias torque).
     pub knows_robot: bool,
     /// Gains and limits of the drives.
     pub drives: Drives,
@@ -78,7 +79,7 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
     (matrices.collect(), bias)
 }
 
-/// The inertia J_k to which the controller of each joint k is tuned, and a note if it is not the mean A_kk. `matrices`: inertia
+/// The inertia to which the controller of each joint k is tuned, and a note if it is not the mean A_kk. `matrices`: inertia
 /// matrices A at random poses; `mean`: mean A_kk.
 ///
 /// The mean A_kk is the inertia of the joint with the other joints locked. If the joints are coupled so strongly that the loop
@@ -99,8 +100,9 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     }
 }
 
-/// Greatest ratio of `inertia` J, to which controllers are tuned, to the inertia matrix `a` of the robot, over all directions:
-/// the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero if A is not positive definite; the simulation reports that case.
+/// Greatest ratio, over all directions, of the inertia J to which the controllers are tuned (`inertia`) to the inertia matrix A
+/// of the robot (`a`). It is the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero if A is not positive definite; the simulation
+/// reports that case.
 fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
     let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / (inertia[i] * inertia[j]).sqrt());
     let least = if scaled.iter().all(|x| x.is_finite()) { scaled.symmetric_eigenvalues().min() } else { 0.0 };
@@ -112,7 +114,8 @@ impl SimulationSetup {
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
-        // Mean inertia A_kk over random poses. Several defaults are shares of the effort A_kk a_max.
+        // Mean inertia A_kk over random poses. Several defaults are shares of the effort A_kk a_max; a_max: greatest
+        // acceleration.
         let (matrices, bias) = sampled(dynamics, &limits);
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
@@ -200,8 +203,8 @@ mod tests {
     use super::*;
     use crate::simulate::dynamics::tests::Mass;
 
-    /// Greatest distance of a mass of 1 kg from its goal, from one second after a step of 1, if the controller is tuned to the
-    /// mass `lightness`, kg.
+    /// Greatest distance of a mass of 1 kg from its goal, later than one second after the goal has jumped by 1 m. The controller
+    /// is tuned to the mass `lightness`, kg.
     fn left(lightness: f64) -> f64 {
         let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         let simulation = Simulation {
@@ -232,8 +235,8 @@ mod tests {
     fn the_loop_settles_up_to_the_lightness_it_is_made_for() {
         // The slowest pole of the sampled loop decays by 0.962 per sample, to 1e-17 after a second.
         assert!(left(MAX_LIGHTNESS) < 1e-12, "{}", left(MAX_LIGHTNESS));
-        // At the ratio 18.2 a pole of the loop leaves the unit circle. Above it, the torque switches between its limits:
-        // amplitude 1e5 / (2 pi 186 Hz)^2.
+        // At the ratio 18.2 a pole of the loop leaves the unit circle. Above this ratio the torque switches between its limits,
+        // and the mass oscillates with the amplitude 1e5 / (2 pi 186 Hz)^2.
         assert!(left(17.0) < 1e-6, "{}", left(17.0));
         assert!(left(19.0) > 0.05, "{}", left(19.0));
     }

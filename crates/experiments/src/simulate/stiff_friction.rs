@@ -23,9 +23,10 @@ const ACCEPTED_SLOPE_RATIO: f64 = 0.1;
 
 /// Intermediate results of one integration step: accelerations of its stages, rad/s^2 (m/s^2).
 pub(crate) struct StiffStep {
-    /// Acceleration without friction at the start of the step, A^-1 (tau - h).
+    /// Acceleration without friction at the start of the step, A^-1 (tau - h). A: inertia matrix; tau: drive torque; h: bias
+    /// torque.
     at_begin: Vec<f64>,
-    /// Acceleration by friction alone at the middle stage, - A^-1 G.
+    /// Acceleration by friction alone at the middle stage, - A^-1 G. A: inertia matrix; G: friction torque.
     stopping: Vec<f64>,
 }
 
@@ -44,9 +45,9 @@ impl StiffStep {
         StiffStep { at_begin: vec![0.0; n], stopping: vec![0.0; n] }
     }
 
-    /// Advances by evaluation number `stage` (0 to 3) of a step. `inertia` A (n x n, row by row) and `free` = tau - h belong to
-    /// the state (q, v), which becomes the state of the next evaluation, or of the end of the step. Returns false if A is not
-    /// positive definite or no velocity was found.
+    /// Advances by evaluation number `stage` (0 to 3) of a step. `inertia` (A, n x n, row by row) and `free` (drive torque minus
+    /// bias torque, tau - h) belong to the state (q, v). This state is replaced by the state of the next evaluation, or of the
+    /// end of the step. Returns false if A is not positive definite or no velocity was found.
     pub(crate) fn take(
         &mut self,
         stage: usize,
@@ -57,7 +58,8 @@ impl StiffStep {
     ) -> bool {
         let (n, h, (q0, v0)) = (q.len(), felt.length, begin);
         match stage {
-            // Explicit part up to the middle stage: q0 + gamma h v0 and v0 + gamma h A^-1 (tau - h); h: length of the step.
+            // Explicit part up to the middle stage: q0 + gamma h v0 and v0 + gamma h a. h: length of the step; a = A^-1 `free`:
+            // acceleration without friction.
             0 => {
                 if !solve_positive(inertia, free) {
                     return false;
@@ -70,7 +72,8 @@ impl StiffStep {
                 true
             }
             1 => {
-                // Implicit part at the middle stage. The acceleration by friction is - A^-1 G.
+                // Implicit part at the middle stage. The acceleration by friction is - A^-1 G; A: inertia matrix, G: friction
+                // torque.
                 let without = v.to_vec();
                 let found = slowed(inertia, felt, v0, v);
                 for k in 0..n {
@@ -95,8 +98,8 @@ impl StiffStep {
     }
 }
 
-/// Applies friction during gamma times the step to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's
-/// method from `near`.
+/// Applies friction during the time gamma h to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's
+/// method from `near`. A: inertia matrix; G: friction torque; h: length of the step.
 ///
 /// The solution minimises 1/2 (v' - v)' A (v' - v) + gamma h integral G, which is convex. Each Newton step is shortened until
 /// this function decreases. Returns false if A is not positive definite, or without convergence.

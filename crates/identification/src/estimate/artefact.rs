@@ -33,15 +33,16 @@ pub struct Estimate {
     pub method: String,
     /// Names of the fitted log files, as the user gave them.
     pub logs: Vec<String>,
-    /// The estimated parameters. First the base parameters, then friction, couplings, drive gains.
+    /// The estimated parameters in this order: base parameters, friction, couplings, drive gains.
     pub parameters: Vec<Identified>,
     /// Residual of the torque of each joint, one entry per coordinate.
     pub joints: Vec<JointResidual>,
     /// Relative error |tau - W X| / |tau| over all joints; `None` if no torques were fitted.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub total: Option<f64>,
-    /// Relative error |tau - W X| / |tau| of cross-validation: each tenth of the record is predicted by parameters that are
-    /// fitted to the other tenths. For a plan, experiments are left out instead of tenths. `None` if not computed.
+    /// Relative error |tau - W X| / |tau| in cross-validation: each tenth of the record is predicted with parameters that are
+    /// fitted to the other tenths. If experiments of a plan are fitted, each experiment is left out instead. `None` if not
+    /// computed.
     pub cross_validation: Option<f64>,
     /// Relative error of each tenth of the record in cross-validation, in the order of time, log after log; empty if not
     /// computed.
@@ -57,8 +58,8 @@ pub struct Estimate {
     /// differences between periods of the motion. `None` for other methods, or without such a measurement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
-    /// Errors of predicted torques that follow from the covariance of the parameters, one entry per use (gravity
-    /// compensation, feedforward). For a plan: errors of the rigid-body torques, without friction.
+    /// Errors of the predicted torques that follow from the covariance of the parameters, one entry per use (gravity
+    /// compensation, feedforward). If experiments of a plan are fitted: errors of the rigid-body torques, without friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torque_errors: Vec<TorqueError>,
     /// Rank: number of linear combinations of the parameters that the data determine.
@@ -73,8 +74,8 @@ pub struct Estimate {
     pub cutoff: Option<f64>,
     /// Sentences for the user on the data, and on parameters that are not identifiable.
     pub remarks: Vec<String>,
-    /// Sentences on evidence against the model; empty without. If there is one, the trust in the estimate is at most "with
-    /// care".
+    /// Sentences that state evidence against the model; empty if there is no such evidence. If there is any, the trust in the
+    /// estimate is at most "with care".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
     /// Reasons not to use the estimate, from the verdict of its identification; empty if the verdict was not "no".
@@ -104,9 +105,9 @@ impl Estimate {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Adds a possible change of each parameter c to its standard deviation: sigma becomes sqrt(sigma^2 + shift(c)^2).
-    /// `shift(c)`: the change, in the unit of the parameter. Row and column c of the covariance are multiplied by the same
-    /// factor, so correlations do not change.
+    /// Inflates the standard deviation of each parameter c (its index) by a possible change of its value: sigma becomes
+    /// sqrt(sigma^2 + shift(c)^2). `shift(c)`: the change, in the unit of the parameter. Row and column c of the covariance are
+    /// multiplied by (new sigma / old sigma), so correlations do not change.
     pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
@@ -196,9 +197,9 @@ pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Op
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Number of decimals with which a value is printed: at least five. There are more if two digits of sigma need more, or,
-/// without sigma, three digits of the value (parameters of small robots are small). The value has at most six significant
-/// digits, unless sigma needs more.
+/// Number of decimals with which a value is printed: at least five. More are printed if two significant digits of sigma need
+/// them. Without sigma, more are printed if three significant digits of the value need them (parameters of small robots are
+/// small). The value has at most six significant digits, unless sigma needs more.
 fn decimals(sigma: f64, value: f64) -> usize {
     let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {

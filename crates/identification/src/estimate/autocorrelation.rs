@@ -179,7 +179,7 @@ mod tests {
         let (rate, cutoff) = (1000.0, 20.0);
         let filter = Butterworth::low_pass(4, cutoff, rate).unwrap();
         let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
-        // Tolerance: because of the filter, 40000 rows contain about 1600 independent ones.
+        // The tolerance follows from the filter: because of it, 40000 rows contain only about 1600 independent ones.
         let found = memory(filtered, 1.0 / rate) * cutoff;
         assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
         // `NOISE_MEMORY_PERIODS` equals the area below the theoretical curve up to its first zero, up to one integration
@@ -190,7 +190,7 @@ mod tests {
         let a = 0.95f64;
         let mut slow = vec![0.0];
         white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));
-        // Tolerance: because of the correlation, 40000 rows contain about a thousand independent ones.
+        // The tolerance follows from the correlation: because of it, 40000 rows contain only about a thousand independent ones.
         assert!((memory(slow, 1.0) * -a.ln() - 1.0).abs() < 0.2);
         assert!(memory(white, 1.0) < 1.0);
     }

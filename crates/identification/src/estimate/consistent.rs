@@ -1,8 +1,8 @@
 //! Finds physically consistent parameters from logs, with the solver `estimators::consistent`.
 //!
-//! The rows are weighted by joint as in weighted least squares (WLS). Because residuals are correlated, the information of
-//! the data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. The discount determines the
-//! weight of the data against the prior.
+//! The rows are weighted by joint as in weighted least squares (WLS). Because residuals are correlated, the information of the
+//! data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. White sigma: standard deviation for
+//! white noise. The discount lowers the weight of the data compared with the prior.
 //!
 //! A prior about zero bounds friction parameters that the motion does not identify. Its standard deviation is max|tau_j| for
 //! parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of all joints) for
@@ -48,7 +48,7 @@ pub struct Consistency {
     pub prior_weight: f64,
     /// Whether the information of the data is divided by a discount, because residuals are correlated.
     pub discount: bool,
-    /// Whether a prior bounds friction parameters that the motion does not identify.
+    /// Whether a prior keeps friction parameters small if the motion does not identify them.
     pub bounded_friction: bool,
 }
 
@@ -116,8 +116,8 @@ pub fn identify_consistent(
     Ok(ConsistentFit { least_residual: relative_residual(&fit.estimate), consistent, estimate })
 }
 
-/// Number of blocks of the record in cross-validation. With tenths, the other blocks would contain nearly the whole motion,
-/// and a lack of motion would not show.
+/// Number of blocks of the record in cross-validation. If tenths were left out, the other tenths would contain nearly the whole
+/// motion. Then the error would not show that the motion does not determine the parameters.
 const HELD_OUT_BLOCKS: usize = 4;
 
 /// Relative errors of cross-validation: [least squares, physically consistent bodies]. Each quarter of the record is
@@ -231,7 +231,7 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     )
 }
 
-/// The bodies are refused if their relative residual exceeds that of least squares by this factor, and is above
+/// The bodies are refused if their relative residual exceeds the residual of least squares by this factor, and is above
 /// `LARGE_RESIDUAL_SHARE`. Noise does not explain such a difference.
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
 /// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this.

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
-/// Share of the residual of joint `joint` that the motion of joint `of` explains.
+/// The share of the residual of joint `joint` that is explained by the motion of joint `of`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
     /// Number of the joint with the residual.
@@ -24,7 +24,7 @@ pub struct CrossTalk {
 
 /// Number of motion columns of a joint k: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
-/// Singular values below this are treated as zero. They belong to the products of the columns, scaled to unit norm.
+/// Singular values below this are treated as zero. The matrix contains the products of the columns, scaled to unit norm.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
 /// Sums from which cross talk is computed: products of the motion columns (ddq_k, dq_k, direction) of each joint k with one

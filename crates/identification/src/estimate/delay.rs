@@ -6,8 +6,8 @@
 //! inertia would shift the result by 3.6 ms at a cut-off of 16 Hz.
 //!
 //! However, the rows near reversals contain most information on the delay. At a cut-off of 3.7 Hz, 0.27 s on each side of a
-//! reversal are left out; the other rows have nearly constant speed, and the same residual under every delay. So the delay is
-//! rejected if it raises the residual of all rows. Then the search is repeated with all rows.
+//! reversal are left out. The other rows have nearly constant speed, and their residual is the same for every delay. So the delay
+//! is rejected if it raises the residual of all rows; then the search is repeated with all rows.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;

@@ -1,9 +1,9 @@
 //! Finds directions of the parameter space (combinations of parameters) that the data hardly determine.
 //!
 //! A direction d is a singular vector of the regressor W with scaled columns (`numerics::least_squares`). A unit step along d
-//! changes the weighted torques by |W d|. So the estimate has the standard deviation sqrt(discount) sigma / |W d| along d
-//! (sigma: noise of a row; discount: number of correlated rows that count as one). A direction is undetermined if 1.96 of
-//! these standard deviations change its main parameters by more than their values.
+//! changes the weighted torques by |W d|. So the estimate has the standard deviation sqrt(discount) sigma / |W d| along d (sigma:
+//! noise of a row; discount: number of correlated rows that count as one). A step of 1.96 of these standard deviations along d
+//! changes the parameters. If it changes the main parameters by more than their values, the direction is undetermined.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
@@ -20,7 +20,8 @@ const MAX_KEPT_DIRECTIONS: usize = 6;
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
-/// A direction counts as undetermined if the noise hides this many parameters: those with its largest entries.
+/// A direction counts as undetermined if the step of 1.96 sigma exceeds the values of this many parameters: those with its
+/// largest entries.
 const DECISIVE_MEMBERS: usize = 2;
 
 /// A direction of the parameter space (combination of parameters) that the data hardly determine.
@@ -88,7 +89,7 @@ pub fn directions(
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
 
-/// Norm |R d| of the change of the torques of one joint for a unit step along d, N m (N). R: triangle of the joint.
+/// Norm |R d| of the change of the torques of one joint if the parameters change by d, N m (N). R: triangle of the joint.
 fn length(triangle: &Triangle, d: &[f64]) -> f64 {
     let row = |i: usize| (i..d.len()).map(|c| triangle.at(i, c) * d[c]).sum::<f64>();
     (0..d.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt()

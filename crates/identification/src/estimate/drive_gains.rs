@@ -4,9 +4,9 @@
 //! triangle (R of QR) with filtered currents on the right-hand side; `estimators::drive_gains` solves them. Residuals are
 //! correlated in time and repeat with the state of the robot, so the standard deviations come from the module `replicates`.
 //!
-//! The load of wrist joints hardly changes the torques of other joints. So the gains of wrists are weakly identifiable, and
-//! model errors dominate them. An expected value with its standard deviation regularises such a gain. Compared with the
-//! expected value, s correlated equations count as one; the discount s follows from the residuals.
+//! The bodies that wrist joints move hardly contribute to the torques of other joints. So the gains of wrist joints are weakly
+//! identifiable, and model errors dominate them. An expected value with its standard deviation regularises such a gain. When the
+//! data are weighted against the expected value, s correlated equations count as one. The discount s follows from the residuals.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ pub fn estimate_drive_gains(
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    // Sums over bands of speed and of position, because the rows of one band may have a common error.
+    // The rows of one band of speed or of position may have a common error. So sums over these bands are computed.
     let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
@@ -100,8 +100,8 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
     (0..known.len()).map(of_gain).collect()
 }
 
-/// The gains, with the standard deviation of each expected gain divided by sqrt(discount). Then the expected value has the
-/// right weight against the equations, of which `discounts` count as one.
+/// The gains, with the standard deviation of each expected gain divided by sqrt(discount). This weights the expected value
+/// correctly against the equations, because a number of `discounts` correlated equations counts as one.
 fn gains_with_equations(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     let scaled = |(gain, discount): (&Gain, &f64)| match *gain {
         Gain::Expected(value, deviation) => Gain::Expected(value, deviation / discount.sqrt()),

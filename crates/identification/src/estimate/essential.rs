@@ -96,7 +96,7 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // Factor 1.001: with fewer parameters the variance of the residual has more degrees of freedom.
+                // The factor 1.001 allows for the variance of the residual: with fewer parameters it has more degrees of freedom.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

@@ -27,8 +27,9 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
 /// Residuals of cross-validation: each tenth of the record is predicted by a fit to the other tenths. A tenth is two
 /// consecutive blocks of `observation`.
 ///
-/// Each fit is weakly regularised towards the parameters of the whole record (`PARAMETER_HOLD_SHARE`). So a combination of
-/// parameters that only one tenth determines keeps its value when this tenth is left out. Its error is then not tested.
+/// Each fit is weakly regularised towards the parameters of the whole record (`PARAMETER_HOLD_SHARE`). A combination of
+/// parameters may be determined by one tenth only. When this tenth is left out, the combination keeps its value, so its error is
+/// not tested.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
@@ -83,8 +84,8 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     Residuals::new(model.regressor, sums)
 }
 
-/// For each block, the triangle (R of QR) of the weighted rows of all other blocks. `parts`: for each block, the triangles of
-/// its joints. `weights`: weights by joint from the whole record, because one block hardly changes them.
+/// For each block, the triangle (R of QR) of the weighted rows of all other blocks. `parts`: for each block, the triangles of its
+/// joints. `weights`: weights by joint, from a fit to the whole record (leaving out one block hardly changes them).
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
     // The rows of all other blocks are the sum of the blocks before and of the blocks after. Running sums make this fast.
@@ -179,8 +180,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// The joint turns far enough to separate MX and MY in one tenth of the record only. Without that tenth their difference
-    /// is not identifiable. The error of cross-validation must still contain noise only.
+    /// In one tenth of the record only, the joint turns far enough to separate MX and MY. Without that tenth their difference is
+    /// not identifiable. The error of cross-validation must still be the noise.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();

@@ -24,7 +24,7 @@ use crate::estimators::huber::Robust;
 
 use Hypothesis::*;
 
-/// Start of the text of a remedy that is an entry in the options file.
+/// Text before an entry of the options file that a remedy recommends.
 pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
 /// Step of a joint angle for a central difference, rad.
@@ -60,7 +60,8 @@ pub enum Hypothesis {
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate drifts: between the first and the last sample it grows by a share of itself.
+    /// The torque of a coordinate drifts: from the first to the last sample it grows by a share of itself. The size is this
+    /// share.
     Drift(usize),
     /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
@@ -112,7 +113,7 @@ pub(super) enum Counts {
     AsResidual,
     /// The fault only inflates standard deviations, and no claim names it.
     InDeviations,
-    /// The log is wrong by a gross fault. Only the log check tests it; a fit has no column for it.
+    /// The log has a fault that makes it unusable. Only the log check tests it; a fit has no column for it.
     AsLog,
 }
 
@@ -144,7 +145,7 @@ impl Hypothesis {
             useless: f64::INFINITY,
             may_be_there: false,
         };
-        // Angles and scales have a smallest size, the calibration error. For other kinds only the share of the torque
+        // Angles and scales below the calibration error are not reported. For other kinds, only the explained share of the torque
         // decides.
         let angle = |topic: Topic, may_be_there: bool| HypothesisKind {
             least: LEAST_ANGLE_RAD,
@@ -209,9 +210,9 @@ impl Hypothesis {
         }
     }
 
-    /// Whether physically consistent bodies may explain the log without this fault. `brakes`: function from a coordinate to
-    /// whether its friction dissipates in the unchanged log. `is_sure`: whether the description, without fitted numbers,
-    /// predicts the corrected log nearly exactly.
+    /// Whether bodies with other, physically consistent masses and inertias may explain the log as well as this fault does.
+    /// `brakes(k)`: whether friction of coordinate k dissipates in the log as recorded. `is_sure`: whether the nominal parameters
+    /// of the description predict the torques nearly exactly after the fault is undone in the log.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
             Zero(_) | Scale(_) | Reversed(_) => true,
@@ -296,8 +297,8 @@ impl Hypothesis {
         }
     }
 
-    /// Number of the coordinate whose columns in the log contain the velocity of joint j. Wrong signs do not matter, because
-    /// a column with the other sign spans the same space.
+    /// Number of the coordinate whose columns in the log contain the velocity of joint j. Wrong signs are ignored: a column and
+    /// its negative span the same space.
     pub(super) fn motion_of(self, j: usize) -> usize {
         match self {
             SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
@@ -328,7 +329,7 @@ impl Hypothesis {
     }
 }
 
-/// The solution of a fit and its weights. Further sums over the rows are computed with them.
+/// The solution of a fit and the weights of its rows, from which further sums over the rows are computed.
 #[derive(Clone, Copy)]
 pub struct FitPoint<'a> {
     /// The fitted parameters.

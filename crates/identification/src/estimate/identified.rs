@@ -18,7 +18,8 @@ pub struct Identified {
     pub unit: Unit,
     /// The identified value; `None` if the data do not determine it.
     pub value: Option<f64>,
-    /// Standard deviation for correlated residuals, in the unit of the value. This is the one to use. `None` if not known.
+    /// Standard deviation for correlated residuals, in the unit of the value. Use this one, not `white_sigma`. `None` if not
+    /// known.
     pub sigma: Option<f64>,
     /// Standard deviation under the assumption of an exact model and white noise; too small for real robots. `None` if not
     /// computed.
@@ -45,7 +46,7 @@ pub enum Status {
     Identified,
     /// Not significant: zero is within the 95 % interval of the value.
     NotSignificant,
-    /// The joints of the parameter move so little that model errors, not noise, dominate its error.
+    /// The joints of the parameter hardly move, so the error of the value comes mainly from model errors and not from noise.
     Weak,
     /// The data do not determine the parameter.
     NotIdentifiable,
@@ -94,8 +95,8 @@ impl Identified {
         }
     }
 
-    /// Makes a parameter that the data do not determine. `used_for_prediction`: the value for torque predictions, one of many
-    /// with the same residual.
+    /// Makes a parameter that the data do not determine. `used_for_prediction`: the value for torque predictions; many other
+    /// values give the same residual.
     pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
         let (value, sigma, white_sigma, relative_sigma) = (None, None, None, None);
         let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));

@@ -126,7 +126,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        // Sums over residuals need the solution, so they need another pass over the records.
+        // Statistics of the residuals need the solution. So they need another pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -168,7 +168,8 @@ pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds to the estimate: the bandwidth of each joint, Hz, the cut-off, Hz, and the options with the cut-off that was used.
+/// Adds to the estimate: the bandwidth of each joint (95 % of the velocity's energy is below it), Hz; the cut-off, Hz; and the
+/// options with the cut-off that was used.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -189,7 +190,7 @@ fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
-/// A sentence on joints that move too little to help choose the cut-off frequency; `None` if there are none.
+/// A sentence on joints that move too little to be used for the choice of the cut-off frequency; `None` if there are none.
 fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
     match names.len() {
@@ -238,8 +239,8 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (as numbers): its error would
-    // then exceed every torque at a motion of unit size.
+    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (compared as numbers in SI units).
+    // In a motion of unit size, its error would then cause a torque error larger than every torque.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =

@@ -1,4 +1,5 @@
-//! Finds identified base parameters that are negative although no physically consistent bodies give a negative value.
+//! Finds identified base parameters that are negative although they would be positive or zero for all physically consistent
+//! bodies.
 //!
 //! A base parameter is X_k = sum over bodies of tr(A P) + sum over rotors of c IA. P: pseudo-inertia of a body, positive
 //! semidefinite; IA: rotor inertia, IA >= 0; A, c: coefficients of X_k. If every A is positive semidefinite and no c is
@@ -19,8 +20,8 @@ const NEGATIVE_SIGMAS: f64 = 4.0;
 /// coefficient of the base parameter. This allows for rounding.
 const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
-/// Sentences on base parameters that are significantly negative although no physically consistent bodies give a negative
-/// value.
+/// Sentences on base parameters that are significantly negative although they would be positive or zero for all physically
+/// consistent bodies.
 pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
     let base = estimate.parameters.iter().filter(|p| matches!(p.id, ParameterId::Base(_)));
     let found = base.take(map.matrix.nrows()).enumerate().filter_map(|(k, p)| {
@@ -78,8 +79,8 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // Random bodies rarely reach the smallest value. The eigenvector of the smallest eigenvalue gives the body that
-            // does.
+            // Random bodies rarely reach the smallest value. The body made from the eigenvector of the smallest eigenvalue
+            // reaches it.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
@@ -90,7 +91,7 @@ mod tests {
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            // The smallest value is that of a point mass on the axis: zero, up to rounding.
+            // The smallest value belongs to a point mass on the axis. It is zero, up to rounding.
             assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
         for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {

@@ -2,15 +2,15 @@
 //!
 //! Candidates for a joint are friction that grows with the load, Stribeck friction that decays over 5 or 15 % of the joint's
 //! largest speed, viscous asymmetry, and friction proportional to the root of the speed. They are added one by one to the
-//! terms that all joints have. Each tenth k of the records is predicted from the others: with its weighted rows W_k and
-//! torques y_k, and the parameters x_k fitted to all other tenths, the squared error is
+//! friction terms that every joint has. In cross-validation, each tenth k of the records is predicted from the others. W_k, y_k:
+//! its weighted rows and torques; x_k: the parameters fitted to all other tenths. The squared error is
 //!
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
 //! ```
-//! The candidate with the smallest E is added, as long as it reduces E by more than 1.5 %. Weights by joint give all joints
-//! the same influence. The load is the torque of the bodies predicted by an earlier fit, because the measured torque must not
-//! be on both sides of the equation.
+//! The candidate with the smallest E is added, as long as it reduces E by more than 1.5 %. The rows are weighted by joint, so
+//! that all joints have the same influence. The load is the torque of the bodies predicted by an earlier fit. The measured torque
+//! is not used as load, because it would then be on both sides of the equation.
 //!
 //! The records are read once, with the columns of all candidates. The products W_k' W_k then give E for any set of columns.
 //! To test a candidate, one column is added to the Cholesky factor of the set.
@@ -36,7 +36,7 @@ const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
 /// Largest accepted load-friction coefficient (friction torque / load torque): no gear dissipates a larger share of its load.
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
-/// Regularisation of the fit to all other tenths: share of the squared norm of a column (as in `held_out`).
+/// Regularisation of the fits of cross-validation: share of the squared norm of a column (as in `held_out`).
 const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
 /// Regularisation of the fit to the whole record: share of the squared norm of a column. It keeps undetermined parameters
 /// near zero.
@@ -156,7 +156,7 @@ struct CandidateEffect {
 struct Folds {
     tenths: Vec<DMatrix<f64>>,
     all: DMatrix<f64>,
-    /// Parameter of the model, divided by the parameter of the column of unit norm.
+    /// For each column of W: factor from the parameter of the scaled column to the parameter of the model.
     scale: DVector<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Computes errors for each log of a fit when parameters fitted to the other logs predict it.
+//! Leaves each log of a fit out in turn, and computes the errors with which parameters fitted to the other logs predict it.
 //!
 //! W_i, tau_i: rows and torques of log i. X, X_-i, X_i: parameters fitted to all logs, to all logs except i, and to log i
 //! alone. The relative errors are
@@ -28,8 +28,8 @@ pub struct LogLeftOut {
     pub log: usize,
     /// Relative error of the prediction by parameters that are fitted to all other logs.
     pub error: f64,
-    /// Part of `error` that the standard deviations of these parameters explain; infinite if the other logs determine fewer
-    /// parameters than all logs together.
+    /// Part of `error` that the standard deviations of these parameters explain. It is infinite if the other logs determine fewer
+    /// parameters than all logs together do.
     pub unsure: f64,
     /// Part of `error` that comes from wrong parameters: sqrt(`error`^2 - own^2). own: relative error with parameters fitted
     /// to this log alone.
@@ -121,7 +121,7 @@ mod tests {
         let found = left_out(|_| ());
         assert_eq!(found.iter().map(|left| left.log).collect::<Vec<_>>(), [0, 1]);
         for left in &found {
-            // Limits for noise of 0.01 N m, a torque of about 5 N m, three parameters and a thousand rows.
+            // The limits follow from noise of 0.01 N m, a torque of about 5 N m, three parameters and a thousand rows.
             assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
             assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
         }

@@ -71,8 +71,8 @@ mod tests {
     use crate::test_arm::pendulum;
     use random::Random;
 
-    /// Another log with little noise reveals the errors of parameters: of exact ones, and of ones that are wrong by two
-    /// sigma. Without another log E equals C.
+    /// Another log with little noise shows the errors of the parameters. Case 1: exact parameters; case 2: each parameter is
+    /// wrong by two sigma. Without another log, E equals C.
     #[test]
     fn another_log_tells_the_error() {
         let (arm, model) = pendulum();

@@ -145,7 +145,7 @@ pub(crate) fn write_residuals(
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
     let frequencies = joints.iter().any(|j| j.f95.is_some());
-    // If all joints have one unit, it is written in the head of the column; otherwise after each number.
+    // If all joints have the same unit, it is written in the head of the column. Otherwise it follows each number.
     let head = joints.first().map_or(Unit::TORQUE, |j| j.unit);
     let mixed = joints.iter().any(|j| j.unit != head);
     let unit = |unit: Unit| if mixed { format!(" {unit:<3}") } else { String::new() };

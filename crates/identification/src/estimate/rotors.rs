@@ -1,6 +1,6 @@
 //! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
 //!
-//! The rows with rotor columns contain the rows without them, so one pass over the records is enough for both.
+//! Rows with rotor columns also contain all columns of the rows without them. So one pass over the records is enough for both.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;

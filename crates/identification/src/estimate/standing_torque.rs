@@ -15,7 +15,7 @@ use crate::estimate::residuals::JointResidual;
 const COMPARED_POSES: usize = 40;
 /// Two rows count as equal if their entries differ by at most this share of the largest entry.
 const ROW_ROUNDING_SHARE: f64 = 1e-9;
-/// The bodies are refused only if their torque error at rest exceeds that of the description by more than this share of the
+/// The bodies are refused only if their torque error at rest exceeds the error of the description by more than this share of the
 /// rms torque at rest.
 const TOLERATED_TORQUE_SHARE: f64 = 0.01;
 
@@ -47,9 +47,9 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
 
 /// A reason not to use the identified bodies, from torques at rest; `None` if there is none.
 ///
-/// The torques of the fit `x` are the reference. The bodies are refused if, at one joint, their rms difference from it
-/// exceeds the difference of the description, and the rms residual of the fit. `range`: positions in the logs, rad (m);
-/// `left`: residuals of the fit.
+/// The torques of the fit `x` are the reference. At one joint, let d be the rms difference between the torques of the bodies and
+/// the reference. The bodies are refused if d clearly exceeds the difference of the description, and also exceeds the rms
+/// residual of the fit. `range`: positions in the logs, rad (m); `left`: residuals of the fit.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],

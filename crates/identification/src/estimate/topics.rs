@@ -3,13 +3,13 @@
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
-/// The log as a whole: a fault that makes every estimate from it unusable.
+/// The log as a whole. The claim is about a fault that makes every estimate from this log unusable.
 pub const LOG: Topic = Topic("log");
 /// Signs of the torque and the motion of a joint.
 pub(crate) const SIGN: Topic = Topic("sign");
-/// Common factor of the measured and the nominal torques of all joints.
+/// A factor between measured and nominal torques that is equal for all joints.
 pub const COMMON_SCALE: Topic = Topic("common scale of the torques");
-/// Scale of the torque of one joint, compared with the other joints.
+/// Scale of the measured torque of one joint, relative to the scales of the other joints.
 pub const SCALE: Topic = Topic("scale relative to the other joints");
 /// Zero of the position of a joint.
 pub const ZERO: Topic = Topic("zero");
@@ -35,7 +35,7 @@ pub(crate) const ACCELERATION: Topic = Topic("acceleration column");
 pub const FRICTION: Topic = Topic("friction");
 /// The residual of the fit.
 pub const RESIDUAL: Topic = Topic("residual");
-/// Parameters: whether the data determine them.
+/// Whether the data determine the parameters.
 pub const PARAMETERS: Topic = Topic("parameters");
 /// Prediction of motion that was not fitted.
 pub(crate) const OTHER_MOTION: Topic = Topic("another motion");

@@ -13,8 +13,9 @@
 //! The relative error is large for a motion that needs little torque. So about twenty motions are drawn at random, each over
 //! half of each joint's range, and the result is the 90 % quantile of e over these motions.
 //!
-//! For gravity compensation, the torques are those of gravity at rest, without friction. A vertical axis has no gravity
-//! torque, so their error is divided by at least `GRAVITY_REFERENCE_SHARE` times the torque of motion.
+//! For gravity compensation, the torques are those of gravity at rest, without friction. Joints with a vertical axis have no
+//! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the torque
+//! of motion.
 //!
 //! Errors of the model are not included, since the covariance does not contain them.
 
@@ -85,7 +86,7 @@ pub struct TorqueError {
     /// Relative error over all joints, 90 % quantile over random motions. With revolute and prismatic joints, the larger
     /// value of both kinds.
     pub relative: f64,
-    /// The same relative error at positions within the range of the logs. `None` unless `relative` (positions within the
+    /// The same relative error, but at positions within the range of the logs. `None` unless `relative` (positions within the
     /// limits) exceeds `SURE_TORQUE` and this error is less than half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
@@ -109,8 +110,8 @@ const FEWEST_STATES: usize = 30;
 const STATES_PER_MOTION: usize = 10;
 /// Each random motion covers this share of each joint's range.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// A change x of the parameters affects a torque y x (y: regressor row) if |y x| exceeds this share of sum |y_c x_c|. This
-/// sum must also exceed this number, N m (N). Smaller effects are rounding errors.
+/// If the parameters change by x, a torque changes by y x (y: regressor row). The change counts if |y x| exceeds this share of
+/// sum |y_c x_c|, and if this sum exceeds this number, N m (N). Smaller changes are rounding errors.
 const SHOWN_SHARE: f64 = 1e-6;
 /// The reported relative error is this quantile over the random motions.
 const REPORTED_QUANTILE: f64 = 0.9;
@@ -133,7 +134,7 @@ impl TorqueError {
     }
 }
 
-/// Errors of the parameters from which errors of torques are computed.
+/// Uncertainty of the parameters, from several sources. The errors of predicted torques are computed from it.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorContributions<'a> {
     /// Covariance C of the parameters for noise, row by row.
@@ -192,8 +193,8 @@ fn errors_within(
     ]
 }
 
-/// Rank of the regressor at random states within `range`: no log in this range can have a larger rank. `x`: base parameters,
-/// which predict the load.
+/// Rank of the regressor at random states within `range`. No log in this range can have a larger rank. `x`: base parameters,
+/// which predict the load for load-dependent friction.
 pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
     let p = model.p();
     let mut states = random_states(model, range, MOST_STATES.max(p), true);
@@ -344,13 +345,14 @@ mod tests {
                 });
             }
             let drawn = (sum / count).sqrt();
-            // Tolerance: with two hundred draws of a few parameters, the variance scatters by a tenth.
+            // Tolerance: with two hundred draws of a few parameters, the drawn variance has a relative standard deviation of a
+            // tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
             // The 90 % quantile over motions exceeds the mean, since some motions need less torque.
             let mean = one.joints[0].error / one.joints[0].torque;
             assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
-        // Torques of gravity depend neither on inertia nor on friction.
+        // The torque of gravity depends neither on inertia nor on friction, so errors of these parameters cause no error.
         let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let only = ErrorContributions { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
@@ -419,8 +421,8 @@ mod tests {
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// The columns of mass, rotor and offset of a lift have rank 2 in any motion. The columns of mass and rotor alone have
-    /// rank 2 too.
+    /// A lift has three columns: mass, rotor and offset. In any motion their rank is 2. The rank of the columns of mass and rotor
+    /// alone is 2 too.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
         // A lift with the mass m and the rotor inertia J: tau = m (ddq + g) + J ddq.
@@ -444,7 +446,8 @@ mod tests {
         let unsure = ErrorContributions { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
-        // Tolerance: the joints have independent random accelerations, so with 200 states the ratio scatters by a twentieth.
+        // Tolerance: the joints have independent random accelerations, so with 200 states the ratio has a standard deviation of a
+        // twentieth.
         assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");
     }
 }

@@ -4,9 +4,9 @@
 //! q = R^-1 q_m + q_0        tau = R' tau_m / s
 //! ```
 //! q_m, tau_m: logged positions and torques; R: matrix of the transmission; q_0: offsets, rad (m); s: scales of the torques.
-//! A zero offset is added to q_0, and a wrong scale multiplies s. Signs and exchanges change the names of columns. Faults are
-//! undone one after the other as in `log_check::change`: a change of sign also changes the sign of a zero that was undone
-//! before.
+//! A zero offset is added to q_0, and a wrong scale multiplies s. Wrong signs and exchanged columns are undone by other column
+//! names. Faults are undone one after the other as in `log_check::change`. So a change of sign also changes the sign of a zero
+//! offset that was undone before it.
 
 use logs::{ColumnNames, NamePattern};
 
@@ -15,8 +15,8 @@ use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
 
-/// Numbers in options are rounded to multiples of 1 / this, so to four decimals. For an angle in rad this is about a
-/// hundredth of a degree.
+/// Numbers in options are rounded to multiples of 1 / this number (four decimals). For an angle in rad this is about a hundredth
+/// of a degree.
 const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {
@@ -69,8 +69,9 @@ impl Options {
                 transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
-            // The option for units applies to the positions of all joints. If some are prismatic, each angle gets a ratio 180
-            // / pi instead, and the scale removes this ratio from its torque.
+            // The option for units applies to the positions of all joints. If some joints are prismatic, each angle gets the
+            // ratio 180 / pi instead, and the scale of its torque is multiplied by the same number, so that the torque does not
+            // change.
             Degrees if turns.contains(&false) => {
                 let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
                 for list in [&mut transmission.ratios, &mut transmission.scales] {
@@ -101,7 +102,7 @@ impl Options {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
         let list = |key: &str, numbers: &Option<Vec<f64>>, other: &Option<Vec<f64>>| {
-            // Adding 0.0 turns -0 into 0.
+            // Adding 0.0 turns the number -0 into 0, so that it is printed without a sign.
             let rounded = |x: &f64| ((x * OPTION_ROUNDING).round() / OPTION_ROUNDING + 0.0).to_string();
             let numbers = numbers.as_ref().filter(|_| numbers != other)?;
             Some(format!("{key}: [{}]", numbers.iter().map(rounded).collect::<Vec<_>>().join(", ")))

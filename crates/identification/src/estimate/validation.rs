@@ -94,7 +94,7 @@ impl Validation {
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
-        // Relative errors cannot be added, so the sums of squares of each joint are added over all logs.
+        // Relative errors of several logs cannot be added. So the sums of squares of each joint are added over all logs.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
@@ -147,7 +147,7 @@ impl fmt::Display for Validation {
         if let Some(said) = self.checksum.said() {
             writeln!(f, "{said}")?;
         }
-        // Estimates from samples of logs: a table of joints for each log.
+        // For estimates from samples of logs, a table of joints is written for each log.
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
@@ -156,7 +156,7 @@ impl fmt::Display for Validation {
             }
             return Ok(());
         }
-        // Estimates from experiments of a plan: one table of joints over all motions.
+        // For estimates from experiments of a plan, one table of joints over all motions is written.
         writeln!(
             f,
             "{}: {}, {} motions, {}",

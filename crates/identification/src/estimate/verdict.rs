@@ -66,7 +66,8 @@ pub struct BodiesEvidence {
     /// A sentence that the torques at rest are predicted better by the description than by the bodies; `None` if they are
     /// not.
     pub at_rest: Option<String>,
-    /// Names of the joints whose whole force at rest is counted as weight, because a drive offset is not separable from it.
+    /// Names of joints whose whole force at rest is counted as weight. An offset of the drive is not separable from the weight
+    /// there.
     pub weighed: Vec<String>,
 }
 
@@ -98,8 +99,8 @@ pub struct Evidence<'a> {
     pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are wrong by a common factor if their median ratio (identified / nominal) exceeds this or is below its inverse,
-/// and if all ratios are near the median.
+/// All masses are wrong by a common factor if the median of their ratios (identified / nominal) exceeds this or is below its
+/// inverse, and if all ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
 /// A mass ratio is near the median if it differs from it by less than this factor.
 const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
@@ -109,7 +110,7 @@ const LEAST_MASSES: usize = 3;
 /// Plausible range of the ratio (identified / nominal mass) of a body. A body outside is a reason to refuse all bodies.
 const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-/// A change of the mass of a body up to this share of the mass of the robot is ignored.
+/// If the mass of a body changes by at most this share of the mass of the robot, the change is ignored.
 const SMALL_MASS_SHARE: f64 = 0.02;
 
 impl Verdict {
@@ -143,7 +144,8 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // The residual of the fit says nothing about other logs, so it is no reason in their validation.
+        // The residual of the fit says nothing about other logs. So it is not a reason in the verdict on a validation of other
+        // logs.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
         let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
@@ -368,8 +370,8 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
-/// Writes the claims that are not contradicted, one per line, then an empty line. The reasons of the verdict name the
-/// contradicted ones.
+/// Writes the claims that are not contradicted, one per line, then an empty line. Contradicted claims are listed with the reasons
+/// of the verdict.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
@@ -416,7 +418,7 @@ mod tests {
     fn one_factor_in_all_masses_is_a_unit() {
         let factor = common_factor(&[980.0, 1013.0, 1100.0, 904.0]).unwrap_or(0.0);
         assert!((factor - 1013.0).abs() < 1e-9, "{factor}");
-        // No common factor: ratios that differ from each other, ratios near 1, or too few ratios.
+        // Three cases without a common factor: different ratios, ratios near 1, and too few ratios.
         assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
         assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
         assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));

@@ -34,11 +34,11 @@ pub enum BarrierStatus {
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// Near the solution, the squared Newton decrement divided by gamma is below this. gamma: weight of the barrier. The objective
-/// divided by gamma is self-concordant, so Newton's method converges quadratically there.
+/// A point counts as near the solution if the squared Newton decrement divided by gamma (weight of the barrier) is below this.
+/// The objective divided by gamma is self-concordant, so Newton's method converges quadratically there.
 const NEAR_DECREMENT: f64 = 0.1;
-/// Near the solution, each Newton step must reduce the squared decrement to this share or less. If it does not, the Hessian is
-/// too inaccurate.
+/// Near the solution, each Newton step must reduce the squared decrement to at most this share. Otherwise the Hessian is too
+/// inaccurate.
 const LARGEST_DECREMENT_RATIO: f64 = 0.25;
 /// Armijo condition of the line search: least decrease of the objective, divided by squared Newton decrement times step length.
 const SUFFICIENT_DECREASE: f64 = 0.1;
@@ -50,8 +50,8 @@ const STALLED_DECREMENT_SHARE: f64 = 1e-9;
 /// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until it is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// Limit of the suboptimality bound: it covers bodies whose traces of the pseudo-inertia are up to this many times the traces of
-/// the solution, and friction up to this many standard deviations.
+/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times the
+/// traces of the solution. It also holds for friction parameters up to this many prior standard deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.

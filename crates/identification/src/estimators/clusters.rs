@@ -1,11 +1,11 @@
-//! The change of the parameters by an error that is common to a cluster of rows. All cluster-robust standard deviations are
-//! computed from it.
+//! Computes how an error that is common to a cluster of rows changes the parameters. All cluster-robust standard deviations
+//! follow from it.
 //!
 //! W: all weighted rows, A = W'W. W_g, e_g: rows and residuals of cluster g, A_g = W_g' W_g. Then
 //!   S_g = (A - k A_g)^-1 W_g' e_g
-//! is the part of the error x - X of the estimate x that comes from the error of cluster g. With k = 1 the cluster is left out:
-//! x - S_g is the fit without it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k corrects only partly for
-//! the error that the fit has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
+//! is the part of the error of the estimate x (X: true parameters) that comes from the error of cluster g. With k = 1 the cluster
+//! is left out: x - S_g is the fit without it, and (G - 1)/G sum_g S_g^2 is the jackknife for G clusters [Miller 1974]. A smaller
+//! k corrects only partly for the error that the fit has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
 //!
 //! | module | clusters | k (share of A_g that is subtracted) |
 //! |---|---|---|
@@ -16,8 +16,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// Ridge that is added to A - k A_g, relative to the diagonal of A. With it the matrix stays invertible if the difference is only
-/// rounding.
+/// Ridge that is added to A - k A_g, relative to the diagonal of A. It keeps the matrix invertible if A - k A_g contains only
+/// rounding errors.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// A cluster: rows that have a common error (for example, all rows of one block of a record).
@@ -129,7 +129,8 @@ impl FullNormalMatrix {
         Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
     }
 
-    /// The variance sum_g S_g^2 of each parameter, with S_g from `moved`. A cluster for which S_g does not exist adds nothing.
+    /// The variance sum_g S_g^2 of each parameter, with S_g from `moved`. A cluster for which S_g cannot be computed adds
+    /// nothing.
     pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {

@@ -3,21 +3,22 @@
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
-//! R, z: the whitened triangle; phi: standard parameters; X = B phi: base parameters; f: friction; P_j: pseudo-inertia of body
-//! j, P0_j: its reference. The last term is the entropic (log-determinant) divergence from the reference bodies [Lee, Wensing,
-//! Park 2020]. It regularises parameters that the data do not determine. Its logarithm is also the barrier that keeps every
-//! P_j > 0, so the problem is convex and unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth of a
-//! unit of log-likelihood: the solution then equals least squares if least squares is consistent.
+//! R, z: the triangle of the data, whitened (residual of unit variance); phi: standard parameters; X = B phi: base parameters; f:
+//! friction; P_j: pseudo-inertia of body j, P0_j: its reference; IA: rotor inertias. The last term is the entropic
+//! (log-determinant) divergence from the reference bodies [Lee, Wensing, Park 2020]. It regularises parameters that the data do
+//! not determine. Its logarithm is also the barrier that keeps every P_j > 0, so the problem is convex and unconstrained inside
+//! the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood: the solution then equals least
+//! squares if least squares is consistent.
 //!
-//! The prior biases the solution, so chi^2 exceeds the minimum over bodies. If the reference is far from the data, the excess is
-//! larger than the cost of the logarithms alone. Therefore the problem is solved for decreasing weights of the prior and of the
-//! bounds on friction, down to a millionth, and further until `Problem::suboptimality_bound` is small. The result is the
-//! solution with the largest weight, at most one, whose chi^2/2 is within gamma (4 bodies + rotors) of the last solution. So a
-//! reference that contradicts the data loses its weight.
+//! The prior biases the solution, so chi^2 exceeds the minimum over all bodies. The logarithms alone raise chi^2/2 by at most
+//! gamma (4 bodies + rotors). If the reference is far from the data, the excess is larger. Therefore the problem is solved for
+//! decreasing weights of the prior and of the bounds on friction, down to a millionth, and further until
+//! `Problem::suboptimality_bound` is small. The result is the solution with the largest weight, at most one, whose chi^2/2 is
+//! within gamma (4 bodies + rotors) of the last solution. So a reference that contradicts the data loses its weight.
 //!
-//! s >= 1 discounts the data, because residuals are correlated in time. sd_i bounds friction that the motion does not identify.
-//! The problem is solved by Newton's method with line search. gamma is decreased from a value at which the reference dominates.
-//! Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
+//! s >= 1 discounts the data, because residuals are correlated in time. sd_i is the prior standard deviation of friction that the
+//! motion does not identify. The problem is solved by Newton's method with line search. gamma is decreased from a value at which
+//! the reference dominates. Not implemented: the metric of the manifold of bodies, and log-Cholesky coordinates.
 
 use linear_model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
 use linear_model::standard_map::StandardMap;
@@ -65,7 +66,8 @@ pub struct Consistent {
     pub newton_steps: usize,
 }
 
-/// The weight of the prior is decreased at least to this share of its full weight. There the suboptimality of chi^2 is bounded.
+/// The weight of the prior is decreased at least to this share of its full weight. At this weight the suboptimality bound is
+/// evaluated.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
 /// If the suboptimality bound is not tight at `BOUND_PRIOR_SHARE` (bodies much larger than their references), the weight of the
 /// prior is decreased further, down to this share. Below it, the rounding of the Hessian dominates.
@@ -248,7 +250,8 @@ mod tests {
         assert_eq!(out.outcome, BarrierStatus::Converged);
         for i in 0..10 {
             let sigma = (ls.variance * ls.inverse[(i, i)]).sqrt();
-            // A prior with weight gamma changes the optimum by about gamma sigma (gamma: nats per unit of divergence).
+            // A prior with weight gamma changes the optimum by about gamma sigma (gamma: nats per unit of divergence). The
+            // tolerance is larger.
             assert!((out.x[i] - ls.x[i]).abs() < 1e-3 * sigma, "{i}: {} {}", out.x[i], ls.x[i]);
         }
     }
@@ -260,7 +263,7 @@ mod tests {
         let triangle = measured(&impossible, 100.0, 1.0);
         let near = consistent(&triangle, &map(), &prior(1e-6, None));
         assert!(near.smallest_eigenvalues[0] > 0.0 && near.smallest_eigenvalues[0] < 1e-4, "{near:?}");
-        // The suboptimality bound must also hold against a solution with a ten times weaker prior.
+        // The suboptimality bound must also hold in comparison with a solution for a ten times weaker prior.
         let nearer = consistent(&triangle, &map(), &prior(1e-7, None));
         assert!(nearer.objective <= near.objective + 1e-6);
         let excess = near.excess.unwrap();
@@ -307,7 +310,7 @@ mod tests {
             assert_eq!(out.outcome, BarrierStatus::Converged, "{precision}: {out:?}");
             for direction in &directions {
                 let (found, truth) = (along(direction, &out.x), along(direction, &BODY));
-                // Allowed error: a few sigma, with sigma = 1/sqrt(200 rows), and the rounding of the rows.
+                // Allowed error: a few sigma, with sigma = 1 / (precision sqrt(200 rows)), and the rounding of the rows.
                 let expected = 1.0 / precision + 1e-12;
                 assert!((found - truth).abs() < expected, "{precision}: {found} {truth}");
             }

@@ -34,8 +34,8 @@ pub struct Reweighted {
     pub outliers: Vec<f64>,
     /// The function that gives the robust weight of a row from its residual.
     pub rows: Robust,
-    /// slope = mean w / mean psi' over all rows. w: robust weight, psi: influence function. In the scores W' e of a robust fit,
-    /// each residual e is multiplied by slope times w.
+    /// slope = mean w / mean psi' over all rows. w: robust weight, psi: influence function. Standard deviations of a robust fit
+    /// use the scores W' e; there, each residual e is multiplied by slope times w.
     pub slope: f64,
 }
 
@@ -94,7 +94,8 @@ pub fn reweighted<R: Records + ?Sized>(
     }
 }
 
-/// Sums over all rows of functions of u = e / s_j. e: residual, s_j: scale of the residuals of joint j.
+/// Sums over all rows, with u = e / s_j. e: residual of the row, s_j: scale of the residuals of joint j, w: robust weight,
+/// psi(u) = w(u) u: influence function. The fields are: number of rows, sum of w, sum of psi u, sum of psi^2, sum of psi'.
 #[derive(Default)]
 struct Means {
     rows: f64,
@@ -149,7 +150,8 @@ struct Sizes {
     counts: Vec<u32>,
 }
 
-/// Number of low fraction bits of a float that are not part of the bin number; the 8 high fraction bits are.
+/// The bin number of a float contains the exponent and the 8 highest fraction bits. This is the number of the other fraction
+/// bits.
 const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {
@@ -222,8 +224,8 @@ mod tests {
         let worst = |b: [f64; 3]| b.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         assert!(worst(bias_ls) > 3.0, "{bias_ls:?}");
         assert!(worst(bias) < worst(bias_ls) / 5.0, "{bias:?} {bias_ls:?}");
-        // The mean of thirty runs has a standard deviation of 1/sqrt(30) = 0.18 sigma. Huber's estimate has a bias of half a
-        // sigma here.
+        // The mean of thirty runs has a standard deviation of 1/sqrt(30) = 0.18 sigma; 0.5 sigma is allowed. Huber's estimate has
+        // a bias of half a sigma here.
         assert!(worst(bias_bisquare) < 0.5 && worst(bias_bisquare) < worst(bias), "{bias_bisquare:?} {bias:?}");
     }
 
@@ -237,8 +239,8 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // At 95 % efficiency the difference to least squares has a standard deviation of 0.23 sigma; four of these are
-            // allowed.
+            // Huber's estimate has 95 % efficiency. So its difference to least squares has a standard deviation of 0.23 sigma;
+            // four of these are allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
         // For normal noise, 17.9 % of the residuals are larger than 1.345 sigma. With 800 rows this share has a standard

@@ -17,16 +17,17 @@
 //! | the logs, if there are several | changes from log to log, or from motion to motion | 1/2, 1 |
 //! | rows of a joint with position in one eighth of its range | ripple, load-dependent friction, cross talk, a compliant base: equal at every pass of a position | 1/2, 1 |
 //!
-//! Drifts last longer than a block, so k is near one for blocks, which overestimates the deviation. A twentieth of a block is
-//! kept, because otherwise a direction that only one block determines would have no value.
+//! Drifts last longer than a block, so k is near one for blocks, which overestimates the deviation. k is 19/20 and not 1: if a
+//! block is left out as a whole, a direction of the parameters that only this block determines has no value.
 //!
 //! With white noise only, all rows of the table estimate one variance. Then the largest one is too large, because there are few
 //! draws, and the mean is right. Slow noise makes the variance by blocks larger than the variance by bands, for nearly every
-//! parameter. Errors of the model make the variance by bands larger. In both cases the larger variance is right. The case is
-//! recognised by the median over the parameters of the ratio of both variances (`EQUAL_OCTAVES`, `DIFFERENT_OCTAVES`,
+//! parameter. Errors of the model make the variance by bands larger. In both cases the larger variance is right. The cases are
+//! distinguished by the ratio of two variances, as median over the parameters (`EQUAL_OCTAVES`, `DIFFERENT_OCTAVES`,
 //! `LEAST_COMPARED_PARAMETERS`): first for speed and position, then for their result and the blocks. No sigma is below the sigma
-//! for white noise. `tests/benches/coverage.rs` measures the result. There are too few logs for such a comparison: the deviation
-//! by logs is a lower bound, without the quantile of Student's t, which is 6 times larger for two logs.
+//! for white noise. `tests/benches/coverage.rs` measures the result. There are too few logs for such a comparison. So the
+//! deviation by logs is only a lower bound of sigma. It is not inflated by the quantile of Student's t, which for two logs would
+//! be a factor of 6.
 //!
 //! An error that is a linear combination of columns of W cannot be detected here. Examples are a wrong gain, a wrong gravity,
 //! and friction that grows differently with the speed over the whole range.
@@ -59,8 +60,8 @@ const DIFFERENT_OCTAVES: f64 = 1.0;
 /// Probability of an error outside the 95 % interval (1.96 sigma).
 const INTERVAL_RISK: f64 = 0.05;
 
-/// Least number of parameters for the comparison of two variances. The ratio for a single parameter scatters by more than an
-/// octave.
+/// Least number of parameters for the comparison of two variances. The ratio of the variances of a single parameter varies by
+/// more than an octave (a factor of two).
 const LEAST_COMPARED_PARAMETERS: usize = 20;
 
 /// The standard deviations of the parameters by kind of error; zero if the data determine nothing. Cluster-robust deviations are
@@ -274,8 +275,8 @@ mod tests {
     #[test]
     fn slow_noise_is_not_taken_for_white() {
         let [white, by_part, _] = calibration(0.9);
-        // Twelve seconds contain sixty independent samples. The variance from 150 runs has an error of 12 %, and the variance
-        // from twenty blocks has a dispersion too.
+        // Twelve seconds contain sixty independent samples. The variance from 150 runs has a relative standard deviation of 12 %,
+        // and the variance from twenty blocks varies too.
         assert!(white < 0.2, "{white}");
         assert!((0.65..1.5).contains(&by_part), "{by_part}");
     }
@@ -349,7 +350,8 @@ mod tests {
         };
         let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
-            // The result of each log has an error of 0.05 x, and the standard deviation of the result from both logs equals it.
+            // The result of each log has an error of 0.05 x. The standard deviation of the result from both logs has the same
+            // size.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
@@ -378,7 +380,7 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // The error is sinusoidal in the phase, so it is a single draw: it is near its maximum for a third of all phases.
+        // The error is a sine of the phase, so all phases are one draw: the error is near its maximum for a third of the phases.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

@@ -89,9 +89,9 @@ impl Weights {
     }
 }
 
-/// Number of solutions after which the weights of WLS are computed anew.
+/// Number of iterations of WLS: each solves the rows and computes new weights from the residuals.
 const REWEIGHTING_ROUNDS: usize = 3;
-/// Least mean square residual that is used for a weight, divided by the mean square torque. It is at the level of rounding.
+/// Least mean square residual that is used for a weight, divided by the mean square torque. Smaller residuals are only rounding.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 
 /// Solves the triangles of the joints with these weights. Returns the solution, and the weight of each joint, 1/(N m) (1/N), or

@@ -31,7 +31,7 @@ impl FrictionCloud {
         let reach = (self.range.0.max(speed.abs()), self.range.1.max(torque.abs()));
         if reach != self.range {
             self.range = reach;
-            // The factor 2: the grid covers positive and negative values.
+            // The factor is 2 because the grid covers positive and negative values.
             let exponent =
                 |extent: f64| (2.0 * extent.max(SMALLEST_AXIS_EXTENT) / MAX_CELLS_PER_AXIS as f64).log2().ceil() as i32;
             let size = (exponent(reach.0), exponent(reach.1));
@@ -101,7 +101,7 @@ mod tests {
             cloud.push(speed, 0.3 * speed + speed.signum() + 0.05 * random.normal());
         }
         let points = cloud.points();
-        // The points lie on a line, so there are about as many points as columns of cells.
+        // The points lie near a line, so there are about as many points as cells along one axis.
         let (cells, count) = (MAX_CELLS_PER_AXIS as usize, points.len());
         assert!((cells / 2..20 * cells).contains(&count), "{count}");
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));

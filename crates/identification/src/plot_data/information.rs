@@ -31,8 +31,8 @@ pub struct Information {
     pub parameters: Vec<ParameterId>,
     /// Correlations rho_ij for i > j, row by row.
     pub correlation: Vec<f64>,
-    /// Sums of the partial leverages s_ik: for each parameter, joint and interval of the time axis, p x n x
-    /// [`PARTS_OF_TIME`]. For each parameter all sum to 1.
+    /// Sums of the partial leverages s_ik: for each parameter, joint and interval of the time axis, p x n x [`PARTS_OF_TIME`].
+    /// For each parameter, the sum over all joints and intervals is 1.
     pub shares: Vec<f64>,
     /// Length of the time axis, s.
     pub duration: f64,
@@ -40,7 +40,7 @@ pub struct Information {
     pub every: usize,
 }
 
-/// The state of a computation of [`Information`], record by record.
+/// The sums from which [`Information`] is computed. Records are added one after the other.
 pub(super) struct InformationSums {
     columns: Vec<usize>,
     /// The matrix C = (W'W)^-1 of all weighted rows, p x p, row by row.

@@ -117,7 +117,7 @@ pub struct JointPlotData {
     pub friction_law: Vec<(f64, f64)>,
 }
 
-/// The plot data of one joint and the sums from which it is finished, while logs are read.
+/// Collects the plot data of one joint while logs are read, with the sums that complete the plot data at the end.
 struct Gathered {
     plot_data: JointPlotData,
     squares: [f64; 6],
@@ -155,7 +155,7 @@ pub fn plot_data(
         let (mut begin, mut to) = (None, from);
         records.each(&mut |states| {
             let Some(first) = states.t.first() else { return };
-            // A log is read block by block; its first sample is the start of its interval.
+            // A log is read block by block. The first sample of the first block is the start of the log's interval.
             let shift = from - *begin.get_or_insert(*first);
             joints.iter_mut().for_each(|joint| joint.begin(states.period));
             let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
@@ -175,7 +175,7 @@ pub fn plot_data(
         plot_data.logs.push(LogSpan { name: log.name(), from, to });
     }
     plot_data.information = information.finish();
-    // Results that need all samples: noise, autocorrelation, friction law.
+    // These results need all samples: noise, autocorrelation, friction law.
     let base = model.regressor.parameters().len();
     let noise = noise_density(options, logs)?;
     for (j, (joint, noise)) in joints.into_iter().zip(noise).enumerate() {

@@ -1,8 +1,8 @@
 //! Plot data of an exciting motion: coordinates over time with their limits, torques, and the path of the tip.
 //!
-//! Torques are defined as in a certificate: tau = Y X + FV dq + OFF (FV: viscous friction, OFF: offset). Coulomb friction FS
-//! is not included, because it is subtracted from the bounds of the torque. The power of a drive includes it:
-//! tau dq + FS |dq|.
+//! Torques are defined as in a certificate (the proof that the motion respects its limits): tau = Y X + FV dq + OFF (FV: viscous
+//! friction, OFF: offset). Coulomb friction FS is not included, because it is subtracted from the bounds of the torque. The power
+//! of a drive includes it: tau dq + FS |dq|.
 
 use claims::LeftOut;
 use experiments::excitation::artefact::ExcitingMotion;
@@ -28,7 +28,8 @@ pub struct MotionPlotData {
     pub joints: Vec<JointCourse>,
     /// Times inside the motion at which periods start and end, s.
     pub borders: Vec<f64>,
-    /// Path of the tip in the first period and the blends; `None` if positions of links are unknown.
+    /// Path of the tip in the first period and in the blends (start and end of the motion); `None` if positions of links are
+    /// unknown.
     pub tip: Option<EndEffectorPath>,
     /// The certificate: each limit with the largest value of the motion and its proof.
     pub certificate: Vec<CertificateRow>,
@@ -42,7 +43,7 @@ pub struct MotionPlotData {
     pub lowest: Option<LowestPoint>,
     /// Margins of the certificate (limit minus largest value), and stopping distances; `None` if unknown.
     pub margins: Option<Margins>,
-    /// Whether the certificate was computed from the motion and the model. False: it was read from a file.
+    /// Whether the certificate was computed from the motion and the model. If false, it was read from a file.
     pub is_found_anew: bool,
 }
 
@@ -82,7 +83,8 @@ pub struct KnownRobot<'a> {
 }
 
 impl MotionPlotData {
-    /// Makes the plot data of an exciting motion read from a file, with its own certificate and notes, without a model.
+    /// Makes the plot data of an exciting motion that was read from a file, without a model. Certificate and notes are those of
+    /// the file.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPlotData {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
         MotionPlotData::new(artefact, motion, limits, None).with_certificate_of(artefact)
@@ -147,7 +149,8 @@ impl MotionPlotData {
                     course.push(t, value);
                 }
             }
-            // The path of the tip is computed for the blends and the first period only, because it repeats in all other periods.
+            // The path of the tip is computed for the blends (start and end) and the first period only, because all other periods
+            // repeat it.
             if let Some(tip) = tip.as_ref().filter(|_| t <= blend + period || t >= duration - blend) {
                 points.push(tip.place(&state.iter().map(|x| x[0]).collect::<Vec<_>>()));
             }
@@ -203,8 +206,8 @@ struct EndEffector<'a> {
 }
 
 impl<'a> EndEffector<'a> {
-    /// Finds the tip: the last frame that is fixed to the last link, or the frame of that link. `None` if the robot has
-    /// passive joints.
+    /// Finds the tip: the last frame that is fixed to the link at the end of the longest chain, or the frame of that link. `None`
+    /// if the robot has passive joints.
     fn of(robot: &'a Robot) -> Option<EndEffector<'a>> {
         if !robot.passive.is_empty() {
             return None;

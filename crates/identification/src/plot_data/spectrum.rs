@@ -77,7 +77,7 @@ impl Spectrum {
         let mean = self.held.iter().sum::<f64>() / SAMPLES_PER_SEGMENT as f64;
         let mut input: Vec<f64> = self.held.iter().zip(&self.window).map(|(e, h)| (e - mean) * h).collect();
         let mut output = self.transform.make_output_vec();
-        // This never fails, because both buffers have the length of the plan.
+        // This never fails, because both buffers have the length for which the transform was made.
         if self.transform.process(&mut input, &mut output).is_ok()
             && let Some(sums) = self.rates.get_mut(self.current)
         {
@@ -91,7 +91,7 @@ impl Spectrum {
 
     /// The spectrum: pairs (frequency in Hz, root of the density), without the mean; empty if there is no complete segment.
     pub fn density(&self) -> Vec<(f64, f64)> {
-        // The rate with the most segments (the first one if several are equal).
+        // The sums of the sampling rate with the most segments. If several rates have equal numbers, the first one is taken.
         let most = self.rates.iter().reduce(|a, b| if b.stretches > a.stretches { b } else { a });
         let Some(Sums { period, bins, stretches }) = most.filter(|sums| sums.stretches > 0) else { return Vec::new() };
         let power: f64 = self.window.iter().map(|h| h * h).sum();
@@ -127,7 +127,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
             LogSource::Streamed(stream) => stream.each(&mut add)?,
         }
     }
-    // Above the cut-off there is no motion. The median ignores single spectral lines, such as mains hum.
+    // Above the cut-off there is no motion, so the torque is noise. The median ignores single spectral lines, such as mains hum.
     let level = |spectrum: &Spectrum| {
         let mut above: Vec<f64> = spectrum
             .density()

@@ -67,7 +67,7 @@ pub fn split(
     let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
     model.rows(states, 0..states.len(), |r, w| {
         let at = r * n..(r + 1) * n;
-        // Two inputs for the regressor: at rest, and with velocities but without accelerations.
+        // Two states for which the regressor is computed: at rest, and with velocities but without accelerations.
         inputs[..n].copy_from_slice(&states.q[at.clone()]);
         inputs[3 * n..4 * n].copy_from_slice(&states.q[at.clone()]);
         inputs[4 * n..5 * n].copy_from_slice(&states.dq[at]);

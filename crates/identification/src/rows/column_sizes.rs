@@ -1,5 +1,5 @@
-//! Computes the typical magnitude of each column of a regressor when all joints move. The columns of a record are compared with
-//! it.
+//! Computes the typical magnitude of each column of a regressor when all joints move. A column of a record that is much smaller
+//! contains only rounding errors.
 //!
 //! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares scales
 //! columns to unit norm, so without this comparison rounding would determine their parameters.
@@ -8,8 +8,8 @@ use linear_model::regressor::Regressor;
 use random::Random;
 
 /// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a larger
-/// column has at least seven correct digits. A joint that is held at a right angle, with six digits in the log, has columns of
-/// 1e-7 or more. Such a column is small in all blocks, and is kept.
+/// column has at least seven correct digits. If a joint is held at a right angle and the log has six digits, columns that would
+/// be zero at the exact angle are 1e-7 or more. They are small in all blocks, but above this limit, and are kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// Number of random states at which the columns are evaluated.

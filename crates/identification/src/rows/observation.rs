@@ -27,12 +27,12 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Least number of samples for which threads are started. With fewer samples the start takes longer than it saves. A log of
-/// twenty thousand rows has about this number of samples after decimation.
+/// Least number of samples for which threads are started. With fewer samples, starting threads takes longer than they save. A log
+/// of twenty thousand rows has about this number of samples after decimation.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
-/// Makes one triangle per joint from the samples in `range`. `weight`: factors of the rows; `None`: 1. `least`: for each base
-/// column, the rms up to which the column is set to zero.
+/// Makes one triangle (R of QR) per joint from the samples in `range`. `weight`: factors of the rows; `None`: all factors are 1.
+/// `least`: for each base column, the rms up to which the column is set to zero.
 fn part_of_rows(
     model: &Model,
     states: &States,
@@ -111,7 +111,8 @@ pub struct Observation {
     pub cutoff: f64,
 }
 
-/// Wraps records so that the first pass over them also computes the rows. A separate pass would read and filter the logs again.
+/// Wraps records so that the first pass over them also computes the rows of the regressor. A separate pass would read and filter
+/// the logs again.
 pub struct SinglePass<'a, R: ?Sized> {
     model: &'a Model<'a>,
     records: &'a R,
@@ -329,7 +330,8 @@ mod tests {
     #[test]
     fn parts_are_merged_within_their_log() {
         let (arm, model) = pendulum();
-        // Pairs: number of logs, number of blocks per log. With more than 64 logs, blocks of different logs are merged.
+        // Each pair is the number of logs and the number of blocks per log. With more than 64 logs, blocks of different logs are
+        // merged.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);

@@ -138,8 +138,8 @@ impl Butterworth {
     }
 }
 
-/// Number of rows that are transposed at a time between the signals, stored one by one, and the SIMD lanes of the filter. They
-/// stay in the cache.
+/// The signals are stored one by one, but the filter has one signal per SIMD lane. This number of rows is transposed at a time
+/// between both forms; so the rows stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
 /// Copies the samples of the signals from index `first` on into `rows`, one signal per SIMD lane. Returns the filled rows.
@@ -246,7 +246,8 @@ type State = [[f64; SIGNALS_PER_PASS]; 2];
 
 /// Allowed orders of a low-pass.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=20;
-/// Factor by which the effect of the start of a signal must decay. It defines the memory of a filter.
+/// The effect of the start of a signal is negligible when it has decayed by this factor. The time for this is the memory of a
+/// filter.
 const FORGOTTEN_EFFECT_RATIO: f64 = 1e12;
 
 /// Number of signals that are filtered together, one per SIMD lane.
@@ -260,8 +261,8 @@ mod tests {
         (0..40).map(|i| (0.3 * i as f64).sin() + 0.1 * (((7 * i) % 5) as f64 - 2.0)).collect()
     }
 
-    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The
-    /// tolerance is the rounding of their polynomial form at the lowest cut-off.
+    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The tolerance allows for the
+    /// rounding of SciPy, which uses the filter as a polynomial, at the lowest cut-off.
     #[test]
     fn agrees_with_scipy() {
         let figures = [
@@ -303,7 +304,7 @@ mod tests {
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();
         let peak = f.zero_phase(vec![wave]).remove(0)[1000..3000].iter().copied().fold(0.0, f64::max);
-        // With 100 samples per period, the peak of the sine is a sample.
+        // The period of the sine has 100 samples, so one sample is exactly at the peak.
         assert!((peak - 0.5).abs() < 1e-6, "{peak}");
     }
 

@@ -42,7 +42,8 @@ use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of
 /// The frequency content of a motion, and the default cut-off that follows from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrequencyContent {
-    /// For each joint, the frequency below which 95 % of the energy of its velocity lies, Hz; 0 for a joint that does not count.
+    /// For each joint, the frequency below which 95 % of the energy of its velocity lies, Hz; 0 for a joint that hardly moves
+    /// (`COUNTED_ENERGY_SHARE`).
     pub f95: Vec<f64>,
     /// Default cut-off of the low-pass, Hz.
     pub cutoff: f64,
@@ -56,8 +57,8 @@ const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
 /// f95 of a joint is the frequency below which this share of the energy of its velocity lies.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of a joint (a tenth of the
-/// speed).
+/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of all joints. In speed this
+/// is a tenth.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Largest allowed energy of the filtered acceleration noise, divided by the energy of the acceleration.
@@ -70,12 +71,12 @@ const SLOW_CUTOFF_HZ: f64 = 4.0;
 /// Motion below this frequency is never chatter, Hz. No commanded motion of a robot has higher frequencies.
 const SLOWEST_CHATTER_HZ: f64 = 10.0;
 
-/// Motion above [`SLOWEST_CHATTER_HZ`] is chatter if its position energy is below this share of the position energy of the joint
-/// with the largest one.
+/// Motion above [`SLOWEST_CHATTER_HZ`] is chatter if its position energy is below this share of the largest position energy of
+/// all joints.
 const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
-/// If the cut-off is lowered because of noise, it is at least this factor times the f95 of all joints together. With a factor of
-/// 3 the filter would distort the motion itself.
+/// If the cut-off is lowered because of noise, it is at least this factor times the f95 of all joints together. If it were only 3
+/// times f95, the filter would distort the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
 /// Number of samples per transform: a power of two, about a minute at 1 kHz.
@@ -104,7 +105,7 @@ struct JointEnergy {
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
     joints: Vec<JointEnergy>,
-    /// Positions that are not transformed yet, one series per joint. `period`: time between samples, s.
+    /// Positions whose spectrum is not computed yet, one series per joint. `period`: time between samples, s.
     waiting: Vec<Vec<f64>>,
     period: f64,
     /// Highest allowed cut-off: a fifth of the lowest sampling rate, Hz.
@@ -193,7 +194,8 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // The lowest 5 % of the fast energy stay in the motion, because they are leakage from the ends of a record.
+                // The lowest 5 % of the fast energy stay in the motion, because they are spectral leakage from the ends of a
+                // record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());
@@ -211,7 +213,7 @@ impl MotionEnergy {
         quantile(&all, MOTION_ENERGY_SHARE * sum)
     }
 
-    /// Transforms the first `count` waiting samples and adds their energy.
+    /// Computes the spectrum of the first `count` waiting samples and adds their energy.
     fn transform(&mut self, count: usize) {
         if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
@@ -309,7 +311,7 @@ mod tests {
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
-        // Allowed difference: one frequency bin (1/8 Hz, record of 8 s) in both directions.
+        // Allowed difference: one frequency bin in both directions. A bin is 1/8 Hz wide, because the record is 8 s long.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
@@ -324,7 +326,8 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise energy of one record is known to a few per cent. Its fifth root is more accurate. A bin is 0.05 Hz.
+            // The noise energy of one record is known to a few per cent, and its fifth root more accurately. A bin is 0.05 Hz
+            // wide.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
@@ -346,7 +349,7 @@ mod tests {
             let found = rule(&[noisy(with(amplitude, hz))], period);
             assert!((found.f95[0] - 1.0).abs() <= 0.1 && found.cutoff <= quiet.cutoff, "{hz}: {found:?}");
             let left = amplitude * hz * hz / (1.0 + (hz / found.cutoff).powi(8));
-            // The tolerance is a thousandth for the bisection, plus a bin of 0.05 Hz.
+            // The tolerance is a thousandth for the bisection, plus the effect of a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
         // Fast motion that changes the position is not chatter, and neither is slow motion of any amplitude.

@@ -13,9 +13,9 @@ const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 /// Computes derivatives of signals on one clock. The clock is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h for the third to the third last sample, s. h: mean clock step of the five samples around the sample.
+    /// 12 h for each sample from the third to the third last, s. h: mean clock step of the five samples around it.
     twelve_steps: Vec<f64>,
-    /// Indices of samples that need second order: two at each end, and those with unevenly spaced neighbours.
+    /// Indices of samples whose derivative is of second order: two at each end, and those with unevenly spaced neighbours.
     uneven: Vec<usize>,
 }
 

@@ -45,8 +45,8 @@ mod tests {
     use experiments::simulate::dynamics::RegressorDynamics;
     use random::Random;
 
-    /// The expected torque noise is computed from the spectrum of white noise: rms of its second derivative below the cut-off,
-    /// times the inertia.
+    /// The expected torque noise is computed from the spectrum of white position noise: the rms of its second derivative below
+    /// the cut-off, times the inertia.
     #[test]
     fn it_is_the_noise_of_the_acceleration() {
         let (rate, n, noise) = (100.0, 2000, 1e-4);
@@ -62,16 +62,16 @@ mod tests {
         for bin in 0..bins {
             let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
             if frequency < cutoff {
-                // A cosine and a sine with random amplitudes have the mean square noise^2 / bins.
+                // A cosine and a sine with random amplitudes. Their mean square is noise^2 / bins.
                 let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }
         }
-        // The torque noise below the cut-off has the density of white noise (up to half the sampling rate) with this rms per
-        // sample.
+        // `expected`: rms per sample of a white torque noise (up to half the sampling rate) with the same density as the torque
+        // noise below the cut-off.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
-        // About a hundred bins determine the sum, so its square has an error of 10 % and its root 5 %. Four times this is
-        // allowed.
+        // About a hundred bins determine the sum, so the sum of squares has an error of 10 %, and its root an error of 5 %. Four
+        // times this is allowed.
         assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
     }
 }

@@ -69,8 +69,8 @@ impl JointSignals {
         Ok(t)
     }
 
-    /// The rows that are samples of the motion, and the rows that are samples of the torques. `None`: every row is a sample.
-    /// Other rows only repeat the previous value.
+    /// The rows that are samples of the motion, and the rows that are samples of the torques; all other rows only repeat the
+    /// previous value. `None`: every row is a sample.
     fn own_places(&self, signal: &Signal) -> [Option<Vec<usize>>; 2] {
         let [motion, effort] = are_seldom(&self.log).map(|is_seldom| is_seldom && !signal.own_clock);
         let rates = self.dq.iter().chain(&self.ddq).flatten();
@@ -82,9 +82,8 @@ impl JointSignals {
     /// Converts the signals into states: filters, differentiates and decimates them.
     ///
     /// `friction`: terms whose columns are computed first and then filtered. `content`: frequency content of all logs that are
-    /// fitted together; `None`: the content of this log is used.
-    ///
-    /// Fails if a cut-off is not below half the sampling rate, or if a requested measured signal is absent.
+    /// fitted together; `None`: the content of this log. Fails if a cut-off is not below half the sampling rate, or if a
+    /// requested measured signal is absent.
     pub fn states(
         mut self,
         signal: &Signal,
@@ -93,7 +92,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // If the rows come from two sources, velocities cannot be compared with positions. The log check reports such rows.
+        // If the rows come from two sources, velocities and positions may not belong together. The log check reports such rows.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -106,7 +105,7 @@ impl JointSignals {
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
-        // Load-dependent friction needs the torque after the low-pass for reversals.
+        // Load-dependent friction is computed from torques that pass the same low-pass as the velocity for reversals.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
         let differences = Differences::new(&t);
         // Without a filter, the direction of motion is the sign of the velocity at the sample.
@@ -232,7 +231,7 @@ struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
     friction: &'a [FrictionTerm],
-    /// Torques after the low-pass for reversals, N m (N). `None`: no friction term needs them.
+    /// Torques after the low-pass of the velocity for reversals, N m (N). `None`: no friction term needs them.
     load: Option<Vec<Vec<f64>>>,
     differences: &'a Differences<'a>,
     period: f64,
@@ -266,8 +265,7 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal, filtered. `None`: the signal must be differentiated. Fails if a measured signal is requested but
-    /// absent.
+    /// The measured signal, filtered; `None` if it must be differentiated. Fails if it is requested as measured but absent.
     fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
@@ -296,7 +294,7 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // The memory of each velocity is freed when its direction is computed.
+        // The memory of each velocity is freed as soon as its direction is computed.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }
@@ -345,9 +343,8 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
     })
 }
 
-/// Adds the motion of a log to `energy`. `q`: joint positions, rad (m), one series per coordinate.
-///
-/// A row that repeats all positions of the previous row is a missed sample. Its positions are interpolated first.
+/// Adds the motion of a log to `energy`. `q`: joint positions, rad (m), one series per coordinate. A row that repeats all
+/// positions of the previous row is a missed sample; its positions are interpolated first.
 pub(crate) fn add_motion(
     log: &Log,
     mut q: Vec<Vec<f64>>,

@@ -17,10 +17,10 @@ pub struct Preparation {
     pub transmission: Transmission,
     /// The options for filters, derivatives, clock and window.
     pub signal: Signal,
-    /// Friction terms whose columns are computed first and then filtered. Terms that are linear in the motion are not needed
-    /// here.
+    /// Friction terms whose columns are computed from a lightly filtered velocity, and are then filtered like the torques. Terms
+    /// that are linear in the motion are not needed here.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters from which the load (torque without friction) in load-dependent friction is computed. Empty without such
+    /// Base parameters from which the load (torque without friction) is computed for load-dependent friction. Empty without such
     /// friction.
     pub load: Vec<f64>,
     /// The frequency content of all logs that are fitted together. `None`: not known.
@@ -28,7 +28,8 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    /// A copy for logs with this frequency content. If the options have no cut-off, the default cut-off of the content is used.
+    /// A copy that uses the frequency content of the logs. If the options have no cut-off, it gets the default cut-off of the
+    /// content.
     pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
         if self.signal.order > 0 {
             self.signal.cutoff.get_or_insert(content.cutoff);
@@ -37,7 +38,7 @@ impl Preparation {
         self
     }
 
-    /// Adds the motion of a log or of a block of a log to `energy`, by its positions at the joints.
+    /// Adds the motion of a log, or of a block of a log, to `energy`. It is computed from the positions of the joints.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
         if log.report.clock.gaps == 0 {
             return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
@@ -108,9 +109,9 @@ pub(crate) fn states_or_none(
 /// overflow.
 const IMPOSSIBLE_SIGNAL: f64 = 1e100;
 
-/// Largest angle of a joint, rad: a thousand turns. Cables limit a joint between links to a few turns, and a rotor before its
-/// gear turns about a hundred times as far. The angle of a wheel can be reduced by whole turns without loss, because torques
-/// depend only on the angle within a turn. From 2^27 rad on the generated sine is NaN.
+/// Largest angle of a joint, rad: a thousand turns. Cables limit a joint between links to a few turns, and the rotor before the
+/// gear turns about a hundred times as far. For a wheel, whole turns can be subtracted from the angle, because torques depend
+/// only on the angle within a turn. From 2^27 rad on, the generated sine is NaN.
 const LARGEST_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
 
 /// Fails if positions cannot be angles of a joint, such as the counts of an encoder.
@@ -156,7 +157,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
             "the signals exceed the range of floating-point numbers; look for absurd values in the log",
         ));
     }
-    // The external force on a prescribed coordinate is unknown. Its motion is used, but not its row.
+    // The external force that moves a prescribed coordinate is unknown. So its motion is used, but its torque row is not.
     states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());

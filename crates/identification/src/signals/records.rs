@@ -29,7 +29,7 @@ pub trait Records {
         ThinnedSamples::of(|take| self.each(take), most)
     }
 
-    /// Number of contiguous blocks of each record. Their triangles are kept separately, for cross-validation.
+    /// Number of contiguous blocks of each record. Each block has its own triangles (R of QR), for cross-validation.
     fn parts(&self) -> usize {
         BLOCKS_PER_RECORD
     }
@@ -57,14 +57,14 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbours, s. Within it the filter has not settled.
+    /// Time by which a block overlaps its neighbours, s. In this time the effect of the start of the filter decays.
     overlap: f64,
 }
 
 enum RecordSource<'a> {
     Held(Vec<States>),
-    /// `0`: states of the first blocks. `1`: number of these blocks. `2`: stream that computes the states of the other blocks
-    /// again.
+    /// `0`: states of the first blocks. `1`: number of these blocks. `2`: stream of the log, which computes the states of the
+    /// other blocks again.
     Streamed(Vec<States>, usize, Stream<'a>),
 }
 
@@ -81,7 +81,8 @@ impl<'a> SourceRecords<'a> {
         self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and their states, bytes.
+    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and for their states,
+    /// bytes.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -272,8 +273,8 @@ mod tests {
                 // The effect of the start of the filter has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // A streamed log has about fifty clusters instead of twenty, because each of its blocks is divided. So its sigma
-                // differs.
+                // A streamed log has about fifty clusters of rows instead of twenty, because each of its blocks is divided. So
+                // its sigma differs.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);
@@ -347,8 +348,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // The default cut-off is twenty times the frequency of a bin. Bin width: 1/30 Hz for the whole log (30 s), 1/12 and 1/18
-        // Hz for its segments before and after the gap.
+        // The default cut-off is twenty times the frequency of a bin. The bins of the whole log (30 s) are 1/30 Hz wide. The bins
+        // of its segments before and after the gap are 1/12 and 1/18 Hz wide.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }
@@ -367,7 +368,7 @@ mod tests {
         });
         let (held, streamed) = (open(&path, 20_000), open(&path, 1000));
         let (held, streamed) = (held.report(), streamed.report());
-        // The log check searches rest in steps of 0.05 s, from the start of each block.
+        // The log check searches intervals at rest in steps of 0.05 s, from the start of each block.
         let close = |a: f64, b: f64| (a - b).abs() < 0.1;
         let lengths = |r: &LogReport| [r.rest.total, r.rest.after, r.rest.before, r.clock.duration];
         let (a, b) = (lengths(streamed), lengths(held));

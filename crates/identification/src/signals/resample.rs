@@ -1,8 +1,9 @@
 //! Resamples a log to a uniform clock by linear interpolation.
 
-/// Largest number of resampled samples. If there are more, the requested rate is wrong.
+/// Largest number of resampled samples. A requested rate that gives more samples is taken as wrong.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
-/// Relative margin that is added to a number of periods before rounding down. It keeps a whole number whole in spite of rounding.
+/// Relative margin that is added to a number of periods before rounding down. So a whole number with a rounding error is not
+/// rounded to the next smaller one.
 const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
 /// Times in steps of `period`, s, from the first time of `t` up to at most its last time. `None` if this gives fewer than two

@@ -1,12 +1,13 @@
 //! Computes friction columns with a jump or kink at reversals, before the low-pass of the torques.
 //!
-//! The low-pass smooths the jump of a torque at a reversal. A column f(dq) is smoothed equally only if f is computed from a
-//! lightly filtered velocity and the column is then filtered. A column from the filtered velocity would differ: a filtered
-//! velocity changes sign earlier or later, and more slowly, than the joint.
+//! The low-pass smooths the jump of a torque at a reversal. A friction column f(dq) must be smoothed in the same way. So f is
+//! computed from a lightly filtered velocity, and the column is filtered then. If f were computed from the filtered velocity, the
+//! column would differ: a filtered velocity changes sign earlier or later, and more slowly, than the joint.
 //!
-//! A row at time t represents its cell [t - h/2, t + h/2], h: sample time. The velocity is linear on either side of t. With F the
-//! antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a). F = abs(v) for the sign, and F = w ln
-//! cosh(v/w) for tanh(v/w). The sign at the samples alone would shift every reversal by up to half a sample.
+//! A row at time t represents its cell [t - h/2, t + h/2], h: sample time. The velocity is taken as linear on either side of t.
+//! With F the antiderivative of f, the mean of f over velocities from a to b is (F(b) - F(a)) / (b - a). F = abs(v) for the sign,
+//! and F = w ln cosh(v/w) for tanh(v/w), w: width of the smooth jump. The sign at the samples alone would shift every reversal by
+//! up to half a sample.
 //!
 //! | term | column before the filter; s: mean sign |
 //! |---|---|
@@ -53,8 +54,8 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
-/// If |b - a| of a velocity interval is below this share of w, the mean of tanh(v/w) over it is the value in the middle. For so
-/// small an interval, the rounding of the difference quotient would be larger than this approximation.
+/// If |b - a| of a velocity interval is below this share of w (width of the smooth jump), the mean of tanh(v/w) over it is taken
+/// as the value in the middle. For such an interval, the difference quotient has a larger rounding error than this approximation.
 const NARROW_INTERVAL_RATIO: f64 = 1e-3;
 
 /// The mean of a function f of the velocity over the cell of each row (half a sample before and after it). `mean(a, b)`: mean of
@@ -84,7 +85,8 @@ fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The sum over the cells is the time of forward motion minus the time of backward motion, for any position of the samples.
+    /// The sum over the cells, in samples, is the time of forward motion minus the time of backward motion. It does not depend on
+    /// the position of the samples.
     #[test]
     fn a_reversal_is_where_it_is() {
         for shift in [0.0, 0.13, 0.5, 0.77] {

@@ -1,4 +1,4 @@
-//! Signals with a lower sampling rate than the rows of their log.
+//! Detects signals with a lower sampling rate than the rows of their log, and finds their own samples.
 //!
 //! A row that repeats the previous value is not a sample: the value belongs to the time of the first row that has it. Such a
 //! signal is sampled at these times, and its clock has its own rate. So cut-off, noise and number of rows do not depend on the
@@ -80,13 +80,13 @@ mod tests {
             energy.content()
         };
         let (a, b) = (cutoff(&fresh), cutoff(&held));
-        // Allowed difference: one frequency bin (1/16 Hz, record of 16 s) in both directions.
+        // Allowed difference: one frequency bin in both directions. A bin is 1/16 Hz wide, because the record is 16 s long.
         assert!((a.f95[0] - b.f95[0]).abs() <= 0.126, "{a:?} {b:?}");
         let signal = Signal { cutoff: Some(10.0), decimate: Some(1), ..Signal::default() };
         let preparation = Preparation { signal, ..Preparation::default() };
         let found = &states(&arm, &held, &preparation).unwrap()[0];
         assert!((found.period - 8e-3).abs() < 1e-6, "{}", found.period);
-        // The torques have no delay: a delay of half the time between new values would give an error of 0.1 N m. The errors of
+        // The torques have no delay. A delay of half the time between new values would give an error of 0.1 N m. The errors of
         // the filter and of the fourth-order differences at 8 ms are below a hundredth of the largest torque.
         let mut y = [0.0; 3];
         for r in (0..found.len()).step_by(37) {

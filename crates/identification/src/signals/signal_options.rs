@@ -15,7 +15,7 @@ pub struct Signal {
     pub effort_cutoff: Option<f64>,
     /// Order of the low-pass; 0: no filter.
     pub order: usize,
-    /// Decimation n: every n-th sample is kept. `None`: n for ten samples per period of the cut-off.
+    /// Decimation n: every n-th sample is kept. `None`: n is chosen so that ten samples per period of the cut-off are kept.
     pub decimate: Option<usize>,
     /// Rate of the uniform clock for resampling, Hz. `None`: a log with a uniform clock is not resampled, and another log gets
     /// its mean rate.
@@ -30,8 +30,8 @@ pub struct Signal {
     pub border: Option<f64>,
     /// Interval of the log whose samples are used. `None`: all samples.
     pub window: Option<Window>,
-    /// Speed below which rows of a joint are dropped, rad/s (m/s); 0: no row is dropped. `None`: if the model has dry friction,
-    /// the rows of a joint at standstill (`standstill`) are dropped.
+    /// Speed below which the rows of a joint are left out, rad/s (m/s); 0: no row is left out. `None`: if the model has dry
+    /// friction, the rows of a joint at standstill (detected by module `standstill`) are left out.
     pub standstill: Option<f64>,
     /// Delay of the torques relative to the positions, s. It must be a [`possible_delay`].
     pub delay: f64,
@@ -71,12 +71,12 @@ pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 const LONGEST_DELAY_S: f64 = 1.0;
 /// Default number of samples per period of the cut-off.
 const SAMPLES_PER_CUTOFF_PERIOD: f64 = 10.0;
-/// Margin that is added to a number of samples before rounding down. It keeps a whole number whole, although the clocks of two
-/// logs differ in the last digits.
+/// Margin that is added to a number of samples before rounding down. The clocks of two logs differ in the last digits; with the
+/// margin, a whole number is rounded to the same number for both.
 const WHOLE_SAMPLE_MARGIN: f64 = 1e-6;
 /// Default time dropped at each end if velocities are differentiated, in periods of the cut-off.
 const DIFFERENTIATED_BORDER_PERIODS: f64 = 3.0;
-/// Number of samples that are added to the memory of the filter, for differences and interpolation.
+/// Number of samples that are added to the memory of the filter, because differences and interpolation use neighbouring samples.
 const MEMORY_MARGIN_SAMPLES: f64 = 8.0;
 
 /// Returns `seconds` if it is a possible delay of the torques relative to the positions (magnitude below 1 s).

@@ -1,29 +1,31 @@
 //! Detects when a joint is at standstill.
 //!
-//! Stiction is not in the model. A joint at rest can carry any torque up to its Coulomb friction, so its rows are wrong. A slow
-//! reversal is not a standstill. With constant acceleration the joint spends half of the time in the quarter of its path that is
-//! nearest to the turning point. A joint that sticks at the turning point spends most of the time there.
+//! Stiction is not in the model. A joint at rest can carry any torque up to its Coulomb friction, so its rows do not fit the
+//! model and are left out. A slow reversal is not a standstill. With constant acceleration, the joint spends half of the time in
+//! the quarter of its path that is nearest to the turning point. A joint that sticks at the turning point spends most of the time
+//! there.
 
 use std::ops::Range;
 
 /// A joint is at standstill if it stays within [`STANDSTILL_BAND`] for this time, s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the position band of a standstill, rad (m): the path in [`STANDSTILL_SPAN_S`] at 1e-3 rad/s (m/s), the speed of the
-/// band.
+/// Width of the position band of a standstill, rad (m): the path that is covered in [`STANDSTILL_SPAN_S`] at 1e-3 rad/s (m/s).
+/// This is called the speed of the band.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// A reversal with constant acceleration from speed v to -v in time T has a path of this factor times v T to its turning point.
+/// A reversal with constant acceleration from speed v to -v in the time T has its turning point at the distance this factor times
+/// v T.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
-/// Least path to the turning point of a reversal, divided by the path with constant acceleration. With less it is a standstill.
+/// Least path of a reversal to its turning point, divided by the path with constant acceleration. A shorter path is a standstill.
 const LEAST_DEPTH_SHARE: f64 = 0.6;
 
-/// A position is near the turning point if it is within this share of the path from it.
+/// A position is near the turning point if its distance from it is at most this share of the whole path.
 const TURNING_PATH_SHARE: f64 = 0.25;
 
-/// Largest share of its time that a reversal spends near the turning point: half for constant acceleration, plus a margin for a
-/// changing one. With more it is a standstill.
+/// Largest share of its time that a reversal spends near the turning point: half for constant acceleration, plus a margin for
+/// other accelerations. With a larger share it is a standstill.
 const REVERSAL_TIME_SHARE: f64 = 0.6;
 
 /// For each sample of a position q, rad (m), whether the joint is at standstill. `period`: time between samples, s.
@@ -66,7 +68,7 @@ fn stay(q: &[f64], span: usize) -> usize {
 }
 
 fn mark(q: &[f64], slow: Range<usize>, span: usize, still: &mut [bool]) {
-    // The motion before and after a record is unknown, so a slow range at its ends counts as standstill.
+    // The motion before and after a record is unknown. So a slow range at an end of a record counts as standstill.
     let is_inside = slow.start >= span && slow.end + span <= q.len();
     let is_turn = is_inside && [1.0, -1.0].iter().any(|sign| is_reversal(&q[slow.clone()], *sign, span));
     still[slow].fill(!is_turn);
@@ -77,7 +79,7 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     let depth = |x: f64| sign * x;
     let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
     let bottom = q.iter().map(|x| depth(*x)).fold(f64::INFINITY, f64::min);
-    // The path to the turning point, from the side on which it is shorter.
+    // The path to the turning point, from the end of the range that is nearer to it.
     let path = depth(first).min(depth(last)) - bottom;
     let expected = CONSTANT_ACCELERATION_DEPTH * STANDSTILL_BAND * q.len() as f64 / span as f64;
     if path < LEAST_DEPTH_SHARE * expected {
@@ -88,7 +90,7 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
 }
 
 /// Finds the joints that are at standstill in all samples, sets their rates to zero and their positions to the mean, and returns
-/// `used`. Otherwise noise would determine parameters that depend only on the motion of such a joint. `n`: number of joints.
+/// `used`. Otherwise noise would determine parameters that depend only on the motion of these joints. `n`: number of joints.
 pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
     let samples = used.len() / n.max(1);
@@ -141,8 +143,8 @@ mod tests {
             standstill(&q, period).iter().filter(|s| **s).count() as f64 * period
         };
         assert_eq!(still_time(0.0), 0.0);
-        // There are five or six reversals in 60 s. For a second before and after each rest, the joint is slower than 1e-3 rad/s,
-        // the speed of the band.
+        // There are five or six reversals in 60 s, each with a rest. For a second before and after each rest, the joint is slower
+        // than 1e-3 rad/s, the speed of the band.
         for rest in [1.0, 2.0] {
             let found = still_time(rest);
             assert!((5.0 * rest..6.0 * (rest + 2.5)).contains(&found), "{rest}: {found}");

@@ -48,7 +48,7 @@ impl ThinnedSamples {
     }
 }
 
-/// Selects samples while records are computed again in successive passes. The first pass counts the samples, and the second pass
+/// Selects samples for records that are computed again in every pass. The first pass counts the samples, and the second pass
 /// keeps at most [`MOST_THINNED_SAMPLES`] of them.
 #[derive(Default)]
 pub(crate) struct SecondReader {

@@ -24,9 +24,9 @@ pub struct Transmission {
     pub ratios: Option<Vec<f64>>,
     /// Off-diagonal entries of R: (motor, joint, entry). Motors and joints are counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
-    /// Whether coupled motors get no columns of inertia and friction in the model.
+    /// Whether coupled motors have no columns of inertia and friction in the model.
     pub rigid_couplings: bool,
-    /// Whether positions and velocities in the log are already those of the joints, and only torques are those of the motors.
+    /// Whether positions and velocities in the log belong to the joints already, so that only the torques belong to the motors.
     pub joint_side_positions: bool,
     /// Offset of each joint: position in the model minus position in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
@@ -80,7 +80,8 @@ impl TransmissionElement {
 }
 
 impl Transmission {
-    /// The coupled motors, each once with all joints that turn it, then the elements. All have columns in the model.
+    /// The coupled motors, then the elements (springs, cables, bearings). A motor occurs once, with all joints that turn it. All
+    /// have columns in the model.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
         let mut motors: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
@@ -220,8 +221,9 @@ impl Transmission {
     }
 }
 
-/// The angles of the joints, rad, unwrapped. The log was unwrapped by turns of the motor, and a turn of a joint is many turns of
-/// its motor. A jump by a turn of the joint is therefore removed here. `to_joint`: R^-1; `None`: q belongs to the joints already.
+/// The angles of the joints, rad, without jumps by whole turns. The positions in the log had jumps removed by turns of the motor,
+/// and one turn of a joint is many turns of its motor. So jumps by one turn of the joint are removed here. `to_joint`: R^-1;
+/// `None`: q belongs to the joints already.
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);
@@ -269,7 +271,7 @@ mod tests {
         assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
         assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
         assert_eq!(transmission.coupled(), [Coupling::motor(1, &[(0, 32.0 / -48.0)])]);
-        // A motor that two joints turn has one inertia and one friction term.
+        // If two joints turn one motor, this motor has one inertia and one friction term.
         let two = Transmission { couplings: vec![(3, 1, 2.0), (3, 2, -1.0)], ..Transmission::default() };
         assert_eq!(two.coupled(), [Coupling::motor(2, &[(0, 2.0), (1, -1.0)])]);
     }

@@ -1,7 +1,7 @@
 //! Checks whether measured velocities are the derivatives of the measured positions.
 //!
-//! For span k of the log, a_k = q(end) - q(start), and b_k is the integral of dq dt. The fit b = s a gives the slope s, which is
-//! 1 if units, signs and clock are right. Whole spans are compared and not samples, to reduce the effect of quantised positions.
+//! For each time span of the log, a = q(end) - q(start), and b is the integral of dq dt. The fit b = s a gives the slope s, which
+//! is 1 if units, signs and clock are right. Spans are compared instead of samples, to reduce the effect of quantised positions.
 
 use logs::{Error, GAP_PERIODS};
 
@@ -9,7 +9,8 @@ use logs::{Error, GAP_PERIODS};
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// If the slope is within this relative distance of a conversion factor between two units, this wrong unit is the explanation.
+/// If the slope differs from a conversion factor between two units by at most this relative distance, the message names this
+/// unit.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
 /// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).
@@ -18,8 +19,8 @@ const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 /// Slopes of the fit in this range can be explained by noise, and are accepted.
 const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
-/// A joint is checked only if the fit b = s a explains at least this share of sum b^2. a: change of position over a span, b:
-/// integral of the velocity.
+/// A joint is checked only if the fit b = s a explains at least this share of sum b^2. a: change of position over a time span, b:
+/// integral of the velocity over this span.
 const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
 /// Fails if the measured velocity of a joint is not the derivative of its position; the message names the first such joint.
@@ -80,7 +81,7 @@ mod tests {
 
     fn check(position: f64, velocity: f64, clock: f64) -> Result<(), Error> {
         let t: Vec<f64> = (0..2000).map(|i| 0.001 * f64::from(i)).collect();
-        // The encoder has steps of 1e-3 rad: the difference from sample to sample is only quantisation.
+        // The encoder has steps of 1e-3 rad. The difference between successive samples is therefore only quantisation.
         let q = t.iter().map(|t| position * ((2.0 * t).sin() * 1e3).round() * 1e-3).collect();
         let dq = t.iter().map(|t| velocity * 2.0 * (2.0 * t).cos()).collect();
         let t: Vec<f64> = t.iter().map(|t| clock * t).collect();

@@ -61,8 +61,8 @@ impl SpectralExperiment {
         }
     }
 
-    /// Relative scatter of a position: standard deviation of the samples about the mean period, divided by the standard deviation
-    /// of the mean period. Returns the joint with the largest value. `None` for a sweep and for a single period.
+    /// Finds the joint whose position scatters most: its index, and the standard deviation of its samples about their mean
+    /// period divided by the standard deviation of the mean period. `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -98,7 +98,8 @@ impl NoiseLevels {
         NoiseLevels::pooled(experiments, |x, _, period| (scatter(x, period), (x.len() - period) as f64))
     }
 
-    /// The measured noise in the harmonics up to `highest`, Hz. Chatter of a controller at higher frequencies is not part of it.
+    /// The measured noise in the harmonics with a frequency up to `highest`, Hz. Chatter of a controller at higher frequencies
+    /// is left out.
     pub fn of_band(experiments: &[SpectralExperiment], highest: f64) -> Option<NoiseLevels> {
         NoiseLevels::pooled(experiments, |x, experiment, period| {
             let harmonics = harmonics(highest, period, experiment.trajectory.sample_time);
@@ -107,8 +108,8 @@ impl NoiseLevels {
         })
     }
 
-    /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level`: gives the noise level and its
-    /// degrees of freedom from a series, its experiment and its period in samples.
+    /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level` computes the noise level of a
+    /// series and its degrees of freedom; its arguments are the series, the experiment and the period in samples.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
@@ -138,10 +139,11 @@ impl NoiseLevels {
     }
 }
 
-/// Margin that is added to a product before rounding down. It keeps an integer product an integer in spite of rounding.
+/// Margin that is added to frequency times period before it is rounded down to a number of harmonics. Without it, rounding
+/// errors could turn an integer product into the next smaller integer.
 const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
 
-/// Number of harmonics up to the frequency `f`, Hz, but not more than `period` samples resolve. `h`: sample time, s.
+/// Number of harmonics with a frequency up to `f`, Hz. The limit is what `period` samples can resolve. `h`: sample time, s.
 pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
     ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
@@ -186,7 +188,8 @@ mod tests {
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
         assert_eq!(experiment.len(), 4000);
         let levels = NoiseLevels::measured(&[experiment]).unwrap();
-        // 3600 degrees of freedom: five standard errors are 6 %.
+        // With 3600 degrees of freedom, the relative standard error of a standard deviation is 1.2 %. The tolerance is five of
+        // these.
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();

@@ -1,7 +1,8 @@
 //! Spectra of one joint in one experiment: the equations at all harmonics up to a cut-off, real and imaginary part.
 //!
-//! The record is averaged over its whole periods. f_P: fundamental frequency; D_j: spectra of the regressor columns of joint j;
-//! G_j: spectra of its friction columns, without coefficients. At f_h = h f_P, h = 0 .. H,
+//! The record is averaged over its whole periods. f_P: fundamental frequency; X: base parameters; D_j: spectra of the regressor
+//! columns of joint j; G_j: spectra of its friction columns, which the friction coefficients multiply (they are not written in
+//! the equation). At f_h = h f_P, h = 0 .. H,
 //!
 //! (cos x / sinc x) D_j(f_h) X + (cos x / sinc^2 x) G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
 //!
@@ -10,10 +11,10 @@
 //! (`experiments::simulate::closed_loop`) has the factor cos x; and G is a mean over the cell of a sample
 //! (`linear_model::friction::periodic`).
 //!
-//! Real and imaginary part of a Fourier coefficient c_h = mean of x exp(-2 pi i h t/T) have the variance sigma^2/(2N) for N
-//! recorded samples with noise sigma. The row h = 0 is divided by sqrt 2, so that its variance is equal. Noise of the position
-//! causes acceleration noise, which adds the variance (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4, A: inertia matrix, sigma_q,l:
-//! noise of the position of joint l.
+//! c_h, the mean of s(t) exp(-2 pi i h t/T) over N samples with noise sigma, is a Fourier coefficient of the series s with
+//! period T. Its real part and its imaginary part each have the variance sigma^2/(2N). The row h = 0 is divided by sqrt 2, so
+//! that its variance is equal. Noise of the position causes acceleration noise, which adds the variance (sum_l A_jl^2
+//! sigma_q,l^2) (2 pi f_h)^4 / (2N), A: inertia matrix, sigma_q,l: noise of the position of joint l.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use linear_model::friction::periodic::FrictionShape;
@@ -37,16 +38,16 @@ pub struct JointSpectrum {
     pub known: Vec<f64>,
     /// Right-hand side of each row, in the unit of the current.
     pub current: Vec<f64>,
-    /// Contribution of a known load to the parameters. Empty without a load.
+    /// Contribution of a known load to the base parameters. Empty without a load.
     pub(crate) load: Vec<f64>,
     /// Number N of recorded samples.
     pub samples: usize,
-    /// `acceleration[l][c]`: dY_j/dddq_l at the centre of the motion for parameter c. It converts position noise of joint l into
-    /// torque noise.
+    /// Derivative of row j of the regressor Y with respect to the acceleration of joint l, at the centre of the motion:
+    /// `acceleration[l][c]` for parameter c. It converts position noise of joint l into torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     pub(crate) sample_time: f64,
-    /// Number of the highest harmonic that is kept in the motion.
+    /// Number of the highest harmonic that the measured motion contains.
     pub(crate) kept: usize,
     /// Position q, velocity, acceleration and current (`drive`) over one mean period: rad, rad/s, rad/s^2, unit of the current.
     q: Vec<f64>,
@@ -72,7 +73,8 @@ impl Default for Band {
     }
 }
 
-/// The mean period of the measured motion of an experiment, with its harmonics up to the highest kept one. `None` for a sweep.
+/// The measured motion over the mean period of an experiment, with all harmonics up to the higher limit of `band`. `None` for a
+/// sweep.
 pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
     let period = experiment.period()?;
     let h = experiment.trajectory.sample_time;
@@ -146,7 +148,8 @@ impl JointSpectrum {
     }
 
     /// The spectra of series over one period, `[row][series]`, in the order of `rows`. `power`: exponent of sinc in the
-    /// correction of the sampling; 1 for torques at the samples, 2 for means over their cells.
+    /// correction of the sampling. It is 1 for torques at the sample times, and 2 for means over the cell (one sample time)
+    /// around each sample.
     pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
         self.spectrum_of(series, |f| hold(f * self.sample_time, power))
     }
@@ -173,14 +176,14 @@ impl JointSpectrum {
         shape.fill(&self.dq, &self.ddq, &drive, self.sample_time)
     }
 
-    /// Rows of ripple with `periods` per turn, four columns: cos and sin as torques (N m per N m), then cos and sin as shares of
-    /// the torque (N m per unit).
+    /// Rows of torque ripple with `periods` per turn of the joint. Four columns: cos and sin of the angle times `periods` (N m
+    /// per N m), then minus the torque of the drive times cos and times sin (N m per unit).
     pub(crate) fn ripple_rows(&self, periods: f64, gain: f64) -> Vec<Vec<f64>> {
         let (sin, cos): (Vec<f64>, Vec<f64>) = self.q.iter().map(|q| (periods * q).sin_cos()).unzip();
         let of_torque = |wave: &[f64]| wave.iter().zip(&self.drive).map(|(w, c)| -w * c * gain).collect();
         let shares: Vec<Vec<f64>> = vec![of_torque(&cos), of_torque(&sin)];
         let mut rows = self.rows_of(&[cos, sin], 1);
-        // The share is multiplied by the recorded torque, so the zero-order hold needs no correction.
+        // The last two columns are multiples of the recorded torque, so the zero-order hold needs no correction.
         rows.iter_mut().zip(self.spectrum_of(&shares, |_| 1.0)).for_each(|(row, shares)| row.extend(shares));
         rows
     }
@@ -206,9 +209,9 @@ impl JointSpectrum {
         column
     }
 
-    /// Columns of two unknowns, for a motion that does not end in its initial state: the jumps of velocity and position from the
-    /// end of the record to its start, times the inertia of this joint. A jump of the momentum has a constant spectrum, and a
-    /// jump of the position has a spectrum proportional to i f.
+    /// Columns of two unknowns per joint, for a motion that does not end in its initial state. The unknowns are the jump of
+    /// velocity and the jump of position from the end of the record to its start, each multiplied by the inertia of the joint.
+    /// A jump of velocity has a constant spectrum; a jump of position has a spectrum proportional to i f.
     pub(crate) fn end_columns(&self) -> Vec<[f64; 2]> {
         let count = self.frequency.len();
         (0..count)
@@ -220,12 +223,12 @@ impl JointSpectrum {
             .collect()
     }
 
-    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, with a known load, kg m^2.
+    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2. It includes a known load.
     pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
         self.felt(self.joint, parameters)
     }
 
-    /// The entry of the inertia matrix in the row of this joint and the column of joint l, with a known load, kg m^2.
+    /// The entry of the inertia matrix in the row of this joint and the column of joint l, kg m^2. It includes a known load.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)
@@ -255,8 +258,8 @@ impl JointSpectrum {
 /// If x is below this, the correction factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
-/// The rows of a Fourier coefficient c at frequency `f`: real part, imaginary part. At zero frequency only the real part divided
-/// by sqrt 2.
+/// The rows of a Fourier coefficient c at frequency `f`: its real part and its imaginary part. At frequency zero there is one
+/// row: the real part divided by sqrt 2.
 fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
     let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
     std::iter::once(first).chain(second)

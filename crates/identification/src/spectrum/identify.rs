@@ -1,9 +1,9 @@
-//! Identifies parameters from the records of a plan, by the rows of the paper (`paper`) or by RIST-MH, with known or unknown
-//! drive gains.
+//! Identifies parameters from the records of planned experiments, with known or unknown drive gains. The equations are those of
+//! [Vandanjon, Gautier, Desbats 1995] (module `paper`) or of RIST-MH (module `rist_mh`).
 //!
-//! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`). The common scale then
-//! follows from known gains or from a known load. A parameter is not significant if its 95 % interval contains zero. A parameter
-//! that the rows do not determine has no value.
+//! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`). The equations in
+//! currents do not determine the common scale of gains and parameters; it follows from a known gain or from a known load. A
+//! parameter is not significant if its 95 % interval contains zero. A parameter that the rows do not determine has no value.
 
 use experiments::plan::paper_rows::EquationBlock;
 use linear_model::parameter::{Parameter, ParameterId};
@@ -29,9 +29,10 @@ use crate::spectrum::words::{misfit_remarks, size_words};
 /// The method of identification from experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
-    /// The method of the paper (see `paper`): per harmonic one row, its real or its imaginary part, without friction columns.
+    /// The method of [Vandanjon, Gautier, Desbats 1995] (module `paper`): one row per harmonic, its real or its imaginary part;
+    /// no friction columns.
     Paper,
-    /// The rows of `Paper`, with drive gains estimated by total least squares.
+    /// The rows of `Paper`; the drive gains are estimated by total least squares.
     TotalLeastSquares,
     /// RIST-MH: all harmonics, with friction coefficients as nuisance parameters.
     Harmonic,
@@ -52,7 +53,8 @@ impl SpectralMethod {
 pub struct SpectralFit {
     /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters, row by row. Its diagonal has the standard deviations of `estimate`.
+    /// Covariance of the base parameters, row by row. Its diagonal contains the squares of the standard deviations of
+    /// `estimate`.
     pub covariance: Vec<Vec<f64>>,
 }
 
@@ -92,7 +94,7 @@ pub fn identify_spectrum(
         };
         return Ok(SpectralFit::of(estimate, regressor, &inverse));
     }
-    // If a gain is unknown, the rows are computed for currents, with all gains set to 1.
+    // At least one gain is unknown here. So the rows are computed for currents: all gains are set to 1.
     let one = vec![1.0; regressor.coordinates().len()];
     let inverse = match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
@@ -135,8 +137,8 @@ impl SpectralFit {
     }
 }
 
-/// Adds gains and parameters to an estimate, from the rows of the paper in currents. Returns the covariance of the parameters
-/// for white noise. Fails if the equations do not determine the gains.
+/// Adds gains and parameters to an estimate, from rows of the method `paper` with currents as right-hand sides. Returns the
+/// covariance of the parameters for white noise. Fails if the equations do not determine the gains.
 fn with_paper_gains(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -240,7 +242,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // If the model lacks effects, the standard deviation contains their contribution too.
+        // If the model lacks effects, their contribution `lacked` to the standard deviation is added.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -271,7 +273,8 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     }
 }
 
-/// If chi^2 exceeds the noise, inflates the standard deviations of parameters and gains, in the order of [`with_gains`].
+/// If the residual is larger than noise explains, inflates the standard deviations of the parameters and of the gains, which
+/// [`with_gains`] has written to the estimate in this order.
 fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
@@ -282,7 +285,8 @@ fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// Drift of friction from experiment to experiment, relative, that is larger than between warm and cold drives.
+/// Friction that differs by more than this share from experiment to experiment is reported. Warm and cold drives differ by
+/// less.
 const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
@@ -343,7 +347,8 @@ fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Resul
     gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
-/// A sentence for the user that names the source of the common scale (known gains or a load) if gains are unknown.
+/// A sentence for the user if gains are unknown. It names the source of the common scale of gains and parameters: known gains
+/// or a load.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -395,8 +400,9 @@ fn paper_residuals(
 /// Sets two residuals of each joint in an estimate: the residual of the fit, and the residual of each experiment predicted from
 /// the other experiments.
 ///
-/// y = tau - (1 + u) C f - ends - effects is the torque of the bodies (u: drift, C f: friction). Drift and ends belong to one
-/// experiment, so they keep their values of the whole fit.
+/// y = tau - (1 + u) C f - ends - effects is the torque of the bodies. u: drift of friction; C f: friction; ends: torque of the
+/// jumps from the end of the record to its start. Drift and ends belong to one experiment, so they keep the values of the fit
+/// to all experiments.
 fn harmonic_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,

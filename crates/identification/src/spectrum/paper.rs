@@ -1,11 +1,12 @@
-//! The estimator of the paper [Vandanjon, Gautier, Desbats 1995]: least squares on rows of the operator Sp(m, v) = Re(m conj v) /
-//! |v|^2, m, v: spectra of a signal and of a motion.
+//! The estimator of [Vandanjon, Gautier, Desbats 1995] ("the paper"): least squares on rows of the operator Sp(m, v) = Re(m
+//! conj v) / |v|^2. m: spectrum of a signal; v: spectrum of a motion.
 //!
-//! W X = Y has one row per harmonic (real or imaginary part only), and the centred rows of gravity. Without weights, a row of Sp
-//! is used unchanged, and the gravity rows of e samples are divided by sqrt(e), so that their weight does not depend on e. With
-//! weights, each row is divided by the standard deviation of its right-hand side.
+//! W X = Y has one row per harmonic (its real or its imaginary part), and the gravity rows, from which the mean is subtracted.
+//! Without weights, a row of Sp is used unchanged, and the gravity rows of e samples are divided by sqrt(e), so that their
+//! weight does not depend on e. With weights, each row is divided by the standard deviation of its right-hand side.
 //!
-//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3]; rho: residual, W: r x p.
+//! C = sigma^2 (W'W)^-1 is the covariance of X, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3]; rho:
+//! residual, W: r x p.
 //!
 //! Friction has no columns here. The rows are designed to be orthogonal to friction. This holds only as far as the motion follows
 //! its reference. `rist_mh` does not need this orthogonality.
@@ -18,7 +19,7 @@ use numerics::triangle::TriangleBuilder;
 
 use crate::spectrum::experiment::SpectralExperiment;
 
-/// The choice of the weights of the rows of the paper.
+/// How the rows of the method [Vandanjon, Gautier, Desbats 1995] are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
     /// All spectral rows have equal weight.
@@ -27,8 +28,8 @@ pub enum PaperWeights {
     Noise,
 }
 
-/// Makes the rows of the paper for one experiment. `gain`: N m per unit of the recorded currents; `noise`: standard deviation of
-/// the torque of each joint, N m.
+/// Makes the rows for one experiment (see the module). `gain`: N m per unit of the recorded currents; `noise`: standard
+/// deviation of the torque of each joint, N m.
 pub fn paper_rows(
     experiment: &SpectralExperiment,
     regressor: &dyn Regressor,

@@ -1,9 +1,9 @@
 //! Validation: compares measured and predicted torques on motions that were not used for identification.
 //!
-//! tau = kt I, kt: drive gain, is compared with Y X (rigid) and with Y X + friction. The four friction coefficients of equation
-//! (5) are fitted to these motions, because the rows of the paper do not estimate them. Position and torque have the same
-//! zero-phase low-pass. The residual counts as white if 95 % of its autocorrelations are within 1.96/sqrt(N), at lags 1 .. 50 of
-//! N samples half a period of the cut-off apart.
+//! The measured torque tau = kt I (kt: drive gain, I: current) is compared with Y X (rigid model) and with Y X + friction. The
+//! four friction coefficients of equation (5) are fitted to these motions, because the rows of the paper do not estimate them.
+//! Position and torque are filtered by the same zero-phase low-pass. The residual is then thinned to N samples, half a period
+//! of the cut-off apart. It counts as white if 95 % of its autocorrelations at lags 1 .. 50 are within 1.96/sqrt(N).
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
@@ -21,13 +21,14 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Number of samples dropped at each end of a motion. The circular differences are wrong there, because they join end and start.
+/// Number of samples dropped at each end of a motion. The circular differences are wrong there, because they treat the start as
+/// the sample after the end.
 const BORDER_SAMPLES: usize = 30;
 /// Largest number of samples of a plotted torque.
 const SAMPLES_PER_PLOT: usize = 400;
 /// Order of the low-pass for positions and torques.
 const LOW_PASS_ORDER: usize = 4;
-/// Largest lag of the autocorrelation. The samples are half a period of the cut-off apart.
+/// Largest lag of the autocorrelation, in samples. These samples are half a period of the cut-off apart.
 const LARGEST_LAG: usize = 50;
 /// Half of the 95 % interval of a normal variable, in standard deviations.
 const INTERVAL_SIGMAS: f64 = 1.96;
@@ -78,7 +79,7 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            // If a motion has fewer than four thinned samples, it has no lag and does not count.
+            // A motion with fewer than four thinned samples (one per half period of the cut-off) has no lag. It does not count.
             not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }

@@ -108,8 +108,8 @@ mod tests {
         for (v, tau) in [(0.0, 0.0), (0.002, -3.0), (-0.004, 2.0), (0.03, 1.0), (-0.2, -5.0), (1.5, 4.0)] {
             let h = 1e-7;
             let difference = (law.torque(v + h, tau) - law.torque(v - h, tau)) / (2.0 * h);
-            // The third derivative of G is up to 2 F / w^3 = 1e7. The error of the difference is 1e-7 from h^2, plus rounding of
-            // 1e-16 / h.
+            // The third derivative of G is up to 2 F / w^3 = 1e7. So the central difference with the step h has an error of
+            // 1e-7 from its term in h^2, plus rounding of 1e-16 / h.
             assert!((law.slope(v, tau) - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{v}");
         }
         assert!((law.slope(0.0, 0.0) - law.slope_at_rest()).abs() < 1e-12);

@@ -6,7 +6,7 @@
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) in addition to Coulomb friction, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
 //! - load: FL |tau| sign(dq), tau the measured torque. Since tau is on both sides of the equation, a small residual is no
-//!   evidence. This term is for diagnosis, never for the comparison of models;
+//!   evidence for this term. It is used for diagnosis only, never for the comparison of models;
 //! - rotor inertia IA ddq, for regressors without this parameter.
 //!
 //! Terms of a single joint, which cross-validation chooses:
@@ -202,7 +202,7 @@ impl FrictionTerm {
 
     /// Whether the columns must be computed from lightly filtered velocities and then filtered like the torques.
     ///
-    /// This is needed if they are neither linear in the motion nor equal to the direction.
+    /// This is needed for a column that is neither linear in velocity and acceleration nor equal to the direction.
     #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)

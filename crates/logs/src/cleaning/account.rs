@@ -79,8 +79,8 @@ pub struct LeftOutRows {
 /// If the clock runs backwards in a larger share of the rows, the cause is not jitter: the file contains two runs.
 const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 
-/// If the clock steps back in this share of the rows, the rows of two clocks alternate. The share is the share of the slower
-/// source, at most one half. A clock that counts down steps back in all rows.
+/// If the clock steps back in this share of the rows, the rows of two sources with different clocks alternate. The source with
+/// fewer rows causes the steps back, so the share is at most one half. A clock that counts down steps back in all rows.
 const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
 /// If the time is repeated in a larger share of the rows, the column is not the time.
 const MAX_REPEATED_SHARE: f64 = 0.5;

@@ -86,7 +86,7 @@ impl Clock {
         Ok(())
     }
 
-    /// Its duration and its steps, in words.
+    /// The duration of the clock and its steps, as text.
     pub(crate) fn in_words(&self) -> String {
         let evenness = if self.uniform { "uniform" } else { "not uniform" };
         let numbers = [(self.duration, 3), (self.period, 6), (self.longest_step, 6)];

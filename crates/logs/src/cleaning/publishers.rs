@@ -1,8 +1,9 @@
 //! Finds rows of a second source between the rows of the first, for example from two publishers on one topic.
 //!
-//! A row r is foreign if a signal x jumps there and returns: x_r is far from x_(r-1) and x_(r+1), and these two are near each
-//! other. In a row of another source, half of all torques and velocities do so together. Other causes are excluded: a spike is
-//! rare, a coarse encoder affects one joint at a time, and a limit cycle of the controller affects only the torques.
+//! A signal x jumps at row r and returns if x_r is far from x_(r-1) and x_(r+1), and these two are near each other. A row is
+//! foreign (from another source) if at least half of all torques and velocities jump there and return. Other causes are
+//! excluded: a spike is rare, a coarse encoder affects one joint at a time, and a limit cycle of the controller affects only
+//! the torques.
 
 /// Smallest jump of a signal, in standard deviations of the signal.
 const MIN_JUMP_SIGMAS: f64 = 0.5;

@@ -34,7 +34,7 @@ const SAME_TIME: f64 = 0.1;
 const MIN_SLOW_RATIO: f64 = 1.5;
 
 impl Refresh {
-    /// The times of the signals `motion` and `effort` of a log. `period`: time between rows, s.
+    /// The times between new values of the signals `motion` and `effort` of a log. `period`: time between rows, s.
     pub(crate) fn of(motion: &[&[f64]], effort: &[&[f64]], period: f64) -> Refresh {
         Refresh { motion: between_changes(motion, period), effort: between_changes(effort, period) }
     }

@@ -715,7 +715,8 @@ mod tests {
         assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
     }
 
-    /// Without a clock, the velocities show the rate; the proposal is read as printed, and other velocities show no rate.
+    /// Without a clock, the rate is proposed at which the velocities are the derivatives of the positions. The printed proposal
+    /// can be read again. If the velocities fit to no usual rate, the rate is reported as missing.
     #[test]
     fn the_rate_of_a_log_without_a_clock_is_proposed() {
         let without_clock = |header: &str, scales: [f64; 4]| {
@@ -723,7 +724,8 @@ mod tests {
             table.columns.remove(0);
             table.texts.remove(0);
             table.header.remove(0);
-            // A torque that equals a position would be one by its derivative.
+            // In the table the torques equal the positions, so the velocities would be their derivatives too. They are replaced
+            // by other signals.
             for (column, f) in [(4, 13.0), (5, 17.0)] {
                 table.columns[column] = (0..400).map(|k| (f * 0.005 * f64::from(k)).cos()).collect();
             }
@@ -749,7 +751,8 @@ mod tests {
         }
     }
 
-    /// The values contradict the unit that a header without one stands for; a header with a unit is believed.
+    /// If a header has no unit and the values do not fit to the SI unit, degrees are proposed. A unit in a header is not
+    /// changed.
     #[test]
     fn degrees_without_a_unit_in_the_header_are_proposed() {
         let degrees = 180.0 / std::f64::consts::PI;
@@ -760,7 +763,7 @@ mod tests {
         assert!(!said.to_string().contains("position:"), "{said}");
     }
 
-    /// `A1` would be an acceleration by its name: a column is one signal.
+    /// By its name, `A1` could also be an acceleration. Since it is used as a position, it is not used a second time.
     #[test]
     fn names_of_joints_alone_are_positions_and_nothing_else() {
         let proposal = propose(&table("t,A1,A2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints(), None);

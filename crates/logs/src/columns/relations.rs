@@ -87,7 +87,7 @@ mod tests {
         let without =
             Table { header: table.header[1..].into(), columns: table.columns[1..].into(), ..Table::default() };
         assert_eq!(relations(&without, None, 2).unwrap().positions, [0, 1]);
-        // Of three joints there are two pairs: nothing is proposed.
+        // Three joints are requested, but the table has only two pairs of position and velocity: nothing is found.
         assert!(relations(&table, Some(0), 3).is_none());
     }
 }

@@ -17,10 +17,12 @@ const USUAL_RATES: [f64; 18] = [
 /// A rate is replaced by a usual rate if their relative difference is below this.
 const USUAL_TOLERANCE: f64 = 0.02;
 
-/// Signals of a joint in rad and rad/s: a position and the factor of its unit, a velocity and the factor of its unit.
+/// Signals of one joint: a position and the factor that converts it to rad, a velocity and the factor that converts it to
+/// rad/s.
 pub(crate) type Pair<'a> = ((&'a [f64], f64), (&'a [f64], f64));
 
-/// The rate at which the differences of positions are the velocities, Hz; `None` where no joint has both, or they disagree.
+/// The sampling rate in Hz for which the differences of the positions agree with the velocities: the median over the joints.
+/// `None` if this is so for no joint.
 pub(crate) fn rate<'a>(pairs: impl Iterator<Item = Pair<'a>>) -> Option<f64> {
     let rate = |((q, to_rad), (dq, to_rad_s)): Pair| {
         let rows = q.windows(3).zip(dq.iter().skip(1));
@@ -34,12 +36,12 @@ pub(crate) fn rate<'a>(pairs: impl Iterator<Item = Pair<'a>>) -> Option<f64> {
     rates.get(rates.len() / 2).copied()
 }
 
-/// The usual rate next to this one, Hz.
+/// The usual rate within 2 % of this rate, Hz. `None` if there is none.
 pub(crate) fn usual(rate: f64) -> Option<f64> {
     USUAL_RATES.into_iter().find(|usual| (rate / usual - 1.0).abs() < USUAL_TOLERANCE)
 }
 
-/// The rate of columns that are found by their headers, in words.
+/// The sampling rate that follows from the position and velocity columns of `readings`, as text.
 pub(crate) fn rows_per_second(table: &Table, readings: &[Reading]) -> Option<String> {
     let of = |quantity: Quantity, joint: Designator| {
         readings

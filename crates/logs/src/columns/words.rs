@@ -147,8 +147,9 @@ pub(crate) fn written(unit: &str) -> &str {
     }
 }
 
-/// The unit of a sliding joint that corresponds to the unit of a revolute joint. `None` if the unit is neither a length nor a
-/// force. The default unit of a revolute joint means that the header has no unit.
+/// The unit of a sliding joint that corresponds to the unit of a revolute joint. `None` if a sliding joint cannot have such a
+/// unit. A header without a unit gets the default unit of a revolute joint, so this unit is converted to the default of a
+/// sliding joint.
 pub(crate) fn of_sliding(unit: &str) -> Option<&str> {
     // A scale from the user already converts to the SI unit of the joint.
     if unit.contains('(') || unit.starts_with("int") {
@@ -283,13 +284,14 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     out
 }
 
-/// Whether a header is that of a clock.
+/// Whether a header can be the header of a clock.
 pub fn is_clock(header: &str) -> bool {
     let header = header.to_lowercase();
     [parse(&header, &[]), parse(&unqualified(&header), &[])].concat().iter().any(|(quantity, ..)| *quantity == Time)
 }
 
-/// The header with the default unit, and the header without each unit that it ends in.
+/// The possible forms of a header without its unit: the header itself with the default unit, and for each unit at its end the
+/// text before this unit.
 fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     let mut out = vec![(header, units[0])];
     for unit in units {

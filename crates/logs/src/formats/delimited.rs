@@ -21,8 +21,8 @@ use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 /// The header must end within this number of bytes.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// Largest number of bytes of a row with the lines without rows before it, and of a block. Ten thousand numbers of full length
-/// need only a quarter of it.
+/// Largest number of bytes of a block, and of a row including the comment and empty lines before it. Ten thousand numbers of
+/// full length need only a quarter of it.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Largest number of blocks in a window.
@@ -36,7 +36,8 @@ const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 /// If one of this number of first bytes is zero, the file is binary.
 const BINARY_CHECK_BYTES: usize = 4096;
 
-/// If most rows are ragged, the file is refused as soon as its ragged rows have more cells than this.
+/// If most rows are ragged (have more or fewer cells than the header), the file is refused as soon as these rows have more
+/// cells than this.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
 /// Memory for one number in a table, bytes. A column grows by doubling, so the old and the new memory are in use together.
@@ -57,7 +58,7 @@ pub(crate) struct TableReader<'a> {
     is_last: bool,
     /// Number of line ends before the window position `at`.
     ends: usize,
-    /// Number of bytes since the last row.
+    /// Number of bytes that were read since the last row (comments and empty lines).
     idle: usize,
     /// A row that was read together with the header, and its line.
     waiting: Option<(usize, Vec<Vec<u8>>)>,
@@ -151,7 +152,7 @@ impl<'a> TableReader<'a> {
             notes: self.notes.clone(),
             ..Table::default()
         };
-        // First the row that was read together with the header.
+        // The row that was read together with the header is the first row.
         if most > 0
             && let Some((line, cells)) = self.waiting.take()
         {
@@ -332,7 +333,7 @@ pub(crate) fn unpacked<'a>(
     })
 }
 
-/// Writes cells as a row of text that is read as the same cells.
+/// Writes cells as a row of text. Reading this row gives the same cells.
 fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
     let quoted = |cell: &Vec<u8>| {
         let doubled = cell.iter().flat_map(|&b| if b == b'"' { vec![b, b] } else { vec![b] });
@@ -406,7 +407,7 @@ mod tests {
         assert_eq!(euro.columns, [[0.5, 1.0], [1.25, 1.5]]);
     }
 
-    /// A pseudo-random number. The generator reaches every bit of the number.
+    /// A pseudo-random number from a linear congruential generator. The lowest 20 bits of the state are not used.
     fn random(state: &mut u64) -> u64 {
         *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         *state >> 20

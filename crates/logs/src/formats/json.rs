@@ -25,7 +25,7 @@ const VALUE_BYTES_PER_BYTE: usize = size_of::<Value>() / 2;
 /// An example of a row.
 const EXPECTED: &str = "an object such as {\"t\": 0, \"q\": [1, 2]} in each row";
 
-/// First bytes of such a file.
+/// First bytes of a JSON file that can contain a table.
 pub(crate) const HEADS: [&[u8]; 6] = [b"{", b"[{", b"[ {", b"[\n{", b"[\n ", b"[\r\n"];
 
 /// Reads a JSON file. The memory is taken from `budget`.

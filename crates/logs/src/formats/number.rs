@@ -30,7 +30,8 @@ pub(super) fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     let is_negative = bytes.first() == Some(&b'-');
     let start = usize::from(is_negative);
     let (mut integer, mut at) = (0u64, start);
-    // Reads one digit at a time, because there are few digits before the point, often as many as in the cell above.
+    // Reads one digit at a time. There are few digits before the point, and their number is often the same as in the row above,
+    // so that the processor predicts the end of the loop.
     while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
         integer = integer.wrapping_mul(10).wrapping_add(u64::from(digit));
         at += 1;
@@ -87,7 +88,8 @@ fn eight_digits(values: u64) -> u64 {
     low.wrapping_add(high) >> 32
 }
 
-/// The number in the bytes from `start` to `end`, if it is plain and has at most eight characters after its sign.
+/// The number in the bytes from `start` to `end`, if it has only digits and at most one point, with at most eight characters
+/// after its sign. Otherwise `None`.
 ///
 /// All characters are read at once, and the point is removed. The result equals the result of [`leading`].
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Rows that are trees of named values, as a table of columns.
+//! Converts rows of named, nested values (as in JSON) to a table of columns.
 //!
 //! A number is a column with the name of its key, an array the columns key_1 .. key_k, and an object the columns key.name. Next to
 //! an array `name` of texts, as in sensor_msgs/JointState, an array of the same length has the columns key_<text>, whatever the
@@ -23,7 +23,8 @@ pub struct Records<'a> {
     pub budget: &'a mut Budget,
     places: BTreeMap<String, usize>,
     header: Vec<String>,
-    /// A column ends with its last number.
+    /// The numbers of each column, one per row. A column ends with its last number: missing numbers after it are added at the
+    /// end.
     columns: Vec<Vec<f64>>,
     texts: Vec<Option<(usize, String)>>,
     /// The values of the row that is being read.
@@ -39,7 +40,7 @@ enum RowValue {
 }
 
 impl Records<'_> {
-    /// No rows yet.
+    /// Makes an empty table, to which rows can be added.
     pub fn new(budget: &mut Budget) -> Records<'_> {
         Records {
             budget,
@@ -71,7 +72,7 @@ impl Records<'_> {
         Ok(())
     }
 
-    /// Ends the current row, which begins at `line` of the file; 0: without a line.
+    /// Ends the current row. `line`: line of the file at which the row begins; 0 if it has none.
     ///
     /// Fails when there are too many columns, or the budget is spent.
     pub fn end_row(&mut self, line: usize) -> Result<(), String> {
@@ -150,7 +151,7 @@ fn name_by_joints(row: &mut [(String, RowValue)]) {
     }
 }
 
-/// A name below another. Fails when it is too long.
+/// The name of a value `name` inside the value `above`. Fails when it is too long.
 pub fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
     let all = if above.is_empty() { name.to_string() } else { format!("{above}{separator}{name}") };
     (all.len() <= MAX_NAME_BYTES).then_some(all).ok_or(format!("a name is longer than {MAX_NAME_BYTES} bytes"))
@@ -160,7 +161,7 @@ pub fn named(above: &str, name: &str, separator: char) -> Result<String, String>
 mod tests {
     use super::*;
 
-    /// Two publishers with joints in different orders.
+    /// The messages of two publishers have the joints in different orders. The columns are named by the joints.
     #[test]
     fn joints_are_assigned_by_their_names() {
         let mut budget = Budget::of(1000);
@@ -176,7 +177,7 @@ mod tests {
         let table = rows.into_table("x", "a number").unwrap();
         let column = |name: &str| &table.columns[table.header.iter().position(|h| h == name).unwrap()];
         assert_eq!((column("state.position_a"), column("state.position_b")), (&vec![1.0; 2], &vec![2.0; 2]));
-        // An array of another object keeps its numbers.
+        // The array `other` has no array of names next to it, so its columns are numbered.
         assert_eq!((column("other_1"), column("other_2")), (&vec![5.0; 2], &vec![6.0; 2]));
     }
 }

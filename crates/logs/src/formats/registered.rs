@@ -40,21 +40,21 @@ pub type RowIterator<'a> = Result<Box<dyn RowReader + 'a>, Error>;
 pub enum LogReader {
     /// The whole file is read into memory.
     Whole(ReadBytes),
-    /// Some rows are read at a time, with an index at the end of the file on disk.
+    /// The file has an index at its end, and some rows are read at a time. A file on disk is read by position.
     Indexed {
         /// Opens a file on disk. Arguments: file name and file.
         of_file: fn(&str, RandomAccessFile) -> RowIterator<'static>,
         /// Reads a file from memory if it came through a pipe.
         of_bytes: ReadBytes,
     },
-    /// Some rows are read at a time, in the order of the file.
+    /// Some rows are read at a time, from the start of the file to its end.
     Stream {
         /// Opens a stream. Arguments: file name and stream.
         of_source: for<'a> fn(&str, Box<dyn Read + Send + 'a>) -> RowIterator<'a>,
         /// Reads a stream from memory after it was decompressed.
         of_bytes: ReadBytes,
     },
-    /// A text that its first rows determine; it has no magic bytes.
+    /// A text format that is recognised by its first rows, because it has no magic bytes.
     Text {
         /// Whether a text has this shape.
         is_so: IsShape,
@@ -72,7 +72,8 @@ pub enum LogReader {
     Absent {
         /// A description of such a file, and a remedy.
         what: &'static str,
-        /// Whether the file contains messages of a recording. Then a folder with such a file cannot be read without it.
+        /// Whether such a file contains messages of a recording. If so, a folder with this file is refused, because a part of
+        /// the recording would be missing.
         is_recording: bool,
     },
 }
@@ -102,7 +103,7 @@ pub(crate) fn of_head(head: &[u8]) -> Option<usize> {
     FORMATS.get()?.iter().position(|format| !format.magic.is_empty() && head.starts_with(format.magic))
 }
 
-/// The shapes of texts, and their readers.
+/// For each registered text format: the function that recognises it, and the function that reads it.
 pub(crate) fn text_shapes() -> impl Iterator<Item = (IsShape, ReadBytes)> {
     FORMATS.get().into_iter().flatten().filter_map(|format| match format.reader {
         LogReader::Text { is_so, read } => Some((is_so, read)),
@@ -110,7 +111,7 @@ pub(crate) fn text_shapes() -> impl Iterator<Item = (IsShape, ReadBytes)> {
     })
 }
 
-/// The reader of a zip with these files; `None`: no format has one of them.
+/// The reader for a zip that contains these files; `None` if no registered format has one of these file names.
 pub(crate) fn of_members(members: &[&str]) -> Option<LogReader> {
     let is_of = |format: &&LogFormat| members.iter().any(|member| member.as_bytes() == format.magic);
     FORMATS.get()?.iter().find(is_of).map(|format| format.reader)

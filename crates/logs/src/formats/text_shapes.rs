@@ -1,4 +1,4 @@
-//! Texts that are no table with a row per sample, read as a whole into one.
+//! Reads texts that are not a plain table with one row per sample. Each is read as a whole into a table.
 //!
 //! | shape | first lines |
 //! |---|---|
@@ -6,8 +6,8 @@
 //! | a row per signal | `q1,0.1,0.2,..`: far more cells than rows |
 //! | lines above the header, as oscilloscopes and PLCs write them | lines with fewer cells than the numbers below |
 //!
-//! Other packages register more ([`LogReader::Text`](crate::reading::LogReader)). The first [`HEAD_BYTES`] determine the shape; other
-//! texts are read by `delimited`, some rows at a time.
+//! Other packages register more shapes ([`LogReader::Text`](crate::reading::LogReader)). The first [`HEAD_BYTES`] of a text
+//! determine its shape. A text without such a shape is read by `delimited`, some rows at a time.
 
 use gate::budget::Budget;
 
@@ -18,19 +18,19 @@ use crate::formats::registered::{ReadBytes, text_shapes};
 use crate::formats::rows::Dialect;
 use crate::table::{RowReader, Table, check_header};
 
-/// Bytes of a text that determine its shape.
+/// Number of first bytes of a text that determine its shape.
 pub(crate) const HEAD_BYTES: usize = 1 << 16;
-/// A first line with this many numbers may be all samples of a signal.
+/// If the first line has at least this number of cells with numbers, it may contain all samples of a signal.
 const MIN_CELLS_OF_A_SIGNAL: usize = 256;
-/// Rows of the head that are looked at.
+/// Number of rows at the start of a text that are examined.
 const HEAD_ROWS: usize = 200;
-/// Rows of numbers below the header that show where a table begins.
+/// Number of successive rows of numbers that mark the start of a table.
 const ROWS_OF_A_TABLE: usize = 3;
 
-/// Whether a text has a shape, by its first rows.
+/// A function that decides from the first rows of a text whether the text has a certain shape.
 pub type IsShape = fn(&TextHead) -> bool;
 
-/// The reader of a text with these first bytes; `None` for a table with a row per sample.
+/// The function that reads a text with these first bytes. `None` if the text is a plain table with one row per sample.
 pub(crate) fn reader(head: &[u8]) -> Option<ReadBytes> {
     let own: [(IsShape, ReadBytes); 3] =
         [(is_utf16, utf16), (is_row_per_signal, row_per_signal), (has_lines_above, below_lines)];
@@ -42,16 +42,16 @@ pub(crate) fn reader(head: &[u8]) -> Option<ReadBytes> {
 pub struct TextHead<'a> {
     /// The first bytes, without a byte order mark of UTF-8.
     pub bytes: &'a [u8],
-    /// The whole lines with text; a comment is none.
+    /// The complete lines, without blank lines and comments.
     pub lines: Vec<&'a str>,
-    /// The first lines as cells.
+    /// The first lines, divided into cells.
     pub rows: Vec<Vec<String>>,
-    /// The delimiter of cells; `None`: blanks.
+    /// The delimiter of the cells; `None`: blanks.
     pub delimiter: Option<u8>,
 }
 
 impl TextHead<'_> {
-    /// From the first bytes of a text, at most 64 KiB.
+    /// Analyses the first bytes of a text, at most 64 KiB.
     pub fn of(bytes: &[u8]) -> TextHead<'_> {
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let is_cut = bytes.len() >= HEAD_BYTES - 3;
@@ -64,14 +64,14 @@ impl TextHead<'_> {
         TextHead { bytes, lines, rows, delimiter }
     }
 
-    /// The delimiter of a text, by its first line with text.
+    /// The delimiter of the cells of a text, determined from its first line that is neither blank nor a comment.
     pub fn delimiter_of(bytes: &[u8]) -> Option<u8> {
         let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
         lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).and_then(delimiter)
     }
 }
 
-/// The rows of a text, each with its line, as cells.
+/// The rows of a text, divided into cells. Each has its line number.
 pub fn rows(bytes: &[u8], delimiter: Option<u8>) -> impl Iterator<Item = (usize, Vec<String>)> {
     let dialect = Dialect { delimiter, wanted: Vec::new() };
     let (mut at, mut ends) = (0, 0);
@@ -91,10 +91,10 @@ fn is_utf16(head: &TextHead) -> bool {
     head.bytes.starts_with(b"\xff\xfe") || head.bytes.starts_with(b"\xfe\xff")
 }
 
-/// The table of a text in UTF-16, as Excel saves "Unicode text".
+/// The table of a text in UTF-16. Excel writes such a text as "Unicode text".
 fn utf16(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let is_big = bytes.starts_with(b"\xfe\xff");
-    // A unit of two bytes becomes at most three bytes of UTF-8.
+    // In UTF-8, a unit of two bytes needs at most three bytes.
     budget.draw(bytes.len().saturating_mul(3)).map_err(|e| Error::at(file, 0, e))?;
     let units = bytes[2..].as_chunks::<2>().0.iter();
     let units = units.map(|pair| if is_big { u16::from_be_bytes(*pair) } else { u16::from_le_bytes(*pair) });
@@ -103,14 +103,16 @@ fn utf16(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> 
     Table::of_text(file, text.as_bytes(), budget)
 }
 
-/// Whether the first row holds the samples of a signal: more numbers than a table has columns, after a name at most.
+/// Whether the first row contains the samples of one signal: at least [`MIN_CELLS_OF_A_SIGNAL`] cells, all of them numbers. The
+/// first cell may be a name.
 fn is_row_per_signal(head: &TextHead) -> bool {
     let first = head.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let cells = rows(first, head.delimiter.or(delimiter(first))).next().map(|(_, cells)| cells).unwrap_or_default();
     cells.len() >= MIN_CELLS_OF_A_SIGNAL && cells[1..cells.len() - 1].iter().all(|cell| is_number(cell, head.delimiter))
 }
 
-/// The table of a text with a row per signal; a text with at least as many rows as cells has a row per sample.
+/// The table of a text with one row per signal. If the text has at least as many rows as its first row has cells, it is read as
+/// a table with one row per sample.
 fn row_per_signal(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let delimiter = delimiter(first);
@@ -143,18 +145,19 @@ fn row_per_signal(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table
     Ok(table)
 }
 
-/// Where a table begins below other lines.
+/// The position of a table that is below other lines.
 struct Below {
     /// The line of the header, if there is one.
     header: Option<usize>,
     /// The first line of the numbers.
     numbers: usize,
-    /// Cells of the first row.
+    /// Number of cells of the first row of the text.
     first_width: usize,
 }
 
-/// The first rows of numbers with one count, and the row of names above them: of the rows with as many cells and no number the
-/// one with the most different cells, the first of these. `None` where all rows above have as many cells: a header, and units.
+/// Finds the first successive rows that contain only numbers and have equal numbers of cells, and the header above them. Only a
+/// row with this number of cells and without numbers can be the header; the row with the most different cells is chosen, and
+/// the first of these. `None` if all rows above have this number of cells, because then they are a header and units.
 fn below(text: &[u8]) -> Option<Below> {
     [Some(b';'), Some(b'\t'), Some(b','), None].into_iter().find_map(|delimiter| {
         let rows: Vec<(usize, Vec<String>)> = rows(text, delimiter).take(HEAD_ROWS).collect();
@@ -176,11 +179,12 @@ fn below(text: &[u8]) -> Option<Below> {
 }
 
 fn has_lines_above(head: &TextHead) -> bool {
-    // A table whose header misses a name is no table below other lines.
+    // If the second line already contains numbers and the first line has several cells, the first line is a header with a
+    // missing name. Then the table is not below other lines.
     below(head.lines.join("\n").as_bytes()).is_some_and(|below| below.numbers > 2 || below.first_width == 1)
 }
 
-/// The table below other lines, which become comments, so that lines keep their numbers.
+/// Reads a table that is below other lines. These lines become comments, so that the line numbers of the table do not change.
 fn below_lines(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let head = &bytes[..bytes.len().min(HEAD_BYTES)];
     let Some(below) = below(head) else { return TableReader::new(file, bytes)?.rows(usize::MAX) };
@@ -250,7 +254,7 @@ mod tests {
         let ragged = format!("{}1,2,3\n", row("", 0.5));
         let message = Table::from_bytes("x.txt", ragged.as_bytes()).unwrap_err().to_string();
         assert!(message.contains("x.txt:2: 3 samples where the first signal has 300"), "{message}");
-        // As many rows as cells: a row per sample.
+        // A text with as many rows as cells per row is read as one row per sample.
         let square: String = (0..300).map(|_| row("", 0.5)).collect();
         assert_eq!(table(square.as_bytes()).rows(), 300);
     }

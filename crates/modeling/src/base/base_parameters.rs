@@ -182,8 +182,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. They serve functions
-/// that need no base parameters.
+/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. Functions that need
+/// no base parameters use them.
 fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
@@ -308,7 +308,8 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
 struct ColumnChoice {
     /// The result of the numeric scan, with the columns that are numerically independent.
     numeric: Scan,
-    /// Ok if the distances of kept and dropped columns have a clear gap in the numeric scan.
+    /// Ok if the numeric scan is clear-cut: the smallest distance of a kept column (from the span of the columns before it) is
+    /// much larger than the largest distance of a dropped column.
     is_clear: Result<(), UnclearRank>,
     /// The columns to keep: the columns that are independent in the finite field if their numeric distances are clearly above
     /// rounding. If the field has no result, the numeric columns.
@@ -330,8 +331,8 @@ fn choice(
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numeric scan has one threshold for all robots. Columns that were chosen in the finite field may have smaller distances,
-    // if these are still clearly above rounding.
+    // The numeric scan has one threshold for all robots. Columns that were chosen in the finite field may have distances (from
+    // the span of the columns before them) below it, if these are still clearly above rounding.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());

@@ -17,9 +17,9 @@ pub struct Rank {
     /// Largest distance of a dropped column from the span of the kept columns, relative to the norm of this column. For a zero
     /// column it is its norm relative to the norm of the largest column.
     pub largest_dropped: f64,
-    /// Largest component that a relation between columns omits because columns are too weak to be kept, relative to the largest
-    /// column in the torque of the same joint. It bounds the torque error |D_base X_base - D X| that one parameter causes,
-    /// relative to the torque of a parameter of equal value with the largest column.
+    /// Bound of the torque error |D_base X_base - D X| that one parameter causes because weak columns are not kept. It is the
+    /// largest component of a column that its relation to the kept columns omits, divided by the largest column in the torque
+    /// of the same joint.
     pub left_out: f64,
     /// Number of relations between columns that are proven in the robot's symbols.
     pub exact_relations: usize,

@@ -17,7 +17,7 @@ use random::SplitMix;
 
 /// Seed of the random field elements for the rank of a robot without passive joints.
 const FIELD_SEED: u64 = 1979;
-/// Number of random states in addition to the states that together have as many rows as the regressor has columns.
+/// Number of random states beyond the number of states that would give as many rows as the regressor has columns.
 const EXTRA_STATES: usize = 2;
 /// Smallest number of random states. It exceeds eleven, because the eleven columns of one link may be non-zero in only one row of
 /// each state.

@@ -323,7 +323,8 @@ mod tests {
         assert_eq!(small_ratio(1.0 / 3.0 + 1e-12), None);
         assert_eq!(small_ratio(std::f64::consts::PI), None);
         assert_eq!(small_ratio(f64::INFINITY).or(small_ratio(f64::NAN)), None);
-        // Decimals with more digits, and a product of decimals that is rounded.
+        // Decimal numbers with up to 15 digits are found, and also the product of two decimal numbers, which is rounded as a
+        // double.
         assert_eq!(short_ratio(0.761_236_88, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(0.8024 * 0.9487, 12), Some((76_123_688, 100_000_000)));
         assert_eq!(short_ratio(-0.123_456_789_012_345, DIGITS), Some((-123_456_789_012_345, 1_000_000_000_000_000)));

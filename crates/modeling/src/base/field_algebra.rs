@@ -80,8 +80,8 @@ impl Algebra for FieldAlgebra<'_> {
         *a * b.inverse()
     }
     fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of numbers have been evaluated before. The root of a named constant counts as another random element; its value
-        // is the cube of the constant.
+        // Roots of numbers have been evaluated before. A named constant need not have a square root in the field. So its root
+        // is treated as another random element, with the cube of the constant as its value.
         a.power(3)
     }
 }

@@ -39,7 +39,8 @@ const MAX_RATIO: i64 = 64;
 
 /// Number of curves of closed states through each closed point.
 const CURVES_PER_POINT: usize = 3;
-/// Number of closed points that are tried with given constants, until one belongs to the right assembly of the loops.
+/// Number of closed points that are tried with given constants, until one belongs to the assembly of the loops in which the
+/// regressor has the independent columns that were chosen.
 const TRIED_ASSEMBLIES: usize = 8;
 
 /// Largest number of unknown coefficients of monomials in a fit. k angles with powers up to s have (2 s + 2)^k monomials, and

@@ -176,8 +176,8 @@ fn solved(
         None => vec![None; relations.len()],
     };
     for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
-        // The closed points may belong to another assembly than the robot's numbers. Then their coefficients differ and are not
-        // used.
+        // The closed points (random states with closed loops) may belong to another assembly of the loops than the numbers of
+        // the robot's file. Then their coefficients differ from the numeric ones and are not used.
         let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
         let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
         // A column that is zero as an expression is zero in every assembly.

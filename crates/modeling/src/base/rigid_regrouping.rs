@@ -59,8 +59,8 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
 /// A body whose ten parameters are 0 or 1, in the order of [`Inertial::BODY`]: true means 1.
 type ParameterSet = [bool; 10];
 
-/// For each rule of a joint of this kind: the dropped parameter, the parameters of the same link that absorb it too, and the body
-/// with unit parameters.
+/// For each rule of a joint of this kind: the dropped parameter; the other parameters of the same link that absorb it; and the
+/// set of parameters of the symmetric body.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));

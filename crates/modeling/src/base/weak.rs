@@ -62,8 +62,9 @@ const WEAK_SHARE: f64 = 1e-8;
 const CHANGE_SEED: u64 = 2001;
 
 /// Whether the `weak` columns, which the numeric scan drops, stay nearly in the span of the others when the robot's numbers
-/// change. This holds if an angle is almost zero, and not if two lengths are equal by chance. Loops close at few other numbers,
-/// so for a robot with loops a column counts as weak if its distance is above rounding.
+/// change. This holds if an angle is almost zero, and not if two lengths are equal by chance. In a robot with loops the numbers
+/// cannot be changed freely, because the loops must close. There a column counts as weak if its distance from the span is above
+/// rounding.
 pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
     if !robot.passive.is_empty() {
         return weak.iter().all(|&c| numeric.distance[c] > CLEAR_GAP * SCAN_ROUNDING);

@@ -80,7 +80,8 @@ impl RuleSources {
 
     /// The rules as text, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
-        // Half of the characters bound the summands: a summand has at least five characters, ` + M3`, and two may merge into one.
+        // A summand needs at least five characters (` + M3`), but two summands may be merged into one. So rules with more
+        // summands than half the allowed characters are certainly too long.
         let expanded = self.expand(EXPANDED_RULES_CHARACTERS / 2).map(|expanded| self.written(&expanded, kept));
         expanded
             .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= EXPANDED_RULES_CHARACTERS)
@@ -234,9 +235,9 @@ impl<'a> ConstantNames<'a> {
         ConstantNames { sources, own: own.collect() }
     }
 
-    /// Gives the names of constants in the coefficient with which the parameter of column `kept` absorbs the parameter of column
-    /// `dropped`. A number that the file uses at several places is named after its place on the path between the two links, after
-    /// the outermost one if there are several.
+    /// Gives the names of constants in one coefficient of a rule: the coefficient with which the parameter of column `kept`
+    /// absorbs the parameter of column `dropped`. If the file uses a number at several places, the number is named after its
+    /// place on the path between the links of the two parameters. If there are several such places, the outermost one is taken.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);

@@ -1,18 +1,21 @@
 //! Computes the derivatives of the torques by q and dq, and Christoffel's Coriolis matrix C, by one recursion.
 //!
-//! If joint i turns by dq_i, its antecedent turns back as seen from the bodies that joint i carries. So w, dw and a of the
-//! antecedent change by -z x w, -z x dw, -z x a, and the acceleration field of these bodies by a_0 + A x r + 2 W x v(r) at the
-//! point r, with
+//! Symbols of a link, in its axes at O: w and dw, angular velocity and acceleration; v, velocity; a, classical acceleration
+//! minus gravity; U = [dw]x + [w]x [w]x; z, joint axis. If joint i turns by dq_i, its antecedent turns back as seen from the
+//! bodies that joint i carries. So w, dw and a of the antecedent change by -z x w, -z x dw and -z x a. The acceleration field
+//! of these bodies changes by a_0 + A x r + 2 W x v(r) at the point r, with
 //!
 //! ```text
 //! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
 //! by dq_i   W = z       A = 2 w x z   a_0 = 2 v x z                revolute; prismatic W = A = 0, a_0 = 2 w x z
 //! ```
-//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]). Force and moment on the composite body of link j change by
-//! I_j (A, a_0) + 2 B_j(W) ([`crate::dynamics::momenta`]). For j = i this wrench is transformed inward to every k before i; in
-//! the derivative by q_i the present force and moment of link i also turn with joint i. For j after i only the component along
-//! z_j is needed: the row of I_j along z_j, which is the unit wrench of the inertia matrix, and the row of B_j are transformed
-//! inward to i. The result equals [Singh, Russell, Wensing 2022], with classical accelerations.
+//! at O_i in the axes of the run of i (run: consecutive links on parallel joint axes, [`crate::dynamics::run_axes`]). I_j:
+//! inertia of the composite body of link j (the link with all links that it carries); B_j: its momentum matrix
+//! ([`crate::dynamics::momenta`]). The force and moment (wrench) on this body change by I_j (A, a_0) + 2 B_j(W). For j = i this
+//! wrench is transformed inward to every k before i. In the derivative by q_i, the present force and moment of link i also turn
+//! with joint i. For j after i only the component of the wrench along z_j is needed: the rows of I_j and B_j along z_j are
+//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals [Singh, Russell,
+//! Wensing 2022], with classical accelerations.
 //!
 //! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.
@@ -200,8 +203,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench that rotates with its joint: z x f and z x n for a revolute joint; only the moment z x f for a
-/// prismatic joint.
+/// The change of a wrench (force f, moment n) that rotates with its joint: z x f and z x n for a revolute joint. For a
+/// prismatic joint only the moment changes, by z x f.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
@@ -225,7 +228,8 @@ struct Change {
 }
 
 impl Change {
-    /// The changes of the field for the joint of `link`, in the axes of the link's run; `scale` is the factor of the velocities.
+    /// The changes of the field for the joint of `link`, in the axes of the link's run (consecutive links on parallel joint
+    /// axes). `scale`: factor of the velocities.
     fn new(g: &mut Graph, kind: JointKind, link: &InRun, scale: Expr) -> Change {
         let ([wx, wy, _], v) = (link.w, link.v);
         let u_z = link.U.map(|row| row[2]);
@@ -265,7 +269,8 @@ impl AccelerationField {
         [add(g, moved, f), add(g, turned, n)]
     }
 
-    /// The component f . a_0 + n . A + u . W of the field along a joint: (f, n) is the joint's unit wrench, u its row of 2 B.
+    /// The component f . a_0 + n . A + u . W of the field along a joint. (f, n): unit wrench of the joint; u: row of 2 B along
+    /// the joint (B: momentum matrix of the body).
     fn along(&self, g: &mut Graph, [f, n]: [Vector; 2], of_momenta: Vector) -> Expr {
         let sum = dot(g, f, self.a_0);
         let sum = plus_dot(g, sum, n, self.A);

@@ -4,7 +4,8 @@
 //! K_j = 1/2 w . J w + v . (w x MS) + 1/2 M v . v + 1/2 IA dq_j^2
 //! U_j = -g . (M p_0j + R_0j MS)
 //! ```
-//! with v the velocity of O_j, all vectors in frame j. A mass at the origin of the base has U = 0.
+//! M, MS, J, IA: mass, first moment, inertia matrix and rotor inertia of link j; v: velocity of its origin O_j, w: its angular
+//! velocity, in frame j; R_0j, p_0j: pose of link j in the base frame; g: gravity. A mass at the origin of the base has U = 0.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -94,7 +95,8 @@ fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Iner
         Inertial::Xy => g.mul(x, y),
         Inertial::Xz => g.mul(x, z),
         Inertial::Yz => g.mul(y, z),
-        // Energy v . (w x e) per unit of a first moment along e, computed as e . (v x w).
+        // Kinetic energy per unit of a first moment along the axis e: v . (w x e) = e . (v x w). v: velocity of the link's
+        // origin, w: its angular velocity.
         Inertial::Mx | Inertial::My | Inertial::Mz => {
             let v = velocity(g);
             cross(g, v, link.w)[parameter as usize - Inertial::Mx as usize]
@@ -114,7 +116,8 @@ fn half_square(g: &mut Graph, x: Expr) -> Expr {
     g.mul(half, square)
 }
 
-/// For each link: -g (gravity) in its axes, m/s^2, and -g . p_0j, m^2/s^2; p_0j: its origin in the base frame.
+/// For each link j: -g in the axes of link j, m/s^2, and -g . p_0j, m^2/s^2. g: gravity; p_0j: position of the origin O_j in the
+/// base frame.
 fn weights(derivation: &mut Derivation) -> Vec<(Vector, Expr)> {
     let Derivation { robot, graph: g, constants, links, .. } = derivation;
     let base = constants.weight(g);

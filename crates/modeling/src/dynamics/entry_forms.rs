@@ -1,13 +1,14 @@
-//! Chooses the forms of the regressor's entries for first moments and masses, z_jk . n + d_jk . f, so that all entries together
-//! take the fewest operations.
+//! Chooses between two forms of the regressor's entries for first moments and masses, so that all entries together take the
+//! fewest operations.
 //!
 //! ```text
-//! by the twist                   z . n + d . f      d of every coordinate is transformed outward
-//! about an axis intersection     z . (n + c x f)    axes through one point share c and the moment about it
+//! by the twist                   z . n + d . f      d of every coordinate is transformed outward from link to link
+//! about an axis intersection     z . (n + c x f)    all axes through the point share c and the moment n + c x f
 //! ```
-//! (z, d): twist of link j per unit rate of coordinate k; (f, n): force and moment on link j per unit of the parameter.
-//! [`crate::kinematics::axis_intersections`] finds the points. For a shoulder of three axes the shared moment saves operations.
-//! For two axes this depends on the joints between the intersection and the link.
+//! (z, d): twist of link j per unit rate of coordinate k; (f, n): force and moment on link j per unit of the parameter; c: vector
+//! from the axis intersection to the origin of link j. [`crate::kinematics::axis_intersections`] finds the points. In a shoulder
+//! of three axes the shared moment saves operations. For two axes this depends on the joints between the intersection and the
+//! link.
 
 use expr::{Expr, FormChange, Graph, fewest_operations};
 use robot::LinkId;
@@ -23,16 +24,17 @@ pub(crate) struct WrenchColumn {
     pub n: Vector,
 }
 
-/// A set of regressor entries that change their form together.
+/// A set of regressor entries that change together from one form (by the twist, about an axis intersection) to the other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum FormGroup {
-    /// All entries about the axis intersection whose first axis belongs to this link.
+    /// All entries that have a form about one axis intersection. This is the link of the first axis through the intersection.
     Pole(LinkId),
-    /// The entries in columns of the first link, about the axis intersection whose first axis belongs to the second link.
+    /// The entries that have a form about one axis intersection, only in the columns of the first link. The second link has the
+    /// first axis through the intersection.
     AtLink(LinkId, LinkId),
 }
 
-/// The entries of the regressor, their alternative forms, and the changes to try.
+/// The entries of the regressor, their forms (by the twist, about an axis intersection), and the changes of form to try.
 #[derive(Default)]
 struct Choices {
     /// Row and column of each entry in the regressor.
@@ -43,7 +45,7 @@ struct Choices {
 }
 
 /// (row, column, entry) of all entries of the regressor columns `columns`, in the forms with the fewest operations. `fixed`:
-/// expressions that are needed in any case.
+/// other expressions of the function; operations that an entry shares with them are not counted.
 pub(crate) fn fewest(
     g: &mut Graph,
     links: &[LinkMotion],
@@ -55,7 +57,8 @@ pub(crate) fn fewest(
         choices.add(g, links, column);
     }
     let Choices { places, forms: ways, start, groups } = choices;
-    // The changes to try: all entries of an axis intersection back to the form by the twist; then link by link, back and forth.
+    // The changes to try: all entries of an axis intersection change to the form by the twist; the entries of one link change to
+    // the form by the twist, or to the form about the intersection.
     let mut moves: Vec<Vec<FormChange>> = Vec::new();
     for (group, entries) in &groups {
         let back = entries.iter().map(|&(entry, _)| (entry, 0)).collect();
@@ -107,8 +110,8 @@ mod tests {
     use expr::{Function, Output, Tape};
     use random::SplitMix;
 
-    /// Checks at a random state that both forms of an entry have the same value. The Stanford arm has a prismatic joint between
-    /// axis intersection and link.
+    /// Checks at a random state that the form by the twist and the form about an axis intersection give an entry the same value.
+    /// The Stanford arm has a prismatic joint between axis intersection and link.
     #[test]
     fn both_ways_give_the_same_entry() {
         for file in ["ur5.yaml", "panda.yaml", "stanford.yaml"] {

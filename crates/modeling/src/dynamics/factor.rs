@@ -1,11 +1,12 @@
 //! Factors a symmetric matrix of expressions as L D L^T [Cholesky]. The inertia matrix is positive definite for physical
-//! parameters, so no pivot is zero. Each pivot is inverted once and its inverse multiplies, because a division takes about as
-//! long as ten products.
+//! parameters, so no pivot is zero. Each pivot is inverted once, and a product with the inverse replaces every division by the
+//! pivot, because a division takes about as long as ten products.
 
 use expr::{Expr, Graph};
 
-/// A symmetric matrix factored as L D L^T. Its rows and columns are in reverse order, so that a link comes before the links that
-/// carry it. Eliminating the carried links first preserves the zeros between branches of a tree [Featherstone 2005].
+/// A symmetric matrix factored as L D L^T. Its rows and columns are in reverse order, so that the coordinate of a link comes
+/// before the coordinates of the links that carry it. Eliminating the carried links first preserves the zeros between branches of
+/// a tree [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
     /// The factors in one n x n matrix, row by row: L^T above the diagonal, D on it. The entries below are not used.
@@ -93,7 +94,8 @@ impl Factor {
     }
 }
 
-/// The quotient x / pivot, as x times the inverse of the pivot. The graph holds this inverse once.
+/// The quotient x / pivot, computed as x times the inverse of the pivot. The expression graph shares equal expressions, so the
+/// inverse is computed once.
 fn over(g: &mut Graph, x: Expr, pivot: Expr) -> Expr {
     let inverse = g.div(Expr::ONE, pivot);
     g.mul(x, inverse)

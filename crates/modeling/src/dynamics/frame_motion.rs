@@ -1,10 +1,12 @@
 //! Velocity and acceleration of a frame f that is fixed to a link j.
 //!
 //! ```text
-//! v_f = v_j + w_j x p,   a_f = a_j + U_j p        p = p_jf, without gravity
+//! v_f = v_j + w_j x p,   a_f = a_j + U_j p,   U_j = [dw_j]x + [w_j]x^2
 //! ```
-//! The results are in the axes of the frame itself, of the base, or of another link. The acceleration at ddq = 0 is (dJ/dt) dq,
-//! with the Jacobian J in the axes of the base; in other axes it is the same vector with other components.
+//! w_j, dw_j: angular velocity and angular acceleration of the link; v_j, a_j: velocity and acceleration (without gravity) of its
+//! origin; p: position of the frame in the link. The results are in the axes of the frame itself, of the base, or of another
+//! link. At ddq = 0 the acceleration is (dJ/dt) dq, with the Jacobian J in the axes of the base. In other axes it is the same
+//! vector with other components.
 
 use expr::{Expr, Function, Output};
 
@@ -44,8 +46,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("acceleration") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// The acceleration of a frame at ddq = 0, which is (dJ/dt) dq with its Jacobian J in the axes of the base, as a function:
-    /// inputs `q`, `dq`, output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
+    /// The acceleration of a frame at ddq = 0, as a function: inputs `q`, `dq`, output `a` (6), in the axes of `reference`, or of
+    /// the frame itself for `None`. It equals (dJ/dt) dq, with the Jacobian J in the axes of the base.
     pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let coasting = self.coasting();

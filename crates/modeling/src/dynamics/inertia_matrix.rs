@@ -5,8 +5,9 @@
 //! ```text
 //! f = z x MS (revolute) or M z (prismatic),   n = J z or MS x z
 //! ```
-//! at O_j. Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. If joints follow coordinates, the
-//! inertia matrix of the coordinates is C^T A C with C = d(joint variables)/d(coordinates).
+//! at O_j, the origin of link j. z: joint axis; M, MS, J: mass, first moment and inertia matrix of the composite body.
+//! Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. If joint variables are linear functions of
+//! the coordinates, the inertia matrix of the coordinates is C^T A C with C = d(joint variables)/d(coordinates).
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -56,15 +57,16 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
         }
     }
     let Some(implicit) = implicit else { return a };
-    // Passive coordinates follow dq_p = G dq, so the matrix is [1 G^T] A [1; G]: first the rows, then the columns. Both steps are
-    // equal, because A is symmetric.
+    // Passive coordinates follow dq_p = G dq, so the inertia matrix of the coordinates is [1 G^T] A [1; G]. First the rows are
+    // combined, then the columns. Both steps use the same function, because A is symmetric.
     let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
     let half = reduced(g, &implicit.G, &rows);
     let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();
     reduced(g, &implicit.G, &transposed).concat()
 }
 
-/// Adds the entry A_kj = A_jk of the joints k and j to the entries of the coordinates that these joints follow.
+/// Adds the entry A_kj = A_jk of the joints k and j to the entries of the coordinates that these joints follow, times the joints'
+/// coefficients.
 fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
     let n = robot.n_variables();
     let terms = |link: LinkId| &robot.link(link).joint.variable.terms;

@@ -9,7 +9,7 @@ pub struct LinkFrame {
     pub link: LinkId,
     /// The pose of the frame in the frame of the link.
     pub pose: Pose,
-    /// Name of the frame, which the names of its functions contain; empty for a frame without a name.
+    /// Name of the frame. The names of its functions contain it. It is empty for a frame without a name.
     pub name: String,
     /// Whether it is a frame of the robot's file; otherwise it is Khalil's frame of the link (z along the joint axis).
     pub is_files: bool,
@@ -22,7 +22,7 @@ impl From<LinkId> for LinkFrame {
 }
 
 impl LinkFrame {
-    /// The frame with this name. For a URDF, it is the frame of a link in the URDF, also of a fixed link; for other files, the
+    /// The frame with this name. In a URDF it is the frame of a link, also of a link on a fixed joint. In other files it is the
     /// frame of the link with this name, joint name or label. `None` if the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
         let of_file = robot.link_ids().find_map(|link| {
@@ -51,7 +51,7 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// A sentence for readers of a generated file: whether it is a frame of the file or Khalil's frame.
+    /// A sentence for readers of a generated file. It says whether the frame is one of the robot's file or Khalil's frame.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",

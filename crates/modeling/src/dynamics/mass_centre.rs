@@ -4,7 +4,7 @@
 //! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
 //! ```
 //! MS_0 and M_0 are the first moment and the mass of all links together, about the base origin. (f_k, n_k) is the momentum of the
-//! bodies that coordinate k moves, per unit of dq_k and about this origin: the unit wrench of
+//! bodies that coordinate k moves, per unit of dq_k and about this origin. It is computed as the unit wrench of
 //! [`crate::dynamics::inertia_matrix`]. All vectors are in the axes of the base. The masses of all links are needed; they are not
 //! identifiable from torques. The base itself and rotors are not counted.
 
@@ -77,7 +77,7 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
     let mut momenta = vec![vec![Expr::ZERO; 6]; robot.n_variables()];
     for j in robot.link_ids() {
         let link = robot.link(j);
-        // First moment MS_0 and mass M_0: sums over the composite bodies of the links that are on the base.
+        // First moment MS_0 and mass M_0: sums over the composite bodies of the links that are attached to the base.
         if link.antecedent.is_none() {
             let carried = carried_first_moment(g, bodies[j.0], &links[j.0].placement);
             moment = add(g, moment, carried);
@@ -98,7 +98,8 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
             }
         }
     }
-    // Passive coordinates follow from the others (dq_p = G dq), so their momenta are added to the momenta of the coordinates.
+    // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
+    // coordinates.
     if let Some(implicit) = implicit {
         momenta = reduced(g, &implicit.G, &momenta);
     }

@@ -1,4 +1,5 @@
-//! Computes the momentum of a rigid body and its first moments, which give the change of force and moment if velocities change.
+//! Computes the momentum h of a rigid body and the first moment E of its momentum. They give the change of force and moment when
+//! velocities change.
 //!
 //! Let r be the vector from O_j to a point of mass m, and v the velocity of this point. Summed over a body with first moment MS
 //! and inertia matrix J,
@@ -11,7 +12,8 @@
 //! ```text
 //! B(W) = (sum m W x v, sum m r x (W x v)) = (W x h, tr(E) W - E^T W)
 //! ```
-//! B is the factor of [Echeandia, Wensing 2021], as 9 + 3 numbers (E and h) instead of a matrix of 36.
+//! B is the factor of the Coriolis matrix for one body [Echeandia, Wensing 2021]. It is stored as 9 + 3 numbers (E and h) instead
+//! of a matrix of 36.
 
 use expr::{Expr, Graph};
 use robot::Robot;
@@ -51,8 +53,8 @@ impl Momenta {
     /// The momenta in axes rotated back about z by `turn`.
     pub(crate) fn unturned(self, g: &mut Graph, turn: ZRotation) -> Momenta {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
-        // With c, s of the rotation: k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k -
-        // xy.
+        // c, s: cosine and sine of the rotation. With k = s (xx - yy) + c (xy + yx): xx' = xx - s k, yy' = yy + s k, xy' = c k -
+        // yx, yx' = c k - xy.
         let (xx, xy, yx, yy) = if turn.sin.is_zero() {
             (xx, xy, yx, yy)
         } else if turn.cos.is_zero() {
@@ -80,8 +82,8 @@ impl Momenta {
         Momenta { h: back(turned.h), E: [x, y, z] }
     }
 
-    /// The momenta in the frame of the antecedent, about the antecedent's origin: E becomes E + p h^T. `placement`: pose of the
-    /// link in the antecedent.
+    /// The momenta in the frame of the antecedent, about the antecedent's origin: E becomes E + p h^T; p: position of the link's
+    /// origin in the antecedent. `placement`: pose of the link in the antecedent.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
         let turned = self.unturned(g, placement.theta);
         let turned = turned.unturned_about_x(g, placement.alpha);

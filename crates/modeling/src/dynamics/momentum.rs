@@ -4,8 +4,9 @@
 //! ```text
 //! h = M v + w x MS,   L = J w + MS x v       p_j = z . L (revolute) or z . h (prismatic) + IA dq_j
 //! ```
-//! h and L of each link are transformed inward and added up. For the regressor, h and L of each link are multiplied by the twists
-//! of the coordinates, as in [`crate::dynamics::regressor`].
+//! M, MS, J: mass, first moment and inertia matrix of link j; v, w: velocity of its origin and angular velocity; z: joint axis;
+//! IA: rotor inertia. h and L of each link are transformed inward and added up. For the regressor, h and L of each link are
+//! multiplied by the twists of the coordinates, as in [`crate::dynamics::regressor`].
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -37,7 +38,8 @@ impl Derivation<'_> {
                 [add(g, moved, turned), add(g, own, lever)]
             })
             .collect();
-        // From the tips inward: take the momentum of each link along its axis, then add it to the antecedent.
+        // From the end links inward: take the component of each link's momentum along its joint axis, then add the momentum to
+        // the momentum of the antecedent.
         for j in robot.link_ids().rev() {
             let link = robot.link(j);
             let [h, L] = momenta[j.0];
@@ -51,7 +53,8 @@ impl Derivation<'_> {
                 momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
             }
         }
-        // Passive coordinates follow from the others (dq_p = G dq), so their momenta are added to the momenta of the coordinates.
+        // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
+        // coordinates.
         let p = match implicit {
             None => p,
             Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
@@ -81,7 +84,8 @@ impl Derivation<'_> {
                 continue;
             }
             let [h, L] = unit_momentum(g, at.w, v[parameter.link.0], parameter.inertial);
-            // Entry z_jk . L + d_jk . h for each coordinate k that moves link j; (z_jk, d_jk): its twist.
+            // Entry z_jk . L + d_jk . h for each coordinate k that moves link j. (z_jk, d_jk): twist of link j per unit rate of
+            // coordinate k.
             for (row, twist) in rows.iter_mut().zip(&at.jacobian) {
                 if let Some(twist) = twist {
                     let angular = dot(g, twist.z, L);

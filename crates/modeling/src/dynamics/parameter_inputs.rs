@@ -1,7 +1,7 @@
 //! The inertial parameters as inputs of a function: all standard parameters X, or the base parameters X_base.
 //!
-//! A function of base parameters is the function of standard parameters with zeros for the dropped parameters. The graph omits
-//! the terms of these parameters.
+//! A function of base parameters is the function of standard parameters with zeros for the dropped parameters. The expression
+//! graph omits the terms of these parameters.
 
 use expr::{Expr, Input, SymbolKind};
 use robot::{Inertial, LinkId, StandardParameter};
@@ -9,7 +9,8 @@ use robot::{Inertial, LinkId, StandardParameter};
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 
-/// The inertial parameters that are inputs of a function, with their expressions `x`: all of X, or X_base.
+/// The inertial parameters that are inputs of a function, with their expressions `x`: all standard parameters X, or the base
+/// parameters X_base.
 pub(crate) struct ParameterInputs {
     pub x: Vec<Expr>,
     parameters: Vec<StandardParameter>,
@@ -23,7 +24,7 @@ impl ParameterInputs {
         ParameterInputs::of(derivation, parameters, &names)
     }
 
-    /// The base parameters as inputs. Each replaces the standard parameter from which its name comes.
+    /// The base parameters as inputs. Each takes the place of the standard parameter after which it is named.
     pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
         let names: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
         ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect(), &names)

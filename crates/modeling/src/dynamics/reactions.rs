@@ -4,9 +4,9 @@
 //! F_j = (f_j, n_j)     force, then moment at O_j, in frame j; N, N m
 //! ```
 //! The reactions follow from the recursion of the torques (`torque.rs`), gravity included. The entry along the joint axis is the
-//! torque of the joint minus IA ddq, because a rotor acts at its drive. Regrouped parameters give other forces than the bodies
-//! have, so the standard parameters are needed. In a loop, the other joints also transmit the forces of the cut joint: loops are
-//! excluded.
+//! torque of the joint minus IA ddq (IA: rotor inertia), because the inertia torque of a rotor acts at its drive and not on the
+//! link. Base parameters would give wrong forces, so all standard parameters are needed. In a loop, the other joints also
+//! transmit the forces of the cut joint, so robots with loops are excluded.
 
 use expr::{Expr, Function, Output};
 

@@ -48,7 +48,7 @@ impl ReferenceFrame {
     }
 }
 
-/// The vector `v`, given in the axes of link `from`, in the axes of the reference frame.
+/// Converts the vector `v` from the axes of link `from` to the axes of the reference frame.
 pub(crate) fn in_axes_of(
     g: &mut Graph,
     robot: &Robot,
@@ -63,7 +63,7 @@ pub(crate) fn in_axes_of(
     turned_to(g, &reference.pose(), v)
 }
 
-/// The point `p`, given in the frame of link `from`, in the reference frame.
+/// Converts the point `p` from the frame of link `from` to the reference frame.
 pub(crate) fn at_place_of(
     g: &mut Graph,
     robot: &Robot,
@@ -87,8 +87,8 @@ pub(crate) fn at_place_of(
     turned_to(g, &pose, apart)
 }
 
-/// The vector `v`, given in the axes of a link, in the axes of a frame fixed to the link: R^T v. `pose`: pose of the frame in the
-/// link.
+/// Converts the vector `v` from the axes of a link to the axes of a frame fixed to this link: R^T v. `pose`: pose of the frame in
+/// the link.
 pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     [0, 1, 2].map(|c| {
         let axis = [0, 1, 2].map(|r| g.constant(pose.rotation[r][c]));
@@ -96,8 +96,8 @@ pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     })
 }
 
-/// The path from link `from` to link `to`: the links from `from` inward, up to the last link that carries both, and the links
-/// from there outward to `to`. `None`: the base.
+/// The links on the path from link `from` to link `to` (`None`: the base): first those inward from `from`, then those outward to
+/// `to`. The links that carry both are not included.
 fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<LinkId>) {
     let to_base = |link: Option<LinkId>| {
         let next = |j: &LinkId| robot.link(*j).antecedent;
@@ -118,7 +118,7 @@ pub(crate) fn suffix(reference: Option<&ReferenceFrame>) -> String {
     reference.map_or(String::new(), |r| format!("_in_{}", r.name().chars().map(word).collect::<String>()))
 }
 
-/// A vector of numbers as constants of the graph.
+/// A vector of numbers as constants of the expression graph.
 pub fn constants(g: &mut Graph, v: [f64; 3]) -> Vector {
     v.map(|x| -> Expr { g.constant(x) })
 }

@@ -1,13 +1,15 @@
 //! The regressor D of the standard parameters: tau = D(q, dq, ddq) X.
 //!
-//! The force and the moment at O_j that move link j are linear in its parameters:
+//! The force f and the moment n at the origin O_j that move link j are linear in its mass M, first moment MS and inertia matrix
+//! J:
 //!
 //! ```text
 //! f = M a + U MS,   n = J dw + w x (J w) + MS x a
 //! ```
-//! so that row k, column c of link j is z_jk . n_c + d_jk . f_c: the power of the wrench per unit of
-//! parameter c along the twist of coordinate k. The twists are transformed outward with the frames
-//! ([`crate::kinematics::links`]); no wrench is transformed inward. A rotor's column is (d q_j / d q_k) ddq_j.
+//! a: acceleration of O_j minus gravity; w, dw: angular velocity and acceleration; U = [dw]x + [w]x^2. Row k, column c of link j
+//! is z_jk . n_c + d_jk . f_c: the power of the wrench (f_c, n_c) per unit of parameter c along the twist (z_jk, d_jk) of
+//! coordinate k. The twists are transformed outward with the frames ([`crate::kinematics::links`]); no wrench is transformed
+//! inward. The column of a rotor inertia is (d q_j / d q_k) ddq_j.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -30,8 +32,8 @@ impl Derivation<'_> {
         Function::new("regressor", &self.graph, self.motion.inputs(), vec![output])
     }
 
-    /// The power of the joints per unit of each standard parameter, dq^T D, as a function: it is the derivative of the energy
-    /// [Gautier 1997]. Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
+    /// The power of the joints per unit of each standard parameter, dq^T D, as a function. It is the time derivative of the
+    /// energy per unit of each parameter [Gautier 1997]. Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
     pub(crate) fn power_regressor(&mut self) -> Function {
         let entries = entries(self);
         let Derivation { robot, graph: g, motion, .. } = self;
@@ -61,7 +63,8 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
-    // The forms of entries are chosen first for MX and MY, then for MZ and M, which are no base parameters in most trees.
+    // The forms of the entries ([`crate::dynamics::entry_forms`]) are chosen first for MX and MY. Then they are chosen for MZ and
+    // M, which are not base parameters of most robots without loops.
     let (mut moments, mut masses) = (Vec::new(), Vec::new());
     for (place, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];

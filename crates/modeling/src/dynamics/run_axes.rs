@@ -1,17 +1,17 @@
-//! Expresses links and composite bodies in axes that all links of a run share.
+//! Expresses links and composite bodies in common axes of a run: consecutive links on parallel joint axes.
 //!
-//! Consecutive links on parallel axes are a run ([`crate::kinematics::links`]). The axes of a run turn with the antecedent of the
-//! run and not with its joints. So no rotation is needed from one link of the run to the next; from the first link to the
-//! antecedent, only the rotation by alpha is needed, most often by a right angle. Each link is placed in these axes by one turn
-//! about z:
+//! The links of a run ([`crate::kinematics::links`]) use axes that turn with the antecedent of the run and not with its joints.
+//! So no rotation is needed from one link of the run to the next. From the first link to the antecedent, only the rotation by
+//! alpha is needed, which is a right angle in most robots. One rotation about z leads from these axes to the axes of a link:
 //!
 //! ```text
 //! v = Rz(psi_k) v_k,   psi_k = sum of theta over the run up to k      v in the axes of the run, v_k in the link's
 //! ```
 //! A run on the base has no antecedent; it uses the axes of its last link instead, psi_k -> psi_k - psi_last.
 //!
-//! The composite body of link k is summed in two steps. In the link's own axes, where its ten parameters are constant, the runs
-//! that begin on it are added. Then the sum is turned once, and in the axes of the run the next links of the run are added.
+//! The composite body of link k is summed in two steps. First, in the link's own axes (its ten parameters are constant there),
+//! the bodies of the runs that start on this link are added. Then the sum is rotated once into the axes of the run, and the next
+//! links of the run are added.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, LinkId, Robot};
@@ -37,9 +37,9 @@ pub(crate) struct InRun {
     pub w: Vector,
     /// Acceleration of the link's origin minus gravity, in the axes of the run.
     pub a: Vector,
-    /// The matrix U = [dw]x + [w]x^2 of the link, row by row, in the axes of the run.
+    /// The matrix U = [dw]x + [w]x^2 of the link, row by row, in the axes of the run. w: angular velocity.
     pub U: [Vector; 3],
-    /// Velocity of the link's origin in the axes of the run, times the factor `scale` of the velocities.
+    /// Velocity of the link's origin in the axes of the run, times the factor `scale` (argument of [`in_runs`]).
     pub v: Vector,
     /// The velocity `v` in the axes of the link.
     own_v: Vector,
@@ -51,7 +51,7 @@ pub(crate) struct InRun {
 #[derive(Clone, Copy)]
 pub(crate) struct CompositeBody {
     pub body: RigidBody,
-    /// The momenta of these bodies; the velocities in them are multiplied by the factor `scale`.
+    /// The momenta of these bodies; the velocities in them are multiplied by the factor `scale` (argument of [`in_runs`]).
     pub momenta: Momenta,
     /// Force and moment about the origin of the link that give these bodies their motion.
     pub wrench: [Vector; 2],
@@ -81,13 +81,14 @@ impl CompositeBody {
 }
 
 impl InRun {
-    /// The vector `v`, given in the axes of this link's run, in the axes of the antecedent's run. `before`: the antecedent.
+    /// Converts the vector `v` from the axes of this link's run to the axes of the antecedent's run. `before`: the antecedent.
     pub(crate) fn inward(&self, g: &mut Graph, before: &InRun, v: Vector) -> Vector {
         let v = self.placement.to_antecedent(g, v);
         if self.begins { before.psi.unturned(g, v) } else { v }
     }
 
-    /// A wrench of this link as force and moment about the origin of the antecedent, in the axes of the antecedent's run.
+    /// Converts a wrench of this link to force and moment about the origin of the antecedent, in the axes of the antecedent's
+    /// run.
     pub(crate) fn inward_wrench(&self, g: &mut Graph, before: &InRun, wrench: [Vector; 2]) -> [Vector; 2] {
         let wrench = self.placement.wrench_to_antecedent(g, wrench);
         if self.begins { wrench.map(|v| before.psi.unturned(g, v)) } else { wrench }
@@ -95,7 +96,7 @@ impl InRun {
 }
 
 /// The motion of every link in the axes of its run. `w`: angular velocities in the links' own axes, times `scale`; `rates`: rates
-/// of the coordinates, times `scale`; `weight`: acceleration of the base minus gravity, m/s^2.
+/// of the coordinates, times `scale`; `scale`: a constant factor; `weight`: acceleration of the base minus gravity, m/s^2.
 pub(crate) fn in_runs(
     g: &mut Graph,
     robot: &Robot,
@@ -119,7 +120,7 @@ pub(crate) fn in_runs(
             }
             _ => Placement { theta: unturned, ..at.placement.clone() },
         };
-        // Angular velocity of the link: w = w_0 + rate z, with w_0 before its joint.
+        // Angular velocity of the link: w = w_0 + rate z. w_0 does not include the rates of the run's joints.
         let [x, y, z] = run.w;
         let own_w = [x, y, g.add(z, run.rate)];
         let (mut a, mut v) = match link.antecedent {
@@ -156,7 +157,8 @@ pub(crate) fn in_runs(
     all
 }
 
-/// The angle of the axes of each link's run, relative to the start of the run: zero, except psi_last for a run on the base.
+/// For each link, the angle of the axes of its run, relative to the first link of the run. It is zero, except for a run on the
+/// base: there it is psi_last, the turn of the last link.
 fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     // For each link, the first link of its run.
     let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
@@ -188,8 +190,8 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First each link's own body, in its own axes. Then, from the tips to the base, the composite bodies, in the axes of the run
-    // (consecutive links on parallel axes).
+    // First the link's own bodies are computed, in their own axes. Then the composite bodies are summed from the end links to the
+    // base, in the axes of the runs (consecutive links on parallel axes).
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

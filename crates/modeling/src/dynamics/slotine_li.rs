@@ -1,8 +1,9 @@
 //! The regressor Y of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
 //! Christoffel's Coriolis matrix C.
 //!
-//! It is the regressor of the torques for a motion with polarised products ([`crate::kinematics::polar`]). If loops are solved
-//! numerically, half of the derivative of D(q, dq, 0) along dq_r replaces these products.
+//! It is the regressor of the torques with every product of two rates replaced by a symmetric product of dq and dq_r
+//! ([`crate::kinematics::polar`]). If loops are solved numerically, half of the derivative of D(q, dq, 0) along dq_r is used
+//! instead; D: regressor of the torques.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
@@ -46,8 +47,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The regressor of adaptive control from the torque regressor D: D(q, 0, ddq_r) plus the derivative of D(q, dq, 0) by dq along
-/// half of dq_r (`halves`).
+/// The regressor of adaptive control from the torque regressor D: D(q, 0, ddq_r) plus the directional derivative of D(q, dq, 0)
+/// with respect to dq along dq_r / 2 (`halves`).
 fn by_differentiation(derivation: &mut Derivation, halves: &[Expr], ddq_r: &[Expr]) -> Vec<Expr> {
     let n = derivation.robot.n_coordinates();
     let coasting = derivation.coasting_links();

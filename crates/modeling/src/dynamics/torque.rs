@@ -5,9 +5,10 @@
 //! n_j = J_j dw_j + w_j x (J_j w_j) + MS_j x a_j + sum_children (R n_c + p x R f_c)
 //! tau_j = z . n_j (revolute) or z . f_j (prismatic) + IA_j ddq_j
 //! ```
-//! [Khalil, Kleinfinger 1987]. With base parameters most masses, MZ and YY are zero and their terms
-//! are omitted. Here the forces are transformed inward, while the regressor transforms twists outward: the two
-//! share only the link motions.
+//! [Khalil, Kleinfinger 1987]. M, MS, J, IA: mass, first moment, inertia matrix and rotor inertia; a, w, dw: acceleration of the
+//! origin minus gravity, angular velocity and acceleration; U = [dw]x + [w]x^2; R, p: pose of a child. With base parameters most
+//! masses, MZ and YY are zero and their terms are omitted. The forces are transformed inward, while the regressor transforms
+//! twists outward. Both use the same link motions.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, Robot};
@@ -46,7 +47,7 @@ impl Derivation<'_> {
     }
 }
 
-/// The function of the torques with this name: inputs q, dq, ddq, x, output tau.
+/// Makes the function `name` of the joint torques: inputs q, dq, ddq, x, output tau.
 fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
     let links = std::mem::take(&mut derivation.links);
     let tau = entries(derivation, &links, x);
@@ -100,8 +101,8 @@ pub(crate) fn wrenches(
     wrenches
 }
 
-/// Force and moment at O_j that move link j, from its ten parameters `body`: f = M a + U MS,
-/// n = J dw + w x (J w) + MS x a. The terms of J are grouped by parameter, so that n uses the entries of U too.
+/// Force f and moment n at O_j that move link j, from its ten parameters `body`: f = M a + U MS, n = J dw + w x (J w) + MS x a; U
+/// = [dw]x + [w]x^2. The terms of J are grouped by parameter, so that n uses the entries of U too.
 pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
     let AngularMotion { dw: [dwx, dwy, dwz], ww, U, differences } = j.angular_motion;

@@ -1,8 +1,8 @@
 //! Angles as integer combinations of symbols and quarter turns, and their cosines and sines as expressions.
 //!
-//! cos and sin of a sum are expanded, so that a graph has only cosines and sines of symbols. Then parallel axes share common
-//! sums, an angle q3 - DEL with a constant DEL costs two products, and the graph can also be evaluated in a finite field, where a
-//! sine is not a function of a number.
+//! cos and sin of a sum are expanded, so that an expression graph has only cosines and sines of single symbols. Parallel axes
+//! then share the cos and sin of common sums. An angle q3 - DEL with a constant DEL costs two products. The graph can also be
+//! evaluated in a finite field, where a sine is not a function of a number.
 
 use expr::{Expr, Graph, Node};
 

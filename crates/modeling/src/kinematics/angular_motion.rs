@@ -31,7 +31,7 @@ impl Bend {
         Bend { x, y, across: Some(-z) }
     }
 
-    /// Makes the bend from dw (angular acceleration) and the products w_x w_z and w_y w_z.
+    /// Makes the bend U z from dw (angular acceleration) and the products w_x w_z and w_y w_z.
     pub(crate) fn of_rates(g: &mut Graph, dw: Vector, [xz, yz]: [Expr; 2]) -> Bend {
         Bend { x: g.add(xz, dw[1]), y: g.sub(yz, dw[0]), across: None }
     }

@@ -1,6 +1,6 @@
 //! Finds axis intersections: points through which several joint axes pass, as in shoulders and wrists.
 //!
-//! If coordinates k turn link j about axes through one point P, the linear parts of their twists are
+//! If coordinates k turn link j about axes z_jk through one point P, the linear parts of their twists at the origin O_j are
 //!
 //! ```text
 //! d_jk = z_jk x c,   c = O_j - P
@@ -18,8 +18,8 @@ use crate::kinematics::vector::{NULL, Vector, add};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AxisIntersections {
     pub all: Vec<AxisIntersection>,
-    /// For each coordinate, the index of its axis intersection. `None` if it does not move the link, or not only by one revolute
-    /// joint.
+    /// For each coordinate, the index of its axis intersection. `None` if the coordinate does not move the link, or does not move
+    /// it by a single revolute joint.
     pub of: Vec<Option<usize>>,
 }
 
@@ -60,7 +60,8 @@ impl AxisIntersections {
                 _ => poles.begin(j),
             }
         }
-        // So far the levers are in the axes before the joint turns. The rotation by theta gives them in frame j.
+        // So far the levers (vectors from the points to O_j) are in the axes before the joint turns. The rotation by theta gives
+        // them in frame j.
         for pole in &mut poles.all {
             pole.lever = placement.theta.turned(g, pole.lever);
         }

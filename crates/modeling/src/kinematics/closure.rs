@@ -1,4 +1,4 @@
-//! Solves numerically for the passive coordinates of loops that no affine function closes.
+//! Solves numerically for the passive coordinates of loops, if these coordinates are not affine functions of the others.
 //!
 //! A loop is closed if its two cut frames C and T coincide. e holds the position of T in C, m, and the vector part of the
 //! rotation between them. With J_p = de/dq_p, the iteration is
@@ -6,8 +6,9 @@
 //! ```text
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
-//! until e is rounding. Near a singular configuration J_p loses rank; the ratio of its smallest and largest singular
-//! values measures the distance. Loops without common passive joints are blocks of J_p, each with its own singular values.
+//! until e is at the level of rounding errors. Near a singular configuration J_p loses rank; the ratio of its smallest to its
+//! largest singular value measures the distance. Loops without common passive joints are blocks of J_p, each with its own
+//! singular values.
 
 use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
@@ -15,29 +16,31 @@ use std::fmt;
 
 use random::SplitMix;
 
-/// A loop counts as closed if its closure error |e| (m and rad), divided by the largest entry of the Jacobian J_p (at least 1),
-/// is at most this value.
+/// A loop counts as closed if its closure error |e| (m and rad), divided by the largest entry of the Jacobian J_p of e by the
+/// passive coordinates (at least 1), is at most this value.
 const CLOSED_LOOP_ERROR: f64 = 1e-11;
-/// A configuration counts as singular if the ratio of smallest to largest singular value of the Jacobian J_p is below this value.
+/// A configuration counts as singular if the ratio of smallest to largest singular value of the Jacobian J_p (closure error by
+/// passive coordinates) is below this value.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
-/// Sampled configurations and followed paths must have at least this ratio of smallest to largest singular value of J_p.
+/// Sampled configurations, and all configurations on a path between them, have at least this ratio of smallest to largest
+/// singular value of the Jacobian J_p (closure error by passive coordinates).
 const FAR_FROM_SINGULAR: f64 = 1e-2;
-/// Largest number of Gauss-Newton steps of a search. Near the solution each step doubles the number of correct digits, and fewer
-/// halved steps than this lead there.
+/// Largest number of Gauss-Newton steps of a search. Near the solution each step doubles the number of correct digits; the halved
+/// steps before are fewer than this number.
 const MAX_STEPS: usize = 60;
 /// A Gauss-Newton step is halved until |e| decreases, but at most down to about this fraction. The smallest step is then taken in
 /// any case, to escape from a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// After the search, a loop also counts as closed up to this many times [`CLOSED_LOOP_ERROR`], because rounding may prevent a
-/// smaller closure error.
+/// After the search, a loop also counts as closed if its closure error is at most this many times [`CLOSED_LOOP_ERROR`]. Rounding
+/// may prevent a smaller closure error.
 const ALMOST_CLOSED_RATIO: f64 = 100.0;
-/// If the ratio of smallest to largest pivot of a block of J_p is above this value, the block is inverted by LU instead of a
-/// pseudoinverse.
+/// If the ratio of smallest to largest pivot of a block of the Jacobian J_p is above this value, the block is inverted by LU
+/// instead of a pseudoinverse.
 const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
 /// Largest number of sweeps of a singular value decomposition; about ten are usual.
 const MAX_SVD_SWEEPS: usize = 200;
-/// Largest step of a coordinate along a path within one assembly of the loops, rad or m. It is small compared with the distance
-/// between assemblies, which meet only in singular configurations.
+/// Largest step of a coordinate along a path within one assembly mode of the loops, rad or m. It is small compared with the
+/// distance between assembly modes, which meet only in singular configurations.
 const LARGEST_STRIDE: f64 = 0.05;
 /// Number of random configurations that are tried until the loops close at one. The search may fail for loops that close at fewer
 /// than one configuration in a thousand.
@@ -47,7 +50,7 @@ const ATTEMPTS_PER_TURN: usize = 100;
 /// Seed of the random search for a closed configuration near q = 0.
 const ORIGIN_SEED: u64 = 7;
 /// Number of paths that are tried for each requested sample of closed configurations. Many paths end immediately, at the limit of
-/// the assembly.
+/// the assembly mode.
 const PATHS_PER_SAMPLE: usize = 20;
 
 /// Solves numerically for the passive coordinates of one robot with loops.
@@ -57,7 +60,8 @@ pub struct Closure {
     start: Vec<f64>,
     n_equations: usize,
     blocks: Vec<Block>,
-    /// A closed configuration (q, q_p) of the assembly to which the search from the start leads; `None` until it is computed.
+    /// A closed configuration (q, q_p) of the assembly mode to which the search from the start leads; `None` until it is
+    /// computed.
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -172,8 +176,8 @@ impl Closure {
                 }
                 fraction *= 0.5;
             }
-            // One more step from a closed loop squares the closure error, down to rounding. Without it, the error of the passive
-            // coordinates would exceed the closure error near singular configurations.
+            // After the loop counts as closed, one more step is made. It squares the closure error, down to rounding. Without it,
+            // the error of the passive coordinates would exceed the closure error near singular configurations.
             if is_closed {
                 break;
             }
@@ -190,8 +194,8 @@ impl Closure {
         Ok((passive.iter().copied().collect(), ratio))
     }
 
-    /// The passive coordinates at `q`, rad or m, in the assembly to which the robot's start leads. The assembly is followed in
-    /// small steps from a fixed origin, so that the result depends only on `q`.
+    /// The passive coordinates at `q`, rad or m, in the assembly mode to which the robot's start leads. The assembly mode is
+    /// followed in small steps from a fixed origin, so that the result depends only on `q`.
     pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, NotClosed> {
         if self.origin.is_none() {
             self.origin = self.find_origin(q.len());
@@ -211,9 +215,9 @@ impl Closure {
         (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
     }
 
-    /// Samples closed configurations (q, q_p) of one assembly. From the origin, q moves in small steps to random configurations.
-    /// It stays away from singular configurations, where assemblies meet. Fewer than `count` are found if the loops close at few
-    /// configurations.
+    /// Samples closed configurations (q, q_p) of one assembly mode. From the origin, q moves in small steps to random
+    /// configurations. It stays away from singular configurations, where assembly modes meet. Fewer than `count` are found if the
+    /// loops close at few configurations.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n) else { return found };
@@ -234,13 +238,13 @@ impl Closure {
         found
     }
 
-    /// Finds a closed configuration (q, q_p) of the assembly to which the start leads; it is equal at every call. It is at q = 0
-    /// if the loops close and are not singular there, otherwise at random coordinates near zero with a fixed seed. `None` if none
-    /// was found.
+    /// Finds a closed configuration (q, q_p) of the assembly mode to which the start leads; every call gives the same one. It is
+    /// at q = 0 if the loops close there and are not singular, otherwise at random coordinates near zero with a fixed seed.
+    /// `None` if none was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(ORIGIN_SEED);
         (0..MAX_RANDOM_TRIES).find_map(|attempt| {
-            // The random coordinates are in a range about zero that grows, because the start belongs to q = 0.
+            // The range of the random coordinates starts at zero, to which the start belongs, and grows with each attempt.
             let range = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| range * random.unit()).collect();
             let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
@@ -248,10 +252,12 @@ impl Closure {
         })
     }
 
-    /// The last configuration (q, q_p) on the straight path from `from` to `goal` at which the assembly still closes.
+    /// The last configuration (q, q_p) on the straight path from `from` to `goal` up to which the loops close in one assembly
+    /// mode.
     ///
-    /// J_p is singular at configurations where assemblies meet, and a step across one of them may end in another assembly. So a
-    /// step is so short that the ratio of singular values, extrapolated from its last change, decreases by at most half.
+    /// J_p is singular at configurations where assembly modes meet, and a step across one of them may end in another assembly
+    /// mode. So a step is so short that the ratio of singular values, extrapolated from its last change, decreases by at most
+    /// half.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let (mut at, mut done) = (from.clone(), 0.0);

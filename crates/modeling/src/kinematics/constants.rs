@@ -1,9 +1,9 @@
 //! The robot's lengths and angles as expressions: zeros and quarter turns are exact numbers, all others are named constants.
 //!
-//! A symbol of the robot is a named constant of the graph. A length or an angle that is given as a number is a named constant
-//! too: its name is its place (`d3`, `r4`, `alpha5`). Equal numbers are one constant of the graph, because they are equal in the
-//! file. Rules use the name of the place at their own links ([`Constants::places`]). The value of a symbol matters only if it is
-//! exactly zero or an exact multiple of pi/2: then this number replaces the symbol.
+//! A symbol of the robot is a named constant of the expression graph. A length or an angle that is given as a number is a named
+//! constant too; its name is its place in the robot's file (`d3`, `r4`, `alpha5`). Equal numbers share one constant of the graph.
+//! A regrouping rule of a link then uses the name of this link's place ([`Constants::places`]). The value of a symbol matters
+//! only if it is exactly zero or an exact multiple of pi/2: then this number replaces the symbol.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use robot::{Robot, SymbolId, Value};
 use crate::kinematics::angle::Angle;
 use crate::kinematics::vector::Vector;
 
-/// Creates the named constants of a robot in a graph, each only once.
+/// Creates the named constants of a robot in an expression graph, each only once.
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,
@@ -24,7 +24,7 @@ pub(crate) struct Constants<'a> {
 struct Number {
     kind: ConstantKind,
     magnitude: f64,
-    /// The named constant in the graph for this number (its magnitude).
+    /// The named constant in the expression graph for the magnitude of this number.
     constant: Expr,
     /// The places in the file that use this number: `d3`, `d7`.
     places: Vec<String>,
@@ -86,7 +86,8 @@ impl<'a> Constants<'a> {
         if x < 0.0 { -constant } else { constant }
     }
 
-    /// The constants that the file uses at several places: name in the graph -> names of the places, such as `d3` -> `d3`, `d7`.
+    /// The constants that stand at several places in the robot's file: name in the expression graph -> names of the places, such
+    /// as `d3` -> `d3`, `d7`.
     pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several
@@ -151,7 +152,7 @@ impl<'a> Constants<'a> {
                 let angle = self.angle(g, a, "angle");
                 angle.turn(g).cos
             }
-            // The inverse tangent becomes a named constant, because the graph has no such function.
+            // The inverse tangent becomes a named constant, because the expression graph has no such function.
             Value::Atan2(..) => self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), "atan"),
         }
     }
@@ -177,7 +178,7 @@ impl<'a> Constants<'a> {
                 let symbol = self.symbol(g, *s);
                 Angle { quarter_turns: 0, terms: vec![(symbol, 1)] }
             }
-            // Any other value is a single symbol, with the name of its place.
+            // Any other angle becomes a named constant, with the name of its place in the file (`alpha5`).
             _ => {
                 let symbol = self.number(g, ConstantKind::Angle, value.number(&self.robot.symbols), place);
                 let sign = if symbol.is_negative() { -1 } else { 1 };

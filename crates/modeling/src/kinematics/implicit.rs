@@ -1,7 +1,7 @@
-//! Derives the rates of the passive joints of loops that no affine function closes, from the Jacobian of each loop.
+//! Derives the rates of the passive joints of loops that are solved numerically, from the Jacobian of each loop.
 //!
-//! In a closed loop the two cut frames have the same motion. Let J_a (coordinates) and J_p (passive variables) be the difference
-//! of their twists per unit rate of each joint variable. Then
+//! In a closed loop the two cut frames have the same motion. The columns of J_a and J_p are the difference of their twists per
+//! unit rate of each coordinate (J_a) and of each passive variable (J_p). Then
 //!
 //! ```text
 //! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
@@ -9,7 +9,7 @@
 //! ```
 //! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; as many independent equations are
 //! used as there are passive coordinates. The equations and the order of elimination are chosen at closed configurations. By
-//! virtual work, the torques of the coordinates are tau + G^T tau_p.
+//! virtual work, the torques of the coordinates are tau + G^T tau_p; tau_p: torques of the passive joints.
 
 use expr::{Expr, Function, Graph, Output};
 use nalgebra::DMatrix;
@@ -31,7 +31,7 @@ pub(crate) struct Implicit {
     pub function: Function,
     /// The closure error e of all loops: m and rad, six entries per loop.
     gaps: Vec<Expr>,
-    /// The rows of the loop Jacobian [J_a J_p], six per loop.
+    /// The rows of the loop Jacobian [J_a J_p] (by coordinates and by passive coordinates), six per loop.
     equations: Vec<Vec<Expr>>,
 }
 
@@ -83,7 +83,8 @@ pub(crate) fn implicit(
     for p in 0..m {
         motion.dq[n + p] = combination(g, &G[p], &motion.dq[..n]);
     }
-    // Accelerations of the passive coordinates: ddq_p = G ddq - J_p^-1 c.
+    // Accelerations of the passive coordinates: ddq_p = G ddq - J_p^-1 c. c: relative acceleration of the cut frames at ddq =
+    // ddq_p = 0.
     let c = relative_accelerations(g, &loops, constants, motion);
     let coast = solver.solve(g, |row| -c[row]);
     for p in 0..m {
@@ -94,7 +95,8 @@ pub(crate) fn implicit(
 }
 
 /// The closure error e and the loop Jacobian [J_a J_p], six rows per loop: the twist of the twin frame minus the twist of the cut
-/// frame, per unit rate of every joint variable. `still`: joint variables with zero rates.
+/// frame, per unit rate of every joint variable. In a closed loop these two frames coincide. `still`: joint variables with zero
+/// rates.
 fn loop_equations(
     g: &mut Graph,
     loops: &[OpenLoop],
@@ -116,7 +118,7 @@ fn loop_equations(
     (gaps, equations)
 }
 
-/// The closure as a function: inputs `q` and `passive`, outputs the closure error e and its Jacobian J_p.
+/// The closure equations as a function: inputs `q` and `passive`, outputs the closure error e and its Jacobian J_p by `passive`.
 fn closure_function(g: &Graph, motion: &JointVariables, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
     let n = motion.n;
     let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
@@ -202,7 +204,7 @@ pub(crate) struct OpenLoop {
     pub twin: LinkId,
 }
 
-/// Makes an [`OpenLoop`] for each loop that no affine function closes.
+/// Makes an [`OpenLoop`] for each loop that is solved numerically.
 pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
     let implicit = robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one));
     implicit
@@ -259,7 +261,8 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
         let difference = g.sub(a, b);
         g.mul(half, difference)
     };
-    // The vector part of the rotation is half of R_CT - R_CT^T; entry (k, l) of R_CT is c_k . t_l.
+    // The vector part of the rotation is half of R_CT - R_CT^T; entry (k, l) of R_CT is c_k . t_l, with the axes c_k of C and t_l
+    // of T.
     let rotation = [turn(1, 2), turn(2, 0), turn(0, 1)];
     [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
 }

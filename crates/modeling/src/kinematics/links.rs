@@ -8,11 +8,13 @@
 //! a_j  = jRi (a_i + U_i p_ij) + ddr_j z + 2 w_j x z dr_j   acceleration of O_j minus g, m/s^2
 //! U_j  = [dw_j]x + [w_j]x^2
 //! ```
-//! [Khalil, Dombre 2002, recursive Newton-Euler for modified DH], and for each coordinate k, the
-//! twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
+//! [Khalil, Dombre 2002, recursive Newton-Euler for modified DH]. jRi: rotation from frame i to frame j; z: joint axis; theta_j,
+//! r_j: variable of a revolute and of a prismatic joint; p_ij: position of O_j in frame i. The Jacobian holds for each coordinate
+//! k the twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
 //!
-//! Links on parallel axes have the same orientation except for a turn about the common axis. Their turns are added up first, and
-//! each vector is turned once. If the turns of passive joints cancel (a parallelogram), there is no rotation at all.
+//! Consecutive links on parallel axes (a run) have the same orientation except for a rotation about the common direction. The
+//! angles of a run are added first, and each vector is rotated once. If the angles of passive joints cancel (in a parallelogram),
+//! there is no rotation at all.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, Link, LinkId, Robot};
@@ -41,8 +43,8 @@ pub(crate) struct LinkMotion {
     pub parallel: Parallel,
 }
 
-/// A run of links on parallel axes: w, bend and dw_z before the turns of the run, and the sums of turns and rates up to this
-/// link. w: angular velocity, bend: second derivative of the axis, dw_z: see below.
+/// A run of links on parallel axes. It holds w (angular velocity), bend (second derivative of the axis) and dw_z of the link
+/// before the run, and the sums of angles and rates over the run up to this link.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
@@ -60,7 +62,7 @@ pub(crate) struct Parallel {
     rates: Vec<f64>,
 }
 
-/// The motion of every link with gravity, in the order of the robot's links.
+/// The motion of every link, in the order of the robot's links. Gravity is included as an acceleration of the base.
 pub(crate) fn link_motions(
     g: &mut Graph,
     robot: &Robot,
@@ -206,8 +208,8 @@ impl Geometry {
     }
 }
 
-/// Second pass: the run of parallel axes up to the link. It holds w_0, dw_0 and z_0k of the link before the run, in axes parallel
-/// to the axes of the run, and the sums over the links of the run
+/// Second pass: the run of parallel axes up to the link. It holds the angular velocity w_0, the angular acceleration dw_0 and the
+/// twists z_0k of the link before the run, in axes before the turns of the run. It also holds the sums over the links of the run
 ///
 /// ```text
 /// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
@@ -263,13 +265,14 @@ fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vect
     (w, bend, dw[2])
 }
 
-/// Third pass: the angular velocity w_j = Rz(-phi) w_0 + rate z, with one rotation for all turns of the run.
+/// Third pass: the angular velocity w_j = Rz(-phi) w_0 + rate z. phi, rate: sums of the angles and of the rates of the run
+/// (consecutive links on parallel axes), so one rotation is enough.
 fn angular_velocity(g: &mut Graph, run: &Parallel, turn: ZRotation) -> Vector {
     let [x, y, z] = turn.turned(g, run.w);
     [x, y, g.add(z, run.rate)]
 }
 
-/// Fourth pass: the acceleration a_j = jRi (a_i + U_i p_ij), for a prismatic joint plus 2 w_j x z dr_j + ddr_j z [Khalil, Dombre
+/// Fourth pass: the acceleration a_j = jRi (a_i + U_i p_ij). A prismatic joint adds 2 w_j x z dr_j + ddr_j z [Khalil, Dombre
 /// 2002].
 fn acceleration_of_origin(
     g: &mut Graph,
@@ -308,12 +311,13 @@ fn jacobian(
             columns.push(None);
             continue;
         }
-        // Angular part: z_jk = Rz(-phi) z_0k + (sum of c_k over the run's revolute joints) z, c_k: coefficient of coordinate k.
+        // Angular part: z_jk = Rz(-phi) z_0k + (sum of c_k over the run's revolute joints) z. c_k: coefficient of coordinate k;
+        // phi: angle of the run.
         let [x, y, z] = turn.turned(g, run.z[k]);
         let along = g.constant(run.rates[k]);
         let z = [x, y, g.add(z, along)];
 
-        // Linear part: d_jk = jRi (d_ik + z_ik x p_ij), for a prismatic joint plus c_jk z, c_jk = dq_j / dq_k.
+        // Linear part: d_jk = jRi (d_ik + z_ik x p_ij). A prismatic joint adds c_jk z with c_jk = dq_j / dq_k.
         let mut d = match twist {
             Some(t) => {
                 let d = plus_cross(g, t.d, t.z, placement.p);

@@ -1,4 +1,4 @@
-//! The two branches of each loop as chains of constant placements and joints, from which the loop is closed by algebra.
+//! The two branches of each loop as chains of constant placements and joints. From them the loop is closed algebraically.
 //!
 //! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`. The joint variable turns
 //! about the last z, or slides along it. The constants of all poses are one function of the robot's symbols ([`PLACEMENT`]
@@ -14,11 +14,11 @@ use crate::kinematics::links::Geometry;
 /// Number of constants in the placement of a link: cos gamma, sin gamma, b, cos alpha, sin alpha, d, cos theta, sin theta, r.
 pub(crate) const PLACEMENT: usize = 9;
 
-/// The two branches of each loop that no affine function closes, as chains.
+/// The two branches of each loop, as chains, for loops that are solved numerically.
 pub(crate) struct LoopChains {
     /// Function of the constant placements: [`PLACEMENT`] entries for each link and both loop frames of each loop.
     pub placements: Function,
-    /// The joint between each of these links (or loop frames) and its antecedent, in the same order.
+    /// For each link and loop frame of `placements`, in the same order, the joint between it and its antecedent.
     pub joints: Vec<ChainJoint>,
     /// For each loop, the indices of the links of its two branches: from the last common link to the cut frame, and to the twin
     /// frame.

@@ -1,7 +1,8 @@
 //! The motion of links with polarised products of rates: bilinear in rates and reference rates instead of quadratic in rates.
 //!
-//! The velocity torques are a quadratic form Q(dq, dq). The symmetric bilinear form of Q is C(q, dq) dq_r with Christoffel's C
-//! [Slotine, Li 1987]. So every product w_a w_b in the computation of the torques is replaced by
+//! The Coriolis and centrifugal torques are a quadratic form Q(dq, dq). The symmetric bilinear form of Q is C(q, dq) dq_r with
+//! Christoffel's C [Slotine, Li 1987]. So every product w_a w_b of angular velocities in the computation of the torques is
+//! replaced by
 //!
 //! ```text
 //! 1/2 (w_a w_rb + w_ra w_b)
@@ -29,7 +30,8 @@ pub(crate) fn polarised(
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // For each link: the second derivative of the axes of its run and dw along them, before the turns of the run.
+    // For each link: the second derivative of the axes of its run (consecutive links on parallel axes), and the component of dw
+    // along them, before the joints of the run turn.
     let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
@@ -73,7 +75,8 @@ fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion
     (bend, dw[2])
 }
 
-/// The x and y components of the cross product w x z rate, polarised with w_h and half_rate.
+/// The x and y components of the cross product w x z rate, in polarised form: w x z half_rate + half x z rate. `half`,
+/// `half_rate`: halves of the reference rates.
 fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2]) -> [Expr; 2] {
     [1, 0].map(|axis: usize| {
         let (a, b) = (g.mul(w[axis], half_rate), g.mul(half[axis], rate));

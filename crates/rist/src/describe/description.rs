@@ -1,4 +1,5 @@
-//! Reads a description with the options of a user. Finds angles that the reader replaced, and symbols without a value.
+//! Reads a description with the options of a user. Finds angles that were replaced by exact values at reading, and symbols
+//! without a value.
 
 use std::path::{Path, PathBuf};
 
@@ -133,7 +134,7 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Fails if the derivation would need much time or memory, and gives both numbers. With `any_size` it never fails.
+/// Fails if the derivation would need much time or memory. The error gives estimates of both. With `any_size` it never fails.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

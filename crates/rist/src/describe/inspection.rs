@@ -269,7 +269,7 @@ fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
         "numeric": rank.numeric,
         "exact": rank.exact.rank(),
         "evidence": parameters.evidence_of_rank(robot),
-        // The gap is infinite if no column was dropped; JSON has no infinity.
+        // The gap between kept and dropped columns is infinite if no column was dropped; JSON has no infinity.
         "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
         "smallest_kept": rank.smallest_kept,
         "largest_dropped": rank.largest_dropped,

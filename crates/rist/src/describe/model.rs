@@ -1,4 +1,4 @@
-//! [`Model`]: a robot whose dynamics are derived once, with its base regressor. Every step uses it.
+//! [`Model`]: a robot whose dynamics are derived once, with its base regressor. All functions of this library use it.
 
 use std::path::{Path, PathBuf};
 
@@ -35,9 +35,9 @@ pub struct Model {
     pub base_regressor: Function,
     /// Torques tau(q, dq, ddq, X), X being the standard parameters.
     pub torque: Function,
-    /// Name and fingerprint of the model; artefacts store them to identify the model.
+    /// Name and fingerprint of the model. Result files store them to identify the model.
     pub reference: ModelReference,
-    /// The options with which the description was read, for artefacts.
+    /// The options with which the description was read. Result files store them.
     pub description: Option<DescriptionOptions>,
     /// A configuration in which the numerically solved loops are closed: name and value (rad or m) of each coordinate, then of
     /// each passive joint. The solver follows all other configurations from there. Empty without such loops.
@@ -269,13 +269,13 @@ impl Model {
         self.check_read(file, &made_with, &differences)
     }
 
-    /// Fails if an artefact was made with another robot or geometry. `file` is named in messages.
+    /// Fails if a result file (estimate, motion, plan) was made with another robot or geometry. `file` is named in messages.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         self.check_read(file, made_with, &[])
     }
 
-    /// Fails if an artefact was made with another robot or geometry. `differences`: sentences on options of its description
-    /// that differ from the model's options.
+    /// Fails if a result file (estimate, motion, plan) was made with another robot or geometry. `differences`: sentences on
+    /// options of its description that differ from the model's options.
     pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {

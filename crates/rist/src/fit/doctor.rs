@@ -70,8 +70,8 @@ impl DoctorRequest {
     }
 }
 
-/// Writes a remedy (options to set) into each finding of a log check. The findings of one explanation get a common remedy,
-/// because together they explain the log. A finding that other bodies also explain gets its own remedy.
+/// Writes a remedy (options to set) into each finding of a log check. Findings that explain the log only together get a common
+/// remedy. A finding that other bodies (masses, inertias) could explain too gets its own remedy.
 fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options, model: &Model) {
     let Some(columns) = logs.first().map(LogSource::names) else { return };
     let are_alike = logs.iter().all(|log| log.names() == columns);
@@ -114,7 +114,7 @@ pub fn log_check_of<R: Records + ?Sized>(
         let described = model.nominal_parameters();
         Ok(log_check(model.regressor(), records, &suspects, described.as_deref())?)
     };
-    // Another mount is searched before remedies are written, because it may replace findings.
+    // Another mount of the base is searched before remedies are written, because it may replace findings.
     let mut found: LogCheck = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);

@@ -89,7 +89,8 @@ pub(crate) fn is_own_scale(
 pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
      which counts as 1 N m/rad (1 N/m where it slides)";
 
-/// The kind of effort signal (torque, current, position error) that all logs have.
+/// The kind of effort signal in the logs that need drive gains (motor currents or position errors); torque if no log needs them.
+/// Logs of torques may be mixed with either kind.
 ///
 /// Fails if some logs hold currents and others position errors: one gain of a joint cannot turn both into torques.
 fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {

@@ -1,5 +1,5 @@
-//! Identifies parameters from the logs of an experiment plan: by RIST-MH (all harmonics), or by the paper's rows of Sp (one
-//! projection of the spectrum per experiment).
+//! Identifies parameters from the logs of an experiment plan: by RIST-MH (all harmonics), or by the rows of Sp of [Vandanjon,
+//! Gautier, Desbats 1995] (one projection of the spectrum per experiment).
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -59,7 +59,8 @@ pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &Harmo
     identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
 }
 
-/// Identifies the parameters from the experiments of a plan by the paper's rows of Sp. These rows contain no friction.
+/// Identifies the parameters from the experiments of a plan by the rows of Sp [Vandanjon, Gautier, Desbats 1995]. These rows
+/// contain no friction.
 ///
 /// Fails like [`identify_experiments`].
 pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -67,7 +68,7 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
 }
 
-/// Identifies the parameters by the paper's rows of Sp, and the drive gains by the paper's total least squares.
+/// Identifies the parameters by the rows of Sp, and the drive gains by total least squares [Vandanjon, Gautier, Desbats 1995].
 ///
 /// Fails like [`identify_experiments`], and if all gains are known.
 pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
@@ -162,8 +163,8 @@ pub fn identify_records(
     Ok(estimate)
 }
 
-/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate. Friction is not included, because it
-/// only disturbs these experiments. Empty if a parameter is not identifiable.
+/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate (such as gravity compensation). Friction is
+/// not included, because it only disturbs these experiments. Empty if a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
     estimate: &Estimate,

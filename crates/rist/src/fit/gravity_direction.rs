@@ -5,10 +5,11 @@
 //! ```text
 //! tau_j ~ a P_j(q, dq, ddq) + sum_i b_i G_ij(q) + terms in ddq_j, dq_j, its direction and 1
 //! ```
-//! tau_j: torque of joint j; P_j: its torque by the described bodies without gravity; G_ij: its torque by unit gravity along
-//! axis i of the base. Least squares over all joints, with each joint divided by the norm of its torque, gives b, which points
-//! along gravity. The new mount is accepted if it lowers the residual of the torques strongly, and if a log check with it has
-//! fewer or no gross findings. Findings that remain are reported too.
+//! tau_j: torque of joint j; a: common factor of the bodies' torques; P_j: torque of joint j by the described bodies without
+//! gravity; G_ij: torque of joint j by unit gravity along axis i of the base; b: a times gravity. Least squares over all joints,
+//! with each joint divided by the norm of its torque, gives b, which points along gravity. The new mount is accepted if it lowers
+//! the residual of the torques strongly, and if a log check with it has fewer or no gross findings. Findings that remain are
+//! reported too.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{Fault, Finding};
@@ -24,13 +25,13 @@ use crate::fit::mount::{Tilt, axes};
 
 /// Largest number of samples of a log that are evaluated.
 const EVALUATED_SAMPLES: usize = 400;
-/// Another mount is accepted only if the relative residual of the torques with it, divided by the residual with the described
-/// mount, is below this value.
+/// Another mount (orientation of the base) is accepted only if the relative residual of the torques with it, divided by the
+/// residual with the described mount, is below this value.
 const ACCEPTED_RESIDUAL_RATIO: f64 = 0.5;
 /// For a short motion: another mount is reported only if its squared residual, divided by the squared residual of the described
 /// mount, is at most this value.
 const SHORT_MOTION_RATIO: f64 = 0.1;
-/// Least number of used samples of a joint, since four columns (ddq, dq, its direction, 1) are fitted to each joint alone.
+/// Least number of used samples of a joint, since four columns (ddq, dq, sign of dq, 1) are fitted to each joint alone.
 const LEAST_SAMPLES: usize = 9;
 /// The torque of a joint counts as explained if its squared relative residual is below this value.
 const EXPLAINED_JOINT_RESIDUAL: f64 = 0.5;
@@ -52,8 +53,9 @@ struct SampledLog {
     joints: Vec<Option<GravityOfJoint>>,
 }
 
-/// The samples of one joint: its torque, P, and G by axis. The joint's own columns (ddq, dq, its direction, 1) are projected
-/// out of all of them, and all are divided by the norm of the projected torque.
+/// The samples of one joint: its torque, its torque P without gravity, and its torques G by unit gravity along each axis. The
+/// joint's own columns (ddq, dq, sign of dq, 1) are projected out of all of them. All are divided by the norm of the projected
+/// torque.
 struct GravityOfJoint {
     torque: DVector<f64>,
     columns: DMatrix<f64>,
@@ -69,8 +71,8 @@ struct Gravity {
     joints: Vec<usize>,
 }
 
-/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the described vector if its
-/// residual is not larger, and for robots that [`Tilt`] does not support.
+/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the vector of the description
+/// if its residual is not larger, or if [`Tilt`] cannot compute the torques of gravity for the robot.
 ///
 /// Fails if a record cannot be read.
 pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Vector3<f64>, Error> {
@@ -196,7 +198,8 @@ impl SampledLog {
             return None;
         }
         let described = model.robot.gravity_number();
-        // The columns P, G_x, G_y, G_z; each has n entries per sample.
+        // The columns P (torques without gravity) and G_x, G_y, G_z (torques by unit gravity along an axis); each has n entries
+        // per sample.
         let mut columns = [const { Vec::new() }; 4];
         let mut rows = vec![0.0; n * p];
         for r in 0..states.len() {
@@ -239,7 +242,7 @@ impl SampledLog {
         let axis = Vector3::ith(nearest, direction[nearest].signum());
         let direction = if direction.angle(&axis) < AXIS_TOLERANCE_RAD { axis } else { direction };
         let vector = direction * described.norm();
-        // Only joints whose torque gravity explains count, because descriptions do not predict the torques of light joints.
+        // Only joints count whose torque is explained by this gravity. Descriptions do not predict the torques of light joints.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT_RESIDUAL);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
@@ -261,7 +264,8 @@ impl SampledLog {
 }
 
 impl GravityOfJoint {
-    /// The samples of joint j; `None` if its own columns explain its whole torque, or if it has too few samples.
+    /// The samples of joint j; `None` if its own columns (ddq, dq, sign of dq, 1) explain its whole torque, or if it has too few
+    /// samples.
     fn of(states: &States, columns: &[Vec<f64>; 4], j: usize) -> Option<GravityOfJoint> {
         let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
         if used.len() < LEAST_SAMPLES {

@@ -25,8 +25,8 @@ use crate::error::Error;
 pub struct Load {
     /// The link that carries the load.
     pub link: String,
-    /// Whether all ten parameters are determined. If so, they are in the link's frame of the model's file, otherwise in its
-    /// modified DH frame.
+    /// Whether all ten parameters are determined. If so, they are in the link frame of the robot's file, otherwise in the
+    /// modified DH frame of the link.
     pub is_whole: bool,
     /// The parameters XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
@@ -49,7 +49,8 @@ pub enum LoadScale {
     /// The scale comes from torques as logged, or from given gains. The number is the smallest common factor that the log check
     /// would have detected; `None` if it would detect none.
     AsLogged(Option<f64>),
-    /// The scale comes from estimated drive gains. The standard deviation of the load includes theirs.
+    /// The scale comes from estimated drive gains. The standard deviation of the load includes the standard deviations of these
+    /// gains.
     Gains,
 }
 
@@ -120,8 +121,8 @@ pub(crate) fn load(
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
-/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed. Without a name
-/// it is the last body; this fails if the chain has several ends.
+/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed. Without a name it
+/// is the last body; this fails if the robot has several last bodies.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();
@@ -179,9 +180,8 @@ impl Load {
         })
     }
 
-    /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the axes of the link's frame of the
-    /// model's file. `None` if a parameter is not determined, if the mass is not significant, or if the body is physically
-    /// impossible.
+    /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the axes of the link frame of the robot's
+    /// file. `None` if a parameter is not determined, if the mass is not significant, or if the body is physically impossible.
     pub fn body(&self) -> Option<Centroidal> {
         let is_determined = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
         let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;

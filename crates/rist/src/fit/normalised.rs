@@ -4,8 +4,8 @@
 //! ```text
 //! q = (l + u) / 2 + x (u - l) / 200
 //! ```
-//! As a transmission, this is a ratio 200 / (u - l) with an offset. The logged torque acts at the joint, so `scales` cancel the
-//! effect of the ratio on the torque.
+//! In the options of the transmission, this is a ratio 200 / (u - l) and an offset. The ratio would also change the torques. The
+//! logged torques are already joint torques, so `scales` cancel this change.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};
@@ -63,8 +63,8 @@ pub(super) fn look_for_shares(
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
     let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
-    // The new check repeats the findings that allow an estimate. Explanations by other bodies are dropped, since they would
-    // need another check.
+    // Findings that are not gross (they allow an estimate) are in the new check again. Findings that other bodies also explain
+    // are dropped, since they would need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),

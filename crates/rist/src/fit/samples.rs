@@ -72,12 +72,12 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// The model of the fit, if `given` was the model of the request.
+    /// The model of the fit. `given`: the model of the request.
     pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
         self.model.as_ref().unwrap_or(given)
     }
 
-    /// Adds the identified unknowns to the standard deviations, the remarks and the decisions.
+    /// Adds the identified unknowns: their uncertainty to the standard deviations, and their values to the remarks and decisions.
     fn with_unknowns(mut self, mut unknowns: Unknowns) -> Identification {
         inflate_by_unknowns(&mut self.estimate, &unknowns.steps);
         self.estimate.remarks.splice(..0, unknowns.remarks);
@@ -302,7 +302,7 @@ fn found_bodies(
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
-    // Bodies are refused if their torques at rest deviate more from the fit than those of the description.
+    // Bodies are refused if their torques at rest deviate more from the fit than the torques of the bodies in the description.
     let linear = options.linear_model(model.regressor());
     let at_rest = model.nominal_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &*fit;

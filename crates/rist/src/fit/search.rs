@@ -79,7 +79,8 @@ pub(crate) enum Evidence {
     Given,
     /// The errors on held-out data without and with the variant; the second has to be at most `limit` times the first.
     Errors { errors: [f64; 2], limit: f64 },
-    /// An unknown of the variant is significant. The errors on held-out data (without, with) have to fall at all.
+    /// An unknown of the variant is significant. It is enough that the error on held-out data falls; the two errors are without
+    /// and with the variant.
     Significant([f64; 2]),
 }
 

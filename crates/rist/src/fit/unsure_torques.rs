@@ -25,8 +25,8 @@ use identification::estimate::artefact::Estimate;
 pub struct Noise {
     /// The covariance of the parameters for white noise, up to a factor.
     inverse: DMatrix<f64>,
-    /// Standard deviations of the least-norm solution, for parameters that are not identifiable. Like those of the other
-    /// parameters, they are computed for white noise and inflated by the autocorrelation.
+    /// Standard deviations of the least-norm solution, for parameters that are not identifiable. They are computed for white
+    /// noise and inflated by the autocorrelation, as for the other parameters.
     of_open: Vec<f64>,
     /// For each parameter, the standard deviation by noise within logs, divided by the total one, which includes changes
     /// between logs.
@@ -114,8 +114,8 @@ impl UnsureTorques {
         unsure
     }
 
-    /// Standard deviations of the parameters: `of_noise` by noise; `with_gains` by noise and gains; in `estimate` by noise,
-    /// gains and `faults`.
+    /// Makes the data from the standard deviations of the parameters: `of_noise` by noise; `with_gains` by noise and gains; in
+    /// `estimate` by noise, gains and `faults`.
     fn of(
         noise: Noise,
         [of_noise, with_gains]: [&[f64]; 2],
@@ -151,8 +151,9 @@ impl UnsureTorques {
         (!self.is_open).then_some(&self.covariance.whole)
     }
 
-    /// Errors of predicted torques if logs of another motion are added. One entry per use of the estimate. `logs`: for each
-    /// log, one triangle per joint. `None` if these logs give no information on the errors, or if a parameter is undetermined.
+    /// Errors of predicted torques if logs of another motion are added. One entry per use of the estimate. `logs`: for each log,
+    /// one triangle (R of the QR decomposition of the regression rows) per joint. `None` if these logs give no information on the
+    /// errors, or if a parameter is undetermined.
     pub(crate) fn errors_with(
         &self,
         model: &Model,

@@ -40,7 +40,7 @@ pub struct Predicted {
     pub unsure: Option<f64>,
     /// Smallest possible relative error |tau - W X| / |tau|: with parameters fitted to this log alone.
     pub(crate) least: f64,
-    /// The rows of the log as triangular matrices, one per joint.
+    /// The regression rows of the log, as one triangular matrix (R of a QR decomposition) per joint.
     pub(crate) joints: Vec<Triangle>,
     /// The states (positions, velocities) that the log covers.
     pub visited: VisitedStates,
@@ -138,7 +138,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// Predicts logs with an estimate that was fitted to samples. Returns the errors as an artefact.
+/// Predicts logs with an estimate that was fitted to samples. Returns the errors as the content of a result file.
 ///
 /// Fails if a log cannot be read or does not fit the robot.
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
@@ -147,8 +147,8 @@ pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }
 
-/// Predicts motions with an estimate of plan experiments. Friction is fitted to the motions, since the paper's rows estimate
-/// none. Drive gains in the request replace the gains of the estimate.
+/// Predicts motions with an estimate of plan experiments. Friction is fitted to the motions, since the rows of Sp [Vandanjon,
+/// Gautier, Desbats 1995] contain no friction. Drive gains in the request replace the gains of the estimate.
 ///
 /// Fails if a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(

@@ -25,8 +25,8 @@ pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// The evidence that an estimate contains. It does not store whether held-out segments show another motion; for a plan they do,
-/// because each experiment is another motion.
+/// The evidence that an estimate contains. An estimate of logs does not store whether its held-out segments show another motion.
+/// For an estimate of a plan they do, because each experiment is another motion.
 pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {

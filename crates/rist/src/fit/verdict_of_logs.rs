@@ -15,7 +15,7 @@ use crate::fit::validation::{Predicted, Validation, predictions};
 pub struct JudgedIdentification {
     /// Name and residuals of each log that was not fitted.
     pub predictions: Vec<(String, Residuals)>,
-    /// The predictions as an artefact; `None` if all logs were fitted.
+    /// The predictions as the content of a result file; `None` if all logs were fitted.
     pub validation: Option<Validation>,
     /// Whether to trust the estimate.
     pub verdict: Verdict,
@@ -59,9 +59,9 @@ impl Identification {
         log.visited.is_other_than(&self.log_check.visited)
     }
 
-    /// The prediction error that the verdict uses: the largest error on logs that were not fitted. Without such logs, each
-    /// fitted log is predicted from the other fitted logs. Then the log with the smallest error by parameters counts, because
-    /// fewer logs identify less.
+    /// The prediction error that the verdict uses: the largest error on logs that were not fitted. Without such logs, each fitted
+    /// log is predicted from the other fitted logs. Then the log with the smallest error by parameters (the share that other
+    /// parameter values could remove) counts, because fewer logs identify less.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
         let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
         let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };

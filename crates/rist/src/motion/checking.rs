@@ -134,7 +134,7 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note if the estimate's file was changed after it was written. The estimate gives the torques.
+/// A note if the file of the estimate that gives the torques was changed after it was written.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }
@@ -178,8 +178,8 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
         .then(|| LeftOut::assumed(LeftOutTopic::Effort, of, what, "the description"))
 }
 
-/// A note on gaps that the certificate in the motion's file does not list. They are proved too, because a file must not decide
-/// which requirements it has to meet.
+/// A note on gaps (pairs of bodies with a least allowed distance) that the certificate in the motion's file does not list. They
+/// are proved too, because a file must not decide which requirements it has to meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     // Certificates of an earlier version name a gap by the link that carries the body.
     let is_listed = |gap: &Gap| {

@@ -45,8 +45,9 @@ const PLAN_ROUNDING_SHARE: f64 = 1e-9;
 /// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_TOLERANCE: f64 = 1e-9;
 
-/// Proves the limits of a motion through points from another source, with the given interpolation. Without one, the smoothest
-/// that the points allow is used. Limits come from the description and the request; efforts and powers may reach them fully.
+/// Proves the limits of a motion through points from another source, with the given interpolation. If none is given, the
+/// smoothest interpolation that the points allow is used. Limits come from the description and the request; efforts and powers
+/// may reach them fully.
 ///
 /// Fails if the file moves an unknown coordinate, or does not give the position of a coordinate; if the points lack derivatives
 /// that the interpolation needs; or if the limits exclude every motion.
@@ -96,7 +97,8 @@ pub fn check_points(
     Ok(Checked { notes, ..checked })
 }
 
-/// Proves the limits of each experiment of a plan, with the plan's profiles; returns the name and the result of each.
+/// Proves the limits of each experiment of a plan, with the acceleration profiles of the plan; returns the name and the result of
+/// each.
 ///
 /// Fails if the plan was made with another model, or if one of its experiments is no motion.
 pub fn check_experiments(
@@ -180,13 +182,13 @@ pub(crate) struct CourseCheck<'a> {
     limits: Vec<CoordinateLimits>,
     /// The known torques of the robot.
     pub(crate) known: KnownTorque<'a>,
-    /// The gaps between the bodies, and to floor and walls.
+    /// The gaps (pairs with a least allowed distance): of two bodies, or of a body and a floor or wall.
     pub(crate) surroundings: RobotSurroundings,
     errors: ErrorMargins,
 }
 
 impl<'a> CourseCheck<'a> {
-    /// Prepares the checks. Fails if the bodies cannot meet the requirements on space.
+    /// Prepares the checks. Fails if the bodies cannot meet the requirements on distances, floor and walls.
     fn new(
         model: &'a Model,
         request: &'a CheckRequest,
@@ -208,7 +210,7 @@ impl<'a> CourseCheck<'a> {
     /// The requirements for the experiments of plans.
     pub(crate) fn of_plans(model: &'a Model, request: &'a CheckRequest) -> Result<CourseCheck<'a>, Error> {
         let asked = limits_of_request(model, request.limits.as_ref())?;
-        // In swings and sweeps, the acceleration jumps at ramps and corners, so the jerk has no bound.
+        // The motions of a plan are swings and sweeps. Their acceleration jumps at ramps and corners, so the jerk has no bound.
         let jumps = Discontinuity {
             from: LimitKind::Jerk,
             why: "the acceleration of a bang-bang swing and of a sweep jumps",

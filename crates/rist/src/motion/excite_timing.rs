@@ -29,9 +29,9 @@ fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) ->
 const SHORTEST_PERIOD_S: f64 = 5.0;
 const LONGEST_PERIOD_S: f64 = 20.0;
 
-/// The default period, s, between 5 and 20: the longer of two periods, each the median over the joints. In the first, the
-/// fundamental needs the full range of positions and the full velocity. In the second, the highest harmonic needs the full
-/// velocity and the full acceleration.
+/// The default period, s: the longer of two periods (each the median over the joints), limited to 5 to 20 s. With the first, the
+/// fundamental reaches the position limits and the velocity limit together. With the second, the highest harmonic reaches the
+/// velocity limit and the acceleration limit together.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let turn = std::f64::consts::TAU;
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
@@ -74,13 +74,14 @@ fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     (period / (SPAN_OVER_RISE * rise)).round().clamp(LEAST_SPANS, LARGEST_SPANS) as usize
 }
 
-/// Duration of the blend, divided by the time from rest to the largest velocity at the largest acceleration.
+/// Duration of the blend (time from rest to the motion), divided by the time from rest to the largest velocity at the largest
+/// acceleration.
 const BLEND_OVER_RISE: f64 = 2.5;
-/// Shortest default blend, s.
+/// Shortest default blend (time from rest to the motion), s.
 const SHORTEST_BLEND_S: f64 = 0.5;
 
-/// The default duration of the blend, s: the longest time in which a joint reaches its largest velocity from rest at 0.4 of its
-/// largest acceleration; at least 0.5 s.
+/// The default duration of the blend (time from rest to the motion), s: the longest time in which a joint reaches its largest
+/// velocity from rest at 0.4 of its largest acceleration; at least 0.5 s.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)
@@ -109,7 +110,7 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
         MotionFamily::Spline { spans } => {
             let period = usual_period;
             let spans = spans.unwrap_or_else(|| default_spans(limits, period));
-            // The fastest swing takes four spans for one period.
+            // The fastest oscillation of a spline has a period of four spans.
             let highest = spans as f64 / (4.0 * period);
             let shape = MotionShape::Spline(QuinticSpline { period, spans });
             (shape, INSTANTS_PER_SPAN * spans, "a swing of four spans", highest)

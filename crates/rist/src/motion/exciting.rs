@@ -106,7 +106,7 @@ fn searched(
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // A body is always below the assumed floor, so the next step has no floor.
+    // If the conditions fail with the assumed floor, a body may be below it in every pose. So the next step has no floor.
     if conditions.is_err() && kept.assumes_floor && !is_last {
         return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
@@ -150,7 +150,8 @@ fn searched(
         Err(why) => return Ok(SearchOutcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
-    // The best motion whose limits are proven, or else the best motion; its certificate then states that the proof failed.
+    // Take the best motion whose limits are proven, or else the best motion. The certificate of the latter states that the proof
+    // failed.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
@@ -253,7 +254,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// The noise of the torques, and the torque residuals that noise of the simulated encoders causes. Residuals of an earlier
-    /// estimate already include the encoders.
+    /// estimate already include the noise of the encoders.
     fn joint_noise(&self, motion: &Motion) -> JointNoise {
         let torque = self.noise.clone();
         match &self.known.parameters {
@@ -320,8 +321,8 @@ pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result
     }
 }
 
-/// A note if the search was interrupted. The best motion found is then fitted and proved, unless the user interrupts this too.
-/// Fails if no motion was found.
+/// A note if the search was interrupted. The amplitudes of the best motion found are then reduced to the limits, and its limits
+/// are proved, unless the user interrupts this too. Fails if no motion was found.
 fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),

@@ -20,7 +20,8 @@ const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
 pub(crate) struct KeptRoom {
     /// Whether the plane of the base is assumed to be the floor.
     pub(crate) assumes_floor: bool,
-    /// Distance between links and to the assumed floor, m. A gap keeps at most half of its largest possible distance.
+    /// Distance between links and to the assumed floor, m. If two bodies cannot be so far apart, at most half of their largest
+    /// possible distance is required.
     pub(crate) spacing: Option<f64>,
 }
 
@@ -37,7 +38,7 @@ impl KeptRoom {
         with_floor.chain(spacings.iter().map(step(false))).collect()
     }
 
-    /// A note on the distances; `None` if no gap keeps a default distance.
+    /// A note on the distances; `None` if no pair of bodies keeps a default distance.
     pub(crate) fn note(&self, request: &ExciteRequest, gaps: &[Gap]) -> Option<String> {
         let (space, spacing) = (request.space(), self.spacing?);
         let has = |limit: LimitKind| gaps.iter().any(|gap| gap.limit == limit);

@@ -29,7 +29,7 @@ const TRIAL_STARTS: usize = 2;
 /// Iterations of the search that tests a remedy.
 const TRIAL_ITERATIONS: usize = 10;
 
-/// Seed of the random poses in which a pair of links is separated.
+/// Seed of the random poses among which a pose that separates a pair of links is searched.
 const POSES_SEED: u64 = 41;
 
 /// The reason why no motion was found, and possible remedies.

@@ -37,9 +37,9 @@ pub struct Planned {
     pub checked: Vec<(String, Checked)>,
 }
 
-/// CPU time, s, to compute limits and rows of one motion, divided by (coordinates x base parameters), for a rough forecast.
-/// Measured on two cores of an AMD EPYC (2026-11-26): 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints;
-/// 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds.
+/// CPU time, s, to check the limits of one motion and compute its regression rows, divided by (coordinates x base parameters),
+/// for a rough forecast. Measured on two cores of an AMD EPYC (2026-11-26): 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a
+/// chain of 14 joints; 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds.
 const S_PER_ROWS: f64 = 5e-6;
 /// CPU time, s, to choose among the motions, divided by (motions x coordinates x base parameters x starts x experiments).
 /// Measured: 4.4e-8 on a chain of 14 joints, less on a UR5.
@@ -208,7 +208,8 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
-    // Torque noise is a share of the effort, which needs inertial parameters.
+    // The noise of a torque sample is a share of the largest acceleration torque (mean inertia times acceleration limit), so it
+    // needs inertial parameters.
     let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);

@@ -31,7 +31,7 @@ pub enum PlayedFile {
 
 /// Extensions of text files. A file with another extension is read as a table.
 const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-/// If the D-efficiency in the file exceeds the D-efficiency by the proof by at most this value, this is rounding.
+/// If the D-efficiency that a file states exceeds the bound by its proof by at most this value, the difference is rounding.
 const EFFICIENCY_ROUNDING: f64 = 1e-9;
 
 /// The repeated check of the D-efficiency that a plan's file states.
@@ -105,7 +105,7 @@ impl PlayedFile {
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Files of earlier versions have no first line with the kind, so their keys give it.
+            // Files of earlier versions have no first line with the kind, so the kind follows from their keys.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })

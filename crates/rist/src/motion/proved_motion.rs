@@ -1,8 +1,9 @@
-//! Chooses a motion whose limits are proven among the results of a search, and computes the loss of information by this.
+//! Chooses a motion whose limits are proven among the results of a search, and computes the loss of information that the proof
+//! causes.
 //!
-//! A search evaluates torques only at instants, but between instants they are greater. If gravity dominates, reducing the
-//! amplitudes until the torques are proven loses much information. In this case the search is repeated with a lower torque
-//! limit, which gives another motion.
+//! A search evaluates torques only at instants, but they can be greater between instants. The amplitudes are then reduced until
+//! the torques are proven. If gravity dominates the torques, this loses much information. In this case the search is repeated
+//! with a lower torque limit, which gives another motion.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};
@@ -34,8 +35,9 @@ const MOST_SEARCHES_MORE: usize = 2;
 /// A lowered torque limit is multiplied by this factor, to be slightly below the value that would just remove the excess.
 const BELOW_MISSING: f64 = 0.99;
 
-/// The first motion of `found` whose limits are proven; if none is, the first. A motion of a further search replaces it, if
-/// only that one is proven or if it has a larger share of the best criterion. `None` if `found` is empty.
+/// The first motion of `found` whose limits are proven, or the first motion if none is proven. The motion of a further search
+/// replaces it in two cases: only that motion is proven, or it has a larger share of the best criterion. `None` if `found` is
+/// empty.
 pub(crate) fn proved(
     request: &ExciteRequest,
     problem: &Problem,

@@ -346,7 +346,8 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         let unit = id.unit(regressor.is_prismatic(k));
         Identified::given(id, unit, value)
     };
-    // As in equation (5) of the paper, viscous and Coulomb friction (FV, FS) have a value for each direction of motion.
+    // As in equation (5) of [Vandanjon, Gautier, Desbats 1995], viscous and Coulomb friction (FV, FS) have a value for each
+    // direction of motion.
     for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
         let by_direction = [
             (FrictionParameter::ViscousForward, law.viscous_positive),

@@ -1,4 +1,5 @@
-//! Types of request fields for identification: a delay, and the joints to which an effect applies.
+//! Types of request fields for identification: the delay of the torques, and the joints that get an effect (a term of the joint
+//! model, for example torque ripple, a spring or backlash).
 
 use identification::signals::signal_options::possible_delay;
 use serde_json::{Value, json};
@@ -7,7 +8,7 @@ use super::shape::{Flag, ValueShape};
 use super::types::{FieldType, last};
 use crate::error::Error;
 
-/// The coordinates to which an effect applies.
+/// The coordinates that get an effect, for example torque ripple or backlash.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointSelector {
     /// Every coordinate.
@@ -103,7 +104,7 @@ impl FieldType for Vec<JointSelector> {
     }
 }
 
-/// Parses a number of ripple periods per turn: `q2=12`, or `12` for all joints.
+/// Parses the number of periods of the torque ripple per turn of a joint: `q2=12`, or `12` for all joints.
 fn ripple(text: &str) -> Result<(JointSelector, f64), String> {
     let (name, number) = text.split_once('=').unwrap_or(("all", text));
     let periods = number.parse().map_err(|_| format!("`{number}` is no number of periods a turn"))?;
@@ -125,7 +126,7 @@ impl FieldType for Vec<(JointSelector, f64)> {
     }
 
     fn of_value(value: &Value) -> Result<Option<Self>, Error> {
-        // Each name has one number or a list of numbers.
+        // The value of a name is one number of periods per turn, or a list of such numbers.
         let periods = |x: &Value| match x.as_array() {
             Some(list) => list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>(),
             None => x.as_f64().map(|one| vec![one]),

@@ -6,8 +6,8 @@ use identification::estimate::options::Options;
 
 use super::Range;
 
-/// Default cut-off of the low-pass on position and torque, Hz, for validating motions of a plan. It is twice the default
-/// cut-off of the equations, and the range of figure 2 of the paper.
+/// Default cut-off, Hz, of the low-pass on position and torque that validates an estimate on motions. It is twice the default
+/// cut-off of the spectrum methods. Figure 2 of [Vandanjon, Gautier, Desbats 1995] shows frequencies up to this value.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
 request! {
@@ -23,7 +23,8 @@ request! {
 }
 
 request! {
-    /// Options for validating an estimate of experiments on motions. An estimate of samples contains its own options.
+    /// Options for validating on motions an estimate from the experiments of a plan. An estimate from samples stores its own
+    /// options, so it needs none here.
     pub struct ValidateRequest {
         /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");

@@ -67,12 +67,12 @@ request! {
     }
 }
 
-/// The family of functions of a motion, with the options of this family.
+/// The family of functions that a motion consists of, with the options of this family only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionFamily {
     /// A Fourier series, see [`MotionSeries::Fourier`].
     Fourier {
-        /// Time from rest to the series, s; `None`: chosen from the limits.
+        /// Time of the blend from rest to the series, s; if `None`, it is chosen from the limits.
         blend: Option<f64>,
         /// Number of harmonics; `None`: chosen from the limits.
         harmonics: Option<usize>,
@@ -87,7 +87,7 @@ pub enum MotionFamily {
 impl ExciteRequest {
     /// The family of functions that the request selects, with its options.
     ///
-    /// Fails if an option belongs to the other family.
+    /// Fails if the request sets an option that only the other family has.
     pub fn family(&self) -> Result<MotionFamily, Error> {
         let stray = match self.motion {
             MotionSeries::Fourier => [self.spans.map(|_| "spans"), None],
@@ -110,16 +110,16 @@ impl ExciteRequest {
         self.period.or(self.frequency.map(|hz| 1.0 / hz))
     }
 
-    /// The friction terms of the later identification. The search includes their columns.
+    /// The friction terms of the later identification. The search for a motion includes their regressor columns.
     ///
     /// Fails if a term needs a log or a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
     }
 
-    /// Checks the request, and returns its friction terms.
+    /// Checks the request, and returns the friction terms of the later identification.
     ///
-    /// Fails if a number is out of its range, or if options exclude each other.
+    /// Fails if a number is out of its range, or if both `period` and `frequency` are given.
     pub(crate) fn check_motion(&self) -> Result<Vec<FrictionTerm>, Error> {
         self.check()?;
         match (self.period, self.frequency) {
@@ -139,7 +139,8 @@ impl ExciteRequest {
         self.limits.as_ref().and_then(|limits| limits.space.clone()).unwrap_or_default()
     }
 
-    /// The motion of this request with the coefficients `joints`, one list per joint.
+    /// The motion with the functions `shape` and the coefficients `joints` (one list per joint). Sample rate and number of
+    /// repetitions come from the request.
     pub(crate) fn motion(&self, shape: MotionShape, joints: Vec<Vec<f64>>) -> Motion {
         Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
     }

@@ -1,7 +1,7 @@
-//! Describes one option of a step as data: name, text, default, range and allowed words.
+//! Describes one option of a step (a command, for example `rist identify`) as data: name, text, default, range and allowed words.
 //!
-//! Each option is defined once, in [`request!`](crate::request!). Flags and their help, Python keywords, stubs, tables and the
-//! JSON schema are generated from this data.
+//! Each option is defined once, with the macro [`request!`](crate::request!). The flags of the program with their help, the
+//! keywords and stubs of Python, the tables of the docs and the JSON schema are generated from this data.
 
 use serde_json::Value;
 
@@ -22,7 +22,7 @@ pub struct Field {
     pub default: Value,
     /// The allowed range of the numbers.
     pub range: Range,
-    /// Name of the flag's value in the help; if empty, the name of the field.
+    /// The heading above this flag in the help; if empty, the flag is under the general heading of options.
     pub value_name: &'static str,
     /// The letter of the short flag, if there is one.
     pub short: Option<char>,
@@ -51,8 +51,8 @@ impl Field {
         Field { doc: format!("{} {more}", self.doc), ..self }
     }
 
-    /// Replaces the name of a constant in the description by its `value`. Needed for defaults from other crates, for example
-    /// `[default: SignalOptions::order]`.
+    /// Replaces the bracket `[default: ..]` in the description by `[default: value]`. Needed for defaults from other crates,
+    /// whose doc names a constant, for example `[default: SignalOptions::order]`.
     pub fn default_from(self, value: impl std::fmt::Display) -> Field {
         let (before, behind) = self.doc.split_once("[default: ").expect("a doc that names its default");
         let (_, behind) = behind.split_once(']').expect("a bracket that closes");

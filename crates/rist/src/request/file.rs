@@ -23,7 +23,7 @@ pub trait FileType: Sized {
     }
 }
 
-/// The form of a field whose value is a file. `what`: name of the content in messages.
+/// The form of a field whose value is a file. `what`: the name that messages use for the content of the file.
 pub fn shape(what: &str) -> ValueShape {
     let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
     let expected = format!("the path of {what}, or its content");
@@ -31,7 +31,8 @@ pub fn shape(what: &str) -> ValueShape {
     ValueShape { is_file: true, ..shape }
 }
 
-/// Reads a value that is a path or the content itself. A text with a colon or a line break is content, in YAML.
+/// Reads a value that is either the path of a file or the content itself. A text with a colon or a line break is content in YAML,
+/// unless a file with this path exists.
 pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
     match value {
         // JSON is valid YAML, so the YAML parser reads it.
@@ -44,7 +45,7 @@ pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Err
     }
 }
 
-/// Reads the file at the last path of `texts`, because a later flag replaces an earlier one.
+/// Reads the file at the last path of `texts`: if a flag is repeated, only its last value counts.
 pub fn of_texts<T: FileType>(texts: &[String]) -> Result<T, Error> {
     T::read(Path::new(last(texts)))
 }

@@ -59,7 +59,7 @@ request! {
 }
 
 request! {
-    /// Input file of methods that identify from the logs of a plan.
+    /// Input file of the methods that identify parameters from the logs of a plan.
     pub struct PlanFiles {
         /// The plan behind the logs.
         plan: Option<PathBuf> = None, value_name("FILE"), heading(METHOD);
@@ -83,7 +83,7 @@ request! {
 }
 
 request! {
-    /// Output files of least squares on samples, with identified bodies.
+    /// Output files of least squares on samples, for estimates that contain identified bodies.
     pub struct BodiesFiles {
         /// Write the URDF with the identified inertials, joint damping and friction; implies [consistent].
         write_urdf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);

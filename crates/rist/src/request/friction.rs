@@ -45,8 +45,8 @@ impl FrictionChoice {
     }
 }
 
-/// The friction terms for planning an identification before torques are measured. If the request names none, the standard
-/// terms.
+/// The friction terms for a plan or a motion, for which no torques are measured yet. If the request names no terms, these are the
+/// standard terms.
 ///
 /// Fails for the automatic choice, which needs a log, and for terms that need a measured torque or belong to a single joint.
 pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
@@ -105,12 +105,12 @@ impl FieldType for FrictionChoice {
     }
 }
 
-/// The words of the terms, separated by commas.
+/// The friction terms in the spelling of the command line, separated by commas.
 pub(super) fn words(terms: &[FrictionTerm]) -> String {
     terms.iter().map(word).collect::<Vec<_>>().join(",")
 }
 
-/// The word of a term. A speed in it has all digits.
+/// A friction term in the spelling of the command line. A speed in it is written with all its digits.
 fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),

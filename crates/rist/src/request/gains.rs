@@ -1,4 +1,4 @@
-//! Types of fields that assign values to names: drive gains, values of symbols, arguments of a description.
+//! Types of fields that assign values to names: drive gains, values of symbols, arguments of a description file.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
@@ -7,9 +7,9 @@ use super::shape::{Flag, ValueShape};
 use super::types::FieldType;
 use crate::error::Error;
 
-/// A type of value that can be assigned to a name.
+/// A type of value that the user can assign to a name, as in `q1=2.4`.
 trait Named: Sized {
-    /// The expected form of a list in words, and its Python type.
+    /// Two texts: what messages say is expected for a list of assignments, and the Python type of this list.
     const ALL: [&'static str; 2];
 
     /// The JSON type of one value.
@@ -20,7 +20,7 @@ trait Named: Sized {
 
     fn of_value(value: &Value) -> Option<Self>;
 
-    /// The value as JSON; `None` if it is the default.
+    /// The number of this value, which must be in the field's range; `None` if the value is a text.
     fn to_value(&self) -> Option<Value>;
 
     /// The number that must be in the field's range; `None` for a text.

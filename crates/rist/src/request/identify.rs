@@ -101,7 +101,7 @@ request! {
 }
 
 request! {
-    /// Options of the paper's equations, which are rows of the operator Sp.
+    /// Options of the estimator of [Vandanjon, Gautier, Desbats 1995]. Its equations are rows of the operator Sp.
     pub struct PaperRequest {
         /// Torque per unit of current of a drive, N m/A [default: as the file says; with [load], none]. Where only some
         /// drives are given, the others are estimated.
@@ -115,7 +115,7 @@ request! {
 }
 
 request! {
-    /// Options of RIST-MH, which uses all harmonics and includes friction.
+    /// Options of RIST-MH (the spectrum method with all harmonics of the motion, and with friction).
     pub struct HarmonicRequest {
         /// Highest frequency of the equations, Hz [default: Band::equations].
         cutoff: Option<f64> = None, default_from(HarmonicOptions::default().band.equations), range(Range::Positive), value_name("HZ"), heading(SIGNALS);
@@ -151,7 +151,7 @@ request! {
 }
 
 impl SignalRequest {
-    /// The options of the file `options`. Fields of the request that are given replace them.
+    /// The options of the YAML file `options`. A field of the request replaces the same option of the file.
     pub fn options(&self) -> Options {
         let mut options = self.options.clone().unwrap_or_default();
         let signal = &mut options.signal;
@@ -173,8 +173,8 @@ impl RowsRequest {
         RowsRequest { signals, ..RowsRequest::default() }
     }
 
-    /// The options of the file; fields of the request that are given replace them. A delay or friction that is estimated keeps
-    /// its default.
+    /// The options of the YAML file. A field of the request replaces the same option of the file. If the request asks to estimate
+    /// the delay or to choose the friction terms, the option of the file stays.
     pub fn options(&self) -> Options {
         let mut options = self.signals.options();
         options.weights = self.weights.unwrap_or(options.weights);
@@ -184,7 +184,7 @@ impl RowsRequest {
         options
     }
 
-    /// The options for `rist accumulate`, which sums regression rows and reads each row once.
+    /// The options for `rist accumulate`, which adds up regression rows and reads each row only once.
     ///
     /// Fails if an option needs the rows more than once.
     pub fn options_of_sums(&self) -> Result<Options, Error> {
@@ -224,8 +224,8 @@ impl SamplesRequest {
         SamplesRequest { rows: RowsRequest::of_options(options), ..SamplesRequest::default() }
     }
 
-    /// The options of the file; fields of the request that are given replace them. A delay or friction that is estimated keeps
-    /// its default.
+    /// The options of the YAML file. A field of the request replaces the same option of the file. If the request asks to estimate
+    /// the delay or to choose the friction terms, the option of the file stays.
     pub fn options(&self) -> Options {
         let mut options = self.rows.options();
         options.covariance |= self.covariance;
@@ -237,7 +237,7 @@ impl SamplesRequest {
         self.rows.signals.delay == Some(Delay::Auto)
     }
 
-    /// Whether neither the request nor the options name friction terms.
+    /// Whether neither the request nor its options file names friction terms, so that the standard terms apply.
     pub(crate) fn leaves_friction_open(&self) -> bool {
         self.rows.friction.is_none() && self.options().friction == FrictionTerm::STANDARD
     }
@@ -251,7 +251,7 @@ impl SamplesRequest {
 impl ClosedLoopRequest {
     /// The options of the closed-loop simulation and of the fit.
     ///
-    /// Fails if the delay is to be estimated, or if the friction terms differ from those of the simulated joints.
+    /// Fails if the request asks to estimate the delay, or if its friction terms are not those of the joints in the simulation.
     pub fn options(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new("[delay=auto]: for [method=ls] and rist-mh; give the seconds that they find"));
@@ -269,7 +269,7 @@ impl ClosedLoopRequest {
 impl PaperRequest {
     /// The column names of the logs, from the options.
     ///
-    /// Fails if the options contain more than column names, because these methods would ignore it.
+    /// Fails if the options contain anything else, because the methods in closed loop would ignore it.
     pub fn columns(&self) -> Result<ColumnNames, Error> {
         let Some(given) = &self.options else { return Ok(ColumnNames::default()) };
         match *given == (Options { columns: given.columns.clone(), ..Options::default() }) {

@@ -1,4 +1,4 @@
-//! The identification methods. Each has its request, and refuses options that are not in it.
+//! The identification methods. Each method has a request type with its options, and refuses the options of other methods.
 
 use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
 use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};
@@ -43,7 +43,7 @@ impl Method {
         }
     }
 
-    /// The files that the program reads and writes for the method.
+    /// The options that name files which the program reads and writes for the method.
     pub fn files(self) -> Vec<Field> {
         match self {
             Method::Ls => BodiesFiles::fields(),
@@ -52,7 +52,7 @@ impl Method {
         }
     }
 
-    /// The error text if this method does not have the option `name`. `None` if it has the option, or if no method has it.
+    /// The error text if this method does not have the option `name`, but another method has it; otherwise `None`.
     pub fn refusal(self, name: &str) -> Option<Error> {
         let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
         let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();

@@ -1,4 +1,5 @@
-//! Requests of the steps. A request is a struct with all options of a step, and the only place where they are defined.
+//! Requests of the steps (commands such as `rist identify`). A request is a struct with all options of a step. The options are
+//! defined only there.
 //!
 //! A field is defined once, with its doc, type, default and range:
 //!
@@ -77,7 +78,7 @@ pub use types::FieldType;
 pub use unknowns::UnknownKind;
 pub use words::WordChoice;
 
-/// The fields of all requests, each with the request's name: the step, or `identify-METHOD`.
+/// The fields of all requests, each with the name of the request: the name of the step, or `identify-METHOD`.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
@@ -108,7 +109,7 @@ pub(crate) fn register(requests: Vec<WingRequest>) {
     REGISTERED.get_or_init(|| requests);
 }
 
-/// All fields that texts may name: those of all requests and of all files.
+/// All fields that a text may name in brackets: the fields of all requests, and the options for files.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
     let files = Method::all()

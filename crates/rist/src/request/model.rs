@@ -10,7 +10,7 @@ use super::{Request, number, of_values};
 use crate::error::Error;
 
 request! {
-    /// Options for reading a description. By default it is read unchanged.
+    /// Options for reading a description. With the defaults, the description is read unchanged.
     pub struct ModelOptions {
         /// Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value).
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
@@ -41,7 +41,8 @@ request! {
 }
 
 impl ModelOptions {
-    /// The options with which the description of an artefact was read.
+    /// The options with which the description of an artefact (a plan, a motion or an estimate) was read, as stored in the
+    /// artefact.
     pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
         ModelOptions {
             value: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
@@ -57,8 +58,8 @@ impl ModelOptions {
         }
     }
 
-    /// The options of an artefact, where options of `self` that differ from the default replace them. For options with several
-    /// names, only the given names are replaced.
+    /// The options stored in an artefact (a plan, a motion or an estimate), except where `self` differs from the default: there
+    /// `self` counts. Of an option with several names, only the names in `self` are replaced.
     pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
         let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
         for (key, value) in self.given() {
@@ -70,8 +71,8 @@ impl ModelOptions {
         of_values(all.iter().map(|(key, value)| (*key, value)))
     }
 
-    /// Phrases on options that differ between two descriptions: `[base] is 1.57,0,0 there and not given here`. `None` means
-    /// that all options have their defaults.
+    /// Phrases on options that differ between two descriptions, for example `[base] is 1.57,0,0 there and not given here`.
+    /// `here`, `there`: options of the two descriptions; `None` means that all options have their defaults.
     pub fn differences(here: Option<&DescriptionOptions>, there: Option<&DescriptionOptions>) -> Vec<String> {
         let [here, there] = [here, there].map(|of| -> BTreeMap<&str, Value> {
             of.map(|of| ModelOptions::of_description(of).given().into_iter().collect()).unwrap_or_default()
@@ -87,7 +88,7 @@ impl ModelOptions {
         odd.map(|key| format!("[{key}] is {} there and {} here", shown(there.get(key)), shown(here.get(key)))).collect()
     }
 
-    /// The options as they are stored in an artefact; `None` if all have their defaults.
+    /// The options in the form that an artefact (a plan, a motion or an estimate) stores; `None` if all have their defaults.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.value.iter().cloned().collect(),

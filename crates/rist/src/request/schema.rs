@@ -62,7 +62,7 @@ mod tests {
         assert_eq!(rate["type"], "number", "{rate}");
         let is_bounded = rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some();
         assert!(rate["default"].is_number() && is_bounded, "{rate}");
-        // Texts must name fields as in JSON, not as flags or in brackets.
+        // The texts must spell a field as in JSON, not as a flag (`--limits`) or in brackets (`[limits]`).
         let text = schema.to_string();
         assert!(!text.contains("--") && !text.contains("[limits]"));
     }

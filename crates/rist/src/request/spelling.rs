@@ -26,7 +26,7 @@ use serde_json::Value;
 use super::{all_fields, number};
 use crate::error::Step;
 
-/// The kind of reader of a text, which decides how options are spelled.
+/// The reader for whom a text is written. It decides how options are spelled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Audience {
     /// A program in Rust: the text stays as it is.
@@ -40,7 +40,7 @@ pub enum Audience {
     Json,
 }
 
-/// Flags of the program that are not fields of requests. They name files to read or write.
+/// Flags of the program that texts may name, in addition to the fields of requests. Most of them are for files to read or write.
 const FLAGS_OF_FILES: [&str; 19] = [
     "after",
     "anyway",
@@ -113,7 +113,8 @@ fn field(inside: &str) -> Option<(&str, &str)> {
     (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more))
 }
 
-/// Whether a bracket with text `before` and `behind` it is a separate word, and not part of a name or a path.
+/// Whether a name in brackets is a separate word, and not part of a name or a path. `before`, `behind`: the text around the
+/// brackets.
 fn is_word(before: &str, behind: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || "_-/.~".contains(c);
     // A full stop behind the bracket may end a sentence, so it is ignored.
@@ -150,7 +151,7 @@ fn written(name: &str, more: &str, reader: Audience) -> String {
 fn literal(value: &str) -> String {
     let pieces: Vec<&str> = value.split(',').collect();
     if value.contains('=') {
-        // q1=6,12,q2=3: a number without a name belongs to the name before it; `..` stands for other names.
+        // In `q1=6,12,q2=3`, the number 12 has no name, so it belongs to q1. `..` stands for further names.
         let mut by_name: Vec<(&str, Vec<String>)> = Vec::new();
         for piece in pieces {
             match (piece.split_once('='), by_name.last_mut()) {
@@ -173,7 +174,8 @@ fn literal(value: &str) -> String {
     }
 }
 
-/// Writes a single value, without commas and names, as a Python literal.
+/// Writes one value as a Python literal: a number as it is, `true` as `True`, `a+-b` as the tuple `(a, b)`, any other text in
+/// quotes. The value must contain neither a comma nor `NAME=`.
 fn plain(value: &str) -> String {
     if let Some((number, deviation)) = value.split_once("+-") {
         return format!("({number}, {deviation})");

@@ -12,7 +12,7 @@ pub trait Request: Default {
     /// The fields of the request, in the order of the help.
     fn fields() -> Vec<Field>;
 
-    /// Sets the field `name` from texts of a command line, one per entry of a list.
+    /// Sets the field `name` from texts of the command line; a list has one text per entry.
     ///
     /// Fails if the field does not exist, or if its type does not accept the texts.
     fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), Error>;

@@ -23,10 +23,10 @@ pub trait FieldType: Sized {
     /// Fails if the value has this form, but its content is invalid.
     fn of_value(value: &Value) -> Result<Option<Self>, Error>;
 
-    /// Converts to a value that `of_value` reads. For an option, the default becomes null.
+    /// Converts to a JSON value that `of_value` reads. The value `None` of an `Option` becomes null.
     fn to_value(&self) -> Value;
 
-    /// The numbers that must be in the field's range.
+    /// The numbers in this value, which must all be in the field's range; empty for a type without numbers.
     fn numbers(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -50,7 +50,8 @@ fn parsed<T: FromStr<Err: ToString>>(texts: &[String]) -> Result<T, Error> {
     last(texts).parse().map_err(|e: T::Err| Error::new(format_args!("`{}`: {}", last(texts), e.to_string())))
 }
 
-/// Implements `FieldType` for a type that serde supports. Arguments: its form, a parser of texts and, for numbers, the number.
+/// Implements `FieldType` for a type that serde supports. Arguments: the form of the values, a parser of texts and, for a type
+/// with a range, a function that returns the numbers of a value.
 macro_rules! plain_type {
     ($type:ty, $shape:expr, $of_texts:expr $(, |$x:ident| $numbers:expr)?) => {
         impl FieldType for $type {
@@ -109,7 +110,7 @@ fn list_of_paths() -> ValueShape {
 plain_type!(usize, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(u64, whole_number(), parsed, |x| vec![x as f64]);
 plain_type!(f64, json_type("a number", "float", "number", Flag::Number, parses::<f64>), parsed, |x| vec![x]);
-// A flag without a value means `true`.
+// The flag of a boolean has no value on the command line: if it is present, it means `true`.
 plain_type!(bool, json_type("true or false", "bool", "boolean", Flag::Switch, every_text), |_| Ok(true));
 plain_type!(String, json_type("a text", "str", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
 plain_type!(PathBuf, json_type("a path", "Path", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));

@@ -13,7 +13,7 @@ use super::shape::{Flag, ValueShape};
 use super::types::{every_text, last};
 use crate::error::Error;
 
-/// A type with fixed choices, each with a word.
+/// A type with a fixed set of choices. On the command line, each choice has a word.
 pub trait WordChoice: Copy + PartialEq + 'static {
     /// All choices, each with its word and a line of help.
     const WORDS: &'static [(Self, &'static str, &'static str)];

@@ -1,4 +1,5 @@
-//! Evaluates a function of a robot's state by a tape. If loops are closed numerically, it also solves for the passive joints.
+//! Evaluates a function of a robot's state by a tape (a list of arithmetic operations). If the loops of the robot are closed
+//! numerically, it also solves for the passive joints.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,7 +8,8 @@ use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// A function f(q, passive joints, dq, ddq, X, others) as a tape. Some of these arguments may be missing.
+/// A function f(q, passive joints, dq, ddq, X, others) as a tape (a list of arithmetic operations). A function need not have all
+/// of these arguments.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
     /// The arguments of the function, in order.
@@ -20,13 +22,13 @@ pub(crate) struct StateTape {
 pub(crate) enum StateArgument {
     /// Positions q, rad (m).
     Q,
-    /// Positions of passive joints, rad (m); their number.
+    /// Positions of passive joints, rad (m); the number is their count.
     Passive(usize),
     /// Velocities dq, rad/s (m/s).
     Dq,
     /// Accelerations ddq, rad/s^2 (m/s^2).
     Ddq,
-    /// Parameters X; their number.
+    /// Base parameters X; the number is their count.
     Parameters(usize),
     /// Another argument, for example torques or a wrench: its name, and its number of entries per state.
     Other(String, usize),
@@ -52,8 +54,9 @@ impl StateTape {
         }
     }
 
-    /// Writes the outputs of all states, one state after the other. Arguments that the function does not need may be empty.
-    /// `others`: the other arguments in the order of `arguments`, each with one row per state.
+    /// Writes the outputs of all states into `outputs`, one state after the other. Arguments that the function does not need may
+    /// be empty. `others`: the arguments of type [`StateArgument::Other`] in the order of `arguments`, each with one row per
+    /// state.
     ///
     /// The outputs are NaN for a state where the loops do not close.
     pub(crate) fn fill<'a>(
@@ -70,9 +73,9 @@ impl StateTape {
         });
     }
 
-    /// Computes the outputs with the indices `wanted` in SIMD lanes. `take(g, e, values)` gets output `wanted[e]` of the group
-    /// of states that starts at state g x `Tape::LANES`. `states`: q, dq, ddq with n numbers each, state by state. In the last
-    /// group, unused lanes repeat the last state.
+    /// Computes the outputs with the indices `wanted` at many states, in SIMD lanes (one state per lane). `states`: q, dq, ddq
+    /// with n numbers each, state by state. `take(g, e, values)` gets the output `wanted[e]` at the states from index g x
+    /// `Tape::LANES` on, one value per lane. In the last group, unused lanes repeat the last state.
     ///
     /// The outputs are NaN for a state where the loops do not close.
     pub(crate) fn lanes(
@@ -99,7 +102,7 @@ impl StateTape {
         });
     }
 
-    /// Calls `run` with the tape, its workspace, and the inputs at all states.
+    /// Calls `run` with the tape, its workspace, and the inputs of the tape at all states.
     fn with_inputs<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -125,7 +128,8 @@ impl StateTape {
                         }
                         StateArgument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
                             Some(Ok(passive)) => inputs.extend(passive),
-                            // If the loops do not close, the state is marked, and zeros stand for the passive joints.
+                            // If the loops do not close at a state, its index is stored in `open`, and its passive joints are set
+                            // to zero.
                             Some(Err(_)) => {
                                 open.push(count);
                                 inputs.extend(std::iter::repeat_n(0.0, *n));

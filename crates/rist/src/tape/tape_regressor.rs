@@ -1,4 +1,4 @@
-//! Base regressor of any robot, evaluated by a tape. No compiler is needed.
+//! Base regressor of any robot, evaluated by a tape (a list of arithmetic operations). No compiler is needed.
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;
@@ -7,14 +7,14 @@ use modeling::Closure;
 
 use crate::tape::state_tape::StateTape;
 
-/// The base regressor Y of tau = Y(q, dq, ddq) X, evaluated by a tape.
+/// The base regressor Y of tau = Y(q, dq, ddq) X (X: base parameters), evaluated by a tape (a list of arithmetic operations).
 pub(crate) struct TapeRegressor {
     tape: StateTape,
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-    /// Index of each entry that is not always zero, in Y written row by row.
+    /// For each entry of Y that is not always zero: its index if Y is written row by row.
     places: Vec<usize>,
 }
 
@@ -104,7 +104,8 @@ mod tests {
                     arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
                     assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
                 }
-                // Blocks of eight states each, computed in SIMD lanes. Between blocks there is one unused entry.
+                // Blocks of eight states are computed in SIMD lanes. The stride between blocks is one larger than a block, so one
+                // entry per block is unused.
                 let (entries, eights) = (arm.non_zeros(), count / 8);
                 let stride = entries.len() + 1;
                 let mut blocks = vec![Eight([f64::INFINITY; 8]); eights * stride];

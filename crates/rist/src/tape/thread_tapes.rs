@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use expr::{Tape, Workspace};
 
-/// A set of tapes that are evaluated together.
+/// A set of tapes (lists of arithmetic operations) that are evaluated together.
 pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Number of this set. A thread compares it with the number in its memory, to know whether the memory belongs to this set.
+    /// Number of this set. The memory of a thread stores the number of the set that it belongs to, so the two are compared.
     number: usize,
 }
 

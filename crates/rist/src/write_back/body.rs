@@ -28,10 +28,11 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The ten parameters of a link alone: those of the links fixed to it, as given in the file, are subtracted from `ten`.
+/// The ten inertial parameters of a link without the links that are fixed to it. `ten`: the sum over the link and these fixed
+/// links, about the origin of the link frame. The parameters of the fixed links, as given in the file, are subtracted from `ten`.
 ///
-/// `ten`: the sum over the link and the links fixed to it, about the origin of the link frame. If the difference is physically
-/// impossible, the link gets the whole sum; the names of the fixed links, whose inertials must then be removed, are returned.
+/// If the difference is physically impossible, the link gets the whole sum `ten`. Then the names of the fixed links are returned,
+/// because their inertials must be removed from the file.
 pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name).collect();
     let mut rest = *ten;
@@ -44,7 +45,7 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence on a link that got the inertia of the links fixed to it; `None` if it got none.
+/// A sentence for the user: this link got the inertia of the links `lumped` that are fixed to it. `None` if `lumped` is empty.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

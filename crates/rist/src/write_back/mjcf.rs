@@ -3,10 +3,10 @@
 //! ```text
 //! iTj(q) = iTj(0) Rz(f q),    or iTj(0) Tz(f q) where the joint slides
 //! ```
-//! iTj: pose of link j in link i. The pose of a body is the pose of its link at q = 0, in the link's frame of the file. Its
-//! joint rotates about z of the link frame, or slides along it, with the factor f = 1 or -1 (-1: about -z). A joint that
-//! follows a coordinate is connected to it by an `<equality>`. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c
-//! c'), c: centre of mass, m: mass.
+//! iTj: pose of link j in link i. A body is placed in its parent body by the pose of its link at q = 0, in the frames that the
+//! file of the robot gives its links. Its joint rotates about z of the link frame, or slides along it, with the factor f = 1 or
+//! -1 (-1: about -z). A joint that follows the coordinate of another joint is connected to it by an `<equality>`. Inertials are
+//! about the centre of mass: I_c = I - m (c'c 1 - c c'), c: centre of mass, m: mass, 1: identity matrix.
 //!
 //! Shapes (geoms) are not written. [`crate::write_back::mjcf_into`] writes the values into a model that has shapes.
 
@@ -20,11 +20,10 @@ use robot::{Drive, JointKind, Link, LinkId, Pose, Robot};
 
 use crate::write_back::body::{self, JointDynamics};
 
-/// Writes a robot as MJCF. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one entry per
+/// Writes a robot as MJCF. `bodies`: ten inertial parameters of each link about the origin of its frame; `joints`: one entry per
 /// coordinate.
 ///
-/// Fails if the robot floats or has loops, if a joint moves with several coordinates, or if a body is not physically
-/// consistent.
+/// Fails if the robot floats or has loops, if a joint moves with several coordinates, or if a body is not physically consistent.
 pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
     if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
         return Err(Error::new(
@@ -70,7 +69,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     Ok(text + "</mujoco>\n")
 }
 
-/// For each link, the pose of its frame of the file in the base frame, at q = 0.
+/// For each link, the pose in the base frame of the frame that the file gives this link, at q = 0.
 pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
@@ -112,8 +111,8 @@ pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// The `<joint>` element of a link; `None` if the link is fixed. If the joint follows a coordinate, its `<equality>` is
-/// appended to `equalities`.
+/// The `<joint>` element of a link; `None` if the link is fixed. If the joint follows the coordinate of another joint, an
+/// `<equality>` that connects the two is appended to `equalities`.
 fn joint(
     robot: &Robot,
     link: &Link,
@@ -157,7 +156,7 @@ fn joint(
     Ok(Some(text + "/>"))
 }
 
-/// MuJoCo attributes for friction and rotor inertia. Negative values become zero, because simulators refuse them.
+/// MuJoCo attributes for friction and rotor inertia. Negative values become zero, because MuJoCo refuses them.
 pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
     [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
         .map(|(key, value)| (key, value.max(0.0).to_string()))
@@ -206,8 +205,8 @@ mod tests {
         };
         let (first, second, third) = (find("body", "link 1"), find("body", "link 2"), find("body", "link 3"));
         assert!(second.parent() == Some(first) && third.parent() == Some(first));
-        // Second body: Rx(pi/2) Tx(0.5) Tz(0.1), so z of its link is -y of the first link. Tolerance: rounding of sine and
-        // cosine.
+        // The second link has the pose Rx(pi/2) Tx(0.5) Tz(0.1) in the first link, so its z axis is -y of the first link.
+        // Tolerance: rounding of sine and cosine.
         for (found, expected) in numbers(second, "pos").iter().zip([0.5, -0.1, 0.0]) {
             assert!((found - expected).abs() < 1e-15);
         }

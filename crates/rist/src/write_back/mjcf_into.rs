@@ -1,12 +1,12 @@
 //! Writes identified inertials, friction and rotor inertia into an existing MuJoCo model; all other bytes stay as they are.
 //!
-//! A body must have the name of its link, and a joint the name of its coordinate, or the part of this name after the first `_`
-//! (`link1` for `panda_link1`). Frames in model and description must agree: if a body is a child of the antecedent's body, its
-//! pose is compared with the description at q = 0.
+//! A body must have the name of its link, and a joint the name of its coordinate. The part of this name after its first `_` is
+//! also accepted (`link1` for `panda_link1`). The frames of model and description must agree: if the body of a link is below the
+//! body of the link's antecedent (its parent link), their relative pose is compared with the description at q = 0.
 //!
-//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed
-//! links get zero mass (allowed for a body without a joint). Without an inertial, MuJoCo would compute one from their shapes.
-//! Inertials that the model already has are not read, because they may differ from the description.
+//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed links
+//! get zero mass (MuJoCo allows this for a body without a joint). Without an inertial, MuJoCo would compute one from their
+//! shapes. Inertials that the model already has are not read, because they may differ from the description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -20,17 +20,17 @@ use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
-/// Tolerance of positions, m, and of quaternion components. Models are rounded to four digits.
+/// Tolerance of positions, m, and of quaternion components: numbers in MuJoCo models are often rounded to four digits.
 const POSE_TOLERANCE: f64 = 1e-3;
 
 /// Zero inertial, for a body whose mass is included in another body.
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
-/// The MJCF text `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`:
-/// one entry per coordinate.
+/// The MJCF text `text` with identified values. `bodies`: ten inertial parameters of each link about the origin of its frame;
+/// `joints`: one entry per coordinate.
 ///
-/// Fails if the text is no XML, if a body or a joint is missing, if a body has another pose than in the description, or if a
-/// link that the description fixes can move in the model.
+/// Fails if the text is no XML, if a body or a joint is missing, if a body has another pose than in the description, or if a link
+/// that is fixed in the description can move in the model.
 pub fn mjcf_into(
     text: &str,
     file: &str,
@@ -42,7 +42,7 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
-    // The body of each link gets the ten parameters. The bodies fixed to it get zero mass.
+    // The body of each link gets its ten inertial parameters. The bodies of the links fixed to it get zero mass.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
@@ -120,7 +120,8 @@ fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
 
-/// Fails if `part` can move relative to the link's body. Its mass is set to zero, but a moving body needs a mass.
+/// Fails if the body `part` can move relative to the link's body. The mass of `part` is set to zero, and MuJoCo needs a mass for
+/// a body that moves.
 fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), Error> {
     let mut node = *part;
     while node != *body {
@@ -166,7 +167,7 @@ fn other_bodies_sentence(link: &Link, body: &Node, emptied: &[Node]) -> Option<S
     })
 }
 
-/// Fails if the pose of a body relative to the antecedent's body differs from the description.
+/// Fails if the pose of a link's body relative to the body of the antecedent (the parent link) differs from the description.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
@@ -174,7 +175,8 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
         found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    // The pose relative to the antecedent's body is composed through frames and fixed bodies in between.
+    // The pose relative to the body of the antecedent (parent link) is the product of all poses in between: frames and fixed
+    // bodies.
     let (angles, mut place, mut above) = (AngleConvention::of(node.document()), Pose::IDENTITY, *node);
     loop {
         let Some(pose) = angles.pose(&above) else {
@@ -274,7 +276,8 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // The name differs without its hidden characters. The error message must show hidden characters.
+        // The name in the model lacks the hidden characters, so it differs. The error message must make the hidden characters
+        // visible.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -350,7 +353,7 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // A moving body needs a mass. A body inside another parent is another robot.
+        // The body `tool` has a joint here, so it can move and needs a mass: it is refused.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
         // A body that exists only in the model keeps its content, and a note names it.

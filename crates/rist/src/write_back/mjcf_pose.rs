@@ -39,7 +39,7 @@ impl<'a> AngleConvention<'a> {
         }
     }
 
-    /// The pose of an element in its parent element; `None` if its attributes cannot be read.
+    /// The pose of an element relative to its parent element; `None` if its attributes cannot be read.
     pub(super) fn pose(&self, node: &Node) -> Option<Pose> {
         let position = match node.attribute("pos") {
             Some(text) => numbers(text)?,
@@ -72,7 +72,7 @@ impl<'a> AngleConvention<'a> {
         }
         if let Some(text) = node.attribute("zaxis") {
             let z = unit(numbers(text)?)?;
-            // For the axis -z, MuJoCo rotates by half a turn about x.
+            // No smallest rotation exists if z becomes -z. MuJoCo then rotates by half a turn about x.
             let half = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
             return Some(UnitQuaternion::rotation_between(&Vector3::z_axis(), &z).unwrap_or_else(half));
         }
@@ -102,7 +102,7 @@ fn unit(axis: [f64; 3]) -> Option<Unit<Vector3<f64>>> {
     Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE)
 }
 
-/// Parses exactly N finite numbers; `None` for any other text.
+/// Parses a text of exactly N finite numbers; `None` for any other text.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let found: Option<Vec<f64>> =
         text.split_whitespace().map(|x| x.parse().ok().filter(|x: &f64| x.is_finite())).collect();
@@ -151,7 +151,7 @@ mod tests {
             assert_eq!(turned("", orientation), None, "{orientation}");
         }
         assert_eq!(turned("<compiler eulerseq=\"xyw\"/>", "euler=\"1 2 3\""), None);
-        // The unit is unknown, because an included file may define angles in radians.
+        // Euler angles cannot be read: an included file may say that angles are in radians.
         assert_eq!(turned("<include file=\"options.xml\"/>", "euler=\"1 2 3\""), None);
         assert!(turned("<include file=\"options.xml\"/>", "zaxis=\"0 1 0\"").is_some());
     }

@@ -1,4 +1,4 @@
-//! Steps that write identified parameters into URDF and MJCF files.
+//! Functions of the library that write identified parameters into URDF and MJCF files.
 
 use linear_model::parameter::FrictionParameter::*;
 use linear_model::parameter::ParameterId;
@@ -13,10 +13,10 @@ use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
 
-/// The URDF with identified inertials, joint damping and friction; all other text stays. The notes name parameters that a URDF
-/// cannot express.
+/// The URDF with identified inertials, joint damping and friction; all other text stays. The notes name identified parameters
+/// that a URDF cannot express.
 ///
-/// Fails if the text is no URDF, and with a verdict if the bodies must not be used.
+/// Fails if the text is no URDF. Fails with a verdict error if the identified bodies must not be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
     if !urdf.contains("<robot") {
@@ -32,11 +32,12 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// A MuJoCo model with identified inertials, joint damping, friction loss and armature. If `into` (name and text of a model) is
-/// given, it is changed; otherwise a new model without shapes is written.
+/// A MuJoCo model with identified inertials, joint damping, friction loss and armature. `into`: name and text of a model that
+/// gets these values; if `None`, a new model without shapes is written.
 ///
-/// Fails if the friction terms of the estimate cannot be written as damping and friction loss, if the robot floats or has loops
-/// and `into` is `None`, or if the frames of `into` differ; fails with a verdict if the bodies must not be used.
+/// Fails if the friction terms of the estimate cannot be written as damping and friction loss, if `into` is `None` and the robot
+/// floats or has loops, or if frames of `into` differ from the description. Fails with a verdict error if the identified bodies
+/// must not be used.
 pub fn write_mjcf(
     model: &Model,
     bodies: &Bodies,
@@ -65,8 +66,8 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous and Coulomb friction and rotor inertia of every joint. If friction is asymmetric: the mean of both directions.
-/// `None` if a joint lacks viscous or Coulomb friction.
+/// Viscous friction, Coulomb friction and rotor inertia of every joint. Of an asymmetric friction, the mean of both directions is
+/// taken. `None` if a joint lacks viscous or Coulomb friction.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
@@ -79,7 +80,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
     model.regressor().coordinates().iter().zip(&bodies.armatures).map(friction).collect()
 }
 
-/// Sentences on parameters that a URDF cannot express.
+/// Sentences for the user on identified parameters that a URDF cannot express.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, bodies, estimate).is_none() {

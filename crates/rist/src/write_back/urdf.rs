@@ -1,11 +1,9 @@
-//! Writes identified inertials into the URDF of a robot; all other bytes stay as they are.
+//! Writes identified inertials into the URDF of a robot; all other bytes (comments, order, spacing) stay as they are.
 //!
-//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link
-//! frame). In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically
-//! impossible, it gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the centre of
-//! mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'), c: centre of mass, m: mass.
-//!
-//! Only values inside the text are replaced; comments, order and spacing stay.
+//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link frame).
+//! In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically impossible,
+//! it gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the centre of mass, here
+//! with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'). c: centre of mass; m: mass; 1: identity matrix.
 
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
@@ -21,7 +19,8 @@ use crate::write_back::text_edit::{Edits, tagged};
 pub struct WrittenBack {
     /// The text of the description with the identified parameters.
     pub text: String,
-    /// Sentences for the user: which link got the inertia of others, and which options of the file override the new inertials.
+    /// Sentences for the user, for example which link got the inertia of others, or which options of a MuJoCo file override the
+    /// new inertials.
     pub notes: Vec<String>,
 }
 
@@ -45,7 +44,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // Inertial parameters of the link alone, about its centre of mass, in the link's frame of the file.
+        // The inertial parameters of the link without the links fixed to it, in the frame that the URDF gives the link.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -62,7 +61,7 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// The direct child of `<robot>` with this tag and name. Elements inside a transmission are not searched.
+/// The direct child of `<robot>` with this tag and name. Deeper elements are not searched, for example joints in a transmission.
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
     // The robot's names are stored in printable form, so names of the file are converted before they are compared.
     let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);

@@ -1,15 +1,15 @@
-//! Bounds for the size of a text, and for the expanded content of a YAML text.
+//! Limits on the length of a description text, and on the number of values that a YAML text expands to.
 
 use serde_yaml::{Budget, Error};
 
 /// Largest size of a description, bytes. Descriptions are written by hand, so a longer one is an accident or an attack.
 pub(in crate::format) const MAX_DESCRIPTION_BYTES: usize = 1 << 20;
 
-/// Largest number of links of a robot in YAML or URDF; no real robot has more. Links are looked up by name one by one, so the
-/// time to read grows with the square of their number.
+/// Largest number of links of a robot in YAML or URDF; no real robot has more. Each link is searched by its name among all links,
+/// so the time to read grows with the square of their number.
 pub(in crate::format) const MAX_LINKS: usize = 2000;
 
-/// The message for a YAML text that expands beyond its bound.
+/// The message for a YAML text that expands to more values than the limit allows.
 pub const REPEATS_TOO_MUCH: &str = "its anchors repeat more than it holds; write out what they stand for";
 
 /// The limit on the number of values in a YAML text, proportional to the length of the text. A value that an anchor repeats

@@ -5,13 +5,13 @@ use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 use gate::suggestion::did_you_mean;
 
-/// Largest absolute value of a number, in SI units. Beyond it, products of a few numbers would dominate all other terms.
+/// Largest absolute value of a number, in SI units. With larger numbers, the other terms of a sum would be lost by rounding.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
 /// Largest length of an expression. It also limits the depth of the recursion that evaluates an expression.
 const MAX_EXPRESSION_CHARACTERS: usize = 1000;
-/// Largest number of operations of a value if its symbols are expanded. Without this limit, a chain of symbols that each
-/// contain the previous one twice could be evaluated almost without end.
+/// Largest number of operations of a value with its symbols expanded. Without this limit, a chain of symbols, each with the
+/// previous symbol twice in its expression, would take almost endless time.
 const MAX_VALUE_OPERATIONS: usize = 4000;
 
 /// The message if a value is given for a symbol that the description does not have.
@@ -24,7 +24,7 @@ pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
 #[derive(Clone, Debug, Default)]
 pub(super) struct KnownNames {
     pub symbols: Vec<Symbol>,
-    /// For each symbol: the number of operations of its value, with the symbols in it expanded.
+    /// For each symbol: the number of operations of its value, with all symbols in this value expanded.
     costs: Vec<usize>,
     pub coordinates: Vec<String>,
 }
@@ -38,7 +38,8 @@ impl KnownNames {
         Ok(())
     }
 
-    /// Adds a symbol without a value in the file; `value` is a substitute. Does nothing if the symbol exists already.
+    /// Adds a symbol that has no value in the file; `value` is used until a value is set. Does nothing if the symbol exists
+    /// already.
     pub(super) fn define_generic(&mut self, name: &str, value: f64) {
         if !self.symbols.iter().any(|s| s.name == name) {
             self.costs.push(1);
@@ -112,7 +113,8 @@ impl KnownNames {
                 source.at(node, format!("{what} is an expression of more than {MAX_EXPRESSION_CHARACTERS} characters"))
             );
         }
-        // The error suggests similar names. A coordinate is allowed only in the variable of a joint.
+        // The error suggests the known name that is most similar. If the word is a coordinate, it says where coordinates are
+        // allowed.
         let value = parse(text, &find).map_err(|e| {
             let refusal = match identifiers(text).find(|w| find(w).is_none()) {
                 Some(w) if self.coordinates.iter().any(|c| c == w) => format!(

@@ -1,4 +1,5 @@
-//! Joints that follow another joint, q = multiplier q_other + offset. A chain of such joints is resolved to one leader.
+//! Joints that follow another joint: q = multiplier q_other + offset. If joints follow each other in a chain, each gets the last
+//! joint of the chain as its leader.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::format::shown::shown;
@@ -15,7 +16,7 @@ pub(in crate::format) struct Follows {
 }
 
 impl Follows {
-    /// Adds the offset to the geometry of the joint: to r of a prismatic joint, or to theta of a revolute joint.
+    /// Adds the offset of this joint to its geometry: to r of a prismatic joint, or to theta of a revolute joint.
     pub(in crate::format) fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
         if self.offset == 0.0 {
             return;
@@ -27,7 +28,7 @@ impl Follows {
         }
     }
 
-    /// Narrows the limits of the leader's coordinate, so that the limits `own` of this joint are kept too.
+    /// Narrows the limits of the leader's coordinate, so that this joint, which follows it, stays within its limits `own` too.
     pub(in crate::format) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
         if self.multiplier == 0.0 {
             return;
@@ -49,7 +50,8 @@ impl Follows {
     }
 }
 
-/// The final leader of each joint. `next`: relation of each joint to the joint that it follows directly. `name`: name of a joint.
+/// For each joint, its relation to its final leader (the joint that follows no other). `next`: relation of each joint to the
+/// joint that it follows directly. `name`: name of a joint.
 ///
 /// Fails with a joint and a message if joints follow each other in a circle, or if factors overflow.
 pub(in crate::format) fn resolved<'a>(

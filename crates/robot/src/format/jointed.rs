@@ -1,8 +1,9 @@
 //! Converts a robot with arbitrary joint axes and origins to Khalil-Kleinfinger frames.
 //!
-//! The readers of URDF and MJCF list the joints, antecedents first, each with the bodies that it carries. Every moving link
-//! gets a frame with z along its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`] store the relation
-//! to the frames of the file. Finally the result is checked: every joint frame must have the pose that follows from the file.
+//! The readers of URDF and MJCF list the joints, each with the bodies that it carries. An antecedent (parent) precedes its
+//! successors. Every moving link gets a frame with z along its joint axis ([`super::reframe`]). [`Link::file_frame`] and
+//! [`Link::parts`] store the relation to the frames of the file. Finally the result is checked: every joint frame must have the
+//! pose that follows from the file.
 
 use super::follows::Follows;
 use super::loop_frames::{FileLoop, loops};
@@ -24,7 +25,7 @@ use crate::robot::{
 use crate::value::{Affine, CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
 
-/// A joint frame of the file and the new frame must agree up to this distance, m, and angle, rad.
+/// The joint frame of the file and the frame computed from the result must agree up to this distance, m, and angle, rad.
 const REFRAMING_TOLERANCE: f64 = 1e-9;
 
 /// A joint of the file and the link that it moves, with the values of the file.
@@ -46,11 +47,11 @@ pub(in crate::format) struct FileJoint {
     pub link: String,
     /// The bodies that the joint carries: its link and the bodies fixed to it, in the order of the file.
     pub carried: Vec<LumpedBody>,
-    /// For a link without any inertial: whether its mass is zero (true) or unknown (false).
+    /// If the link has no inertial in the file: whether its mass counts as zero (true) or as unknown (false).
     pub is_massless: bool,
 }
 
-/// A body of the file that is fixed to the link of a joint.
+/// A body of the file that a joint carries: the link of the joint, or a body that is fixed to this link.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct LumpedBody {
     pub name: String,
@@ -72,7 +73,7 @@ pub(in crate::format) struct FileContext {
     pub snapped: Vec<Note>,
 }
 
-/// Makes a robot of these joints, antecedents first.
+/// Makes a robot of `joints`, in which an antecedent (parent) precedes its successors.
 ///
 /// Fails if a frame cannot be converted accurately.
 pub(in crate::format) fn robot(
@@ -174,7 +175,7 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
     let frame = framed.file_frame;
     let (drive, variable) = drive(&joint, k);
     let parts = parts(&joint.carried, &frame);
-    // The frame of the link itself comes first, then the frames of the bodies fixed to it.
+    // The frames of the file, with the frame of the link itself first, then the frames of the bodies fixed to it.
     let mut named: Vec<&LumpedBody> = joint.carried.iter().collect();
     named.sort_by_key(|one| one.name != joint.link);
     Link {
@@ -200,9 +201,9 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
     }
 }
 
-/// The drive type of a joint, and its variable as a multiple of coordinate k.
+/// The drive type of a joint (actuated, passive, locked), and its variable as a multiple of coordinate k.
 fn drive(joint: &FileJoint, k: Option<CoordinateId>) -> (Drive, Affine) {
-    // A joint that follows a fixed joint has no coordinate: it does not move.
+    // A joint that follows a fixed joint, or has the multiplier zero, has no coordinate: it does not move.
     let terms = k.filter(|_| joint.follows.multiplier != 0.0).map(|k| (k, joint.follows.multiplier));
     let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
     let drive = match (joint.follows.leader == joint.id, variable.terms.is_empty()) {
@@ -221,8 +222,8 @@ fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note 
     Note { subject: link.into(), text }
 }
 
-/// A note that two consecutive joint axes are almost parallel. Their common normal is far away, and numbers in such a distant
-/// frame lose digits.
+/// A note that two consecutive joint axes are almost parallel. Then their common normal is far away from the joint, and
+/// coordinates in a frame at this distance lose digits.
 fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
     let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
     let text = format!(
@@ -242,7 +243,7 @@ fn check_frames(
     places: &[(usize, usize)],
 ) -> Result<(), Error> {
     for q in configurations(robot.n_variables(), 4) {
-        // Positions of the joints as the file defines them.
+        // Position of joint j as the file defines it.
         let position = |j: usize| robot.links[j].joint.variable.rate(&q) + follows[j].offset;
         let poses = robot.link_poses(&q);
         let mut file: Vec<Pose> = Vec::with_capacity(given.len());

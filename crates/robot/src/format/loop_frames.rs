@@ -1,4 +1,5 @@
-//! Loops of a file: a point of one link coincides with a point of another link, and both links share an axis through this point.
+//! Loops of a file: a point of one link coincides with a point of another link, and both links share an axis through this point
+//! (a hinge).
 
 use super::reframe::placement;
 use crate::inertial::Pose;
@@ -9,14 +10,14 @@ use crate::value::{Affine, CoordinateId, Value};
 #[derive(Clone, Debug)]
 pub(in crate::format) struct FileLoop {
     pub name: String,
-    /// Index of the joint that carries the frame (`None`: the base), and pose of the frame in the frame of this joint.
-    /// `twin`: the same for the other frame.
+    /// Index of the joint that carries the first frame (`None`: the base), and pose of this frame in the joint's frame. `twin`:
+    /// the same for the second frame.
     pub cut: (Option<usize>, Pose),
     pub twin: (Option<usize>, Pose),
 }
 
-/// Converts the loops of a file to loops between `links`. The cut of each loop adds one coordinate to `passive`. `n`:
-/// number of coordinates.
+/// Converts the loops `given` of a file to loops between `links`. Each loop is cut at its hinge, and the angle of the hinge is
+/// added to the passive coordinates. `n`: number of coordinates.
 pub(in crate::format) fn loops(
     given: &[FileLoop],
     links: &[Link],

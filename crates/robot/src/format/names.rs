@@ -1,8 +1,8 @@
 //! Makes names printable.
 //!
-//! A name may contain invisible characters, or characters that change how their neighbours are displayed. Such a name is
-//! replaced by its printable form ([`gate::shown::line`]) when it is read, for use in tables, comments, generated source,
-//! columns and artefacts. A note tells the user.
+//! A name may contain invisible characters, or characters that change how their neighbours are displayed. Such a name is replaced
+//! by its printable form ([`gate::shown::line`]) when it is read. The names are used in tables, comments, generated source,
+//! column heads, and artefacts (files such as plans and estimates). A note tells the user.
 
 use gate::shown::{is_hidden, line};
 
@@ -24,7 +24,7 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     for link in &mut robot.links {
         show("link", &mut link.name);
         show("joint", &mut link.joint.name);
-        // These names are copies of other names (links, joints, files), so they get no further note.
+        // These names are copies of names that already got a note (links, joints, files), so they get no second note.
         let quietly = |name: &mut String| *name = line(name).into_owned();
         quietly(&mut link.label);
         link.parts.iter_mut().for_each(|part| quietly(&mut part.name));

@@ -71,7 +71,7 @@ impl DescriptionFile<'_> {
             budget: budget(text),
             strict_booleans: true,
             with_snippet: false,
-            // A number that is not finite is accepted here and refused later, because the later message can name its quantity.
+            // A number that is not finite is accepted here. It is refused later, when the message can say which quantity it is.
             non_finite_float_policy: serde_yaml::NonFiniteFloatPolicy::PassThrough,
         };
         serde_yaml::from_str_with_options(text, options).map_err(|e| {
@@ -98,7 +98,7 @@ fn without_place(message: &str) -> &str {
     first.find(" at line ").map_or(first, |at| &first[..at])
 }
 
-/// A hint for a key that is not valid here but occurs in other Denavit-Hartenberg tables.
+/// A hint for a key that is not valid in our table of Denavit-Hartenberg parameters, but is common in other such tables.
 fn way_out(key: &str, valid: &[&str]) -> &'static str {
     match key {
         _ if !valid.contains(&"alpha") => "",

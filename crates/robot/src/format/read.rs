@@ -1,4 +1,4 @@
-//! Reads a file of any format. The file extension determines the format. For standard input (`-`), the start of the
+//! Reads a description file of any format. The file extension determines the format. For standard input (`-`), the start of the
 //! text determines it.
 
 use std::io;
@@ -18,7 +18,7 @@ use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
 use crate::robot::Robot;
 
-/// Largest size of a file, bytes. No robot needs more, and a reader needs a multiple of the text as memory.
+/// Largest size of a file, bytes. No robot description is larger, and a reader needs several times this size as memory.
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads a robot from the file at `path`. The extension determines the format. `yaml`, `yml`: YAML. `urdf`, `xml`, `mjcf`:
@@ -35,7 +35,8 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 }
 
 /// Reads a robot from a text. The extension of `path` determines the format, and messages contain its name. Other files are
-/// opened only for an MJCF: included files, and meshes for the masses of bodies. They must be below the folder of `path`.
+/// opened only for an MJCF (included files, and meshes for the masses of bodies) and for a xacro (included files). They must be
+/// below the folder of `path`; those of a xacro may also be below the folders of given packages.
 ///
 /// Fails if the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
@@ -62,7 +63,7 @@ pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<S
 ///
 /// Fails if the file cannot be read, is larger than 16 MiB, or has a wrong encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // The format of standard input is not known before it is read, so Latin-1 is accepted.
+    // The format of standard input is not known before the text is read, so Latin-1 is accepted, as in a .par file.
     decoded(path, is_standard_input(path) || DescriptionFormat::of(path, "")? == DescriptionFormat::Par)
 }
 
@@ -83,7 +84,7 @@ enum DescriptionFormat {
 /// The file extensions that can be read, as text for messages.
 pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
 
-/// Robot formats that cannot be read, by extension or first element, each with a remedy.
+/// Robot formats that cannot be read, by extension or first element, each with advice for the user.
 const CONVERTED: [(&str, &str); 4] = [
     (
         "sdf",
@@ -95,8 +96,9 @@ const CONVERTED: [(&str, &str); 4] = [
 ];
 
 impl DescriptionFormat {
-    /// The format by the extension. For standard input it is determined by the start of the text: an XML tag, or the comment
-    /// of a .par file. The first element distinguishes URDF, MJCF and xacro. Fails for other formats.
+    /// The format of a description. A file extension determines it, and for XML also the first element (URDF, MJCF or xacro).
+    /// Standard input has no extension: an XML tag or the comment of a .par file at its start determines the format. Fails for
+    /// other formats.
     fn of(path: &Path, text: &str) -> Result<DescriptionFormat, Error> {
         let refused = |message: String| Err(whole_file(&path.display().to_string(), message));
         if is_standard_input(path) {
@@ -160,7 +162,7 @@ impl DescriptionFormat {
     }
 }
 
-/// Reads a text file in UTF-8: a description, options or an artefact.
+/// Reads a text file in UTF-8: a description, options, or a file that the program wrote (a plan, a motion, an estimate).
 ///
 /// Fails if the file cannot be read, is larger than 16 MiB (a device may have no end), or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Error> {

@@ -1,11 +1,13 @@
 //! Computes Khalil-Kleinfinger frames for a tree of joints with arbitrary axes and origins.
 //!
-//! Frame j has its z along the axis of joint j. Its x and its origin on the axis are free; they are chosen such that many
-//! parameters are zero. Its x lies along the common normal of its axis and the axis of its main child (the child with the
-//! longest chain). So the main child has gamma = b = 0; other children need gamma and b. Parallel axes: the position of the
-//! normal is free, and r_j = 0 is chosen. Coincident axes: also theta_j = 0. Nearly parallel axes: the origin stays at the
-//! joint of the file. A last link has theta_j = r_j = 0. A prismatic axis may be shifted: the axis of a last link passes
-//! through the origin of its antecedent.
+//! Frame j has its z along the axis of joint j. Its x axis, and the position of its origin on the joint axis, can be chosen. They
+//! are chosen such that many parameters are zero: x lies along the common normal of the joint's axis and the axis of its main
+//! child (the child with the longest chain). So the main child has gamma = b = 0; other children need gamma and b. Special cases:
+//! - Parallel axes: the position of the normal is free, and r_j = 0 is chosen.
+//! - Coincident axes: also theta_j = 0 is chosen.
+//! - Nearly parallel axes: the origin stays at the joint of the file.
+//! - A last link has theta_j = r_j = 0.
+//! - A prismatic axis may be shifted: the axis of a last link passes through the origin of its antecedent.
 
 use crate::angle_snap::{AngleSnapping, computed_angle, computed_length, exact};
 use crate::inertial::Pose;
@@ -36,17 +38,17 @@ pub(in crate::format) struct Framed {
 const PARALLEL_SINE: f64 = 1e-9;
 /// Parallel axes count as coincident if their distance is at most this, m.
 const COINCIDENT_DISTANCE_M: f64 = 1e-11;
-/// Directions count as perpendicular if the cosine of the angle between them is at most this. It covers the rounding of unit
-/// vectors after the rotations of a whole robot chain.
+/// Directions count as perpendicular if the cosine of the angle between them is at most this. Unit vectors that were rotated
+/// along a whole robot chain have smaller rounding errors.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// For axes with an angle between [`PARALLEL_SINE`] and this, rad, the common normal is far away. The origins of the frames
-/// are then at the joints of the file, with non-zero gamma, b and r.
+/// If the angle between two axes, rad, is between [`PARALLEL_SINE`] and this, their common normal is far away. The origins of the
+/// frames are then at the joints of the file, with non-zero gamma, b and r.
 pub(in crate::format) const NEARLY_PARALLEL_RAD: f64 = 0.01;
-/// Axes with a smaller angle are made parallel, rad. This is the error of an axis with five digits. An axis with four digits
-/// or a calibrated axis is kept.
+/// Two axes with a smaller angle than this, rad, are made parallel. An axis with five digits has this error. An axis with four
+/// digits or a calibrated axis is kept.
 const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
-/// Axes with a smaller angle are made parallel even if angles are kept as given, rad. Otherwise the common normal would be
+/// Two axes with a smaller angle than this, rad, are made parallel even if angles are kept as given. Their common normal would be
 /// 1e7 m away per metre between the axes, and a frame computed from it would have an error of 1e-9 m.
 const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
@@ -54,11 +56,11 @@ const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 pub(in crate::format) struct MadeParallel {
     pub link: usize,
     pub antecedent: usize,
-    /// Angle of this rotation, rad.
+    /// Angle by which the axis was rotated, rad.
     pub angle: f64,
 }
 
-/// Makes each axis that is almost parallel to the axis of its antecedent exactly parallel to it. Returns the changed axes.
+/// Makes each axis exactly parallel to the axis of its antecedent (parent) if it is almost parallel. Returns the changed axes.
 pub(in crate::format) fn make_parallel<'a>(
     links: impl IntoIterator<Item = &'a mut JointPlacement>,
     angles: AngleSnapping,
@@ -87,7 +89,7 @@ pub(in crate::format) fn frames(links: &[JointPlacement]) -> Vec<Framed> {
     let mut framed: Vec<Framed> = Vec::with_capacity(links.len());
     for (j, link) in links.iter().enumerate() {
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| framed[i].file_frame);
-        // The joint frame of j, its axis and a point on the axis, all in the new frame of the antecedent.
+        // In the new frame of the antecedent (parent): the joint frame of j, the joint axis, and a point on the axis.
         let joint = before.compose(&link.pose);
         let axis = turned(&joint.rotation, link.axis);
         let point = if link.prismatic && main[j].is_none() { [0.0; 3] } else { joint.position };
@@ -115,13 +117,15 @@ pub(in crate::format) fn frames(links: &[JointPlacement]) -> Vec<Framed> {
     framed
 }
 
-/// The main child of each link: the child with the longest chain, and the first of several. `None` if a link has no child.
+/// The main child of each link: the child with the longest chain of joints. If several chains are equally long, it is the first
+/// of these children. `None` if a link has no child.
 fn main_children(links: &[JointPlacement]) -> Vec<Option<usize>> {
     let mut chain = vec![1usize; links.len()];
     let mut main: Vec<Option<usize>> = vec![None; links.len()];
     for (j, link) in links.iter().enumerate().rev() {
         let Some(i) = link.antecedent else { continue };
-        // The loop is in reverse order, so the first of several children with the longest chain is chosen.
+        // The links are visited in reverse order, and `>=` replaces an equal chain. So the first of several longest chains is
+        // chosen.
         if chain[j] + 1 >= chain[i] {
             chain[i] = chain[j] + 1;
             main[i] = Some(j);
@@ -145,7 +149,7 @@ struct Normal {
 }
 
 impl Normal {
-    /// The placement along this normal, then by theta about the other axis and by r along it.
+    /// The placement of a frame: along this normal, then by theta about the other axis and by r along the other axis.
     fn placement(&self, theta: f64, r: f64) -> ModifiedDh {
         ModifiedDh {
             gamma: computed_angle(self.gamma),
@@ -174,7 +178,7 @@ impl Normal {
         let across = [-ay / sine, ax / sine, 0.0];
         let t = -(point[0] * ax + point[1] * ay) / (sine * sine);
         let distance = dot(point, across);
-        // If d = 0, the direction of the normal is chosen by the sign of alpha.
+        // The sign of alpha follows from the chosen direction of the normal.
         let (direction, gamma, d) = nearer(across, distance);
         let alpha = (sine * dot(direction, across).signum()).atan2(az);
         let far = sine < NEARLY_PARALLEL_RAD;
@@ -188,8 +192,8 @@ impl Normal {
     }
 }
 
-/// Chooses between a direction in the xy plane and its opposite. It chooses the direction nearer to x; if both are equally
-/// near, the direction with a positive distance. Returns the direction, its angle gamma, and the signed distance along it.
+/// Chooses between a direction in the xy plane and its opposite: the one nearer to the x axis or, if both are equally near, the
+/// one with a positive distance. Returns the chosen direction, its angle gamma from x, and the signed distance along it.
 fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
     let opposite = direction[0] < -PERPENDICULAR_COSINE
         || (direction[0].abs() <= PERPENDICULAR_COSINE && distance < -COINCIDENT_DISTANCE_M);
@@ -198,9 +202,9 @@ fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
     (direction, direction[1].atan2(direction[0]), sign * distance)
 }
 
-/// theta and r such that the x axis of a frame lies on the common normal of its axis and the child's axis. `child_point`: a
-/// point on the child's axis; `None`: the child's axis passes through the chosen origin. `nearby`: r of a frame whose origin
-/// is free on the axis.
+/// theta and r of a frame, such that its x axis lies on the common normal of its axis and the child's axis. `child_point`: a
+/// point on the child's axis; `None` if the child's axis passes through the origin that is chosen. `nearby`: the value of r if
+/// the origin can be anywhere on the axis.
 fn towards(
     normal: &Normal,
     axis: Vector3,
@@ -211,7 +215,8 @@ fn towards(
     let across = cross(axis, child_axis);
     let sine = norm(across);
     let offset = child_point.map(|p| minus(p, normal.foot));
-    // For parallel axes, the position of the origin along them is free. For coincident axes, the direction of x is free too.
+    // If the two axes are parallel, the position of the origin along them is free. If they coincide, the direction of x is free
+    // too.
     let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL_RAD } else { PARALLEL_SINE };
     let (direction, r) = match (parallel, offset) {
         (true, None) => return (0.0, nearby),
@@ -223,7 +228,7 @@ fn towards(
             (scaled(sideways, 1.0 / norm(sideways)), nearby)
         }
         (false, None) => (scaled(across, 1.0 / sine), nearby),
-        // The foot of the common normal on the axis: the point of closest approach of two lines.
+        // r is the position along the axis of the foot of the common normal: the point where two lines are closest to each other.
         (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
     };
     // The direction of the normal is chosen such that |theta| is at most 90 degrees. At 90 degrees it points to the child.

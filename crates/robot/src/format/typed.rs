@@ -1,9 +1,9 @@
 //! Reads a YAML text as a value of a given type, by serde.
 //!
-//! The reader of the YAML library would be compiled for each type. This reader traverses the tree of [`node`](super::node),
-//! so a type needs little code, and each error has its line and column. Functions that pass on a serde visitor are never
-//! inlined, because the compiler would otherwise copy the whole reader of a type into each serde function above them. These
-//! copies would take a quarter of the compile time of `experiments`.
+//! The reader of the YAML library would be compiled again for each type. This reader traverses the tree of [`node`](super::node)
+//! instead, so a type needs little compiled code, and each error has its line and column. Functions that pass a serde visitor on
+//! are marked `inline(never)`. Otherwise the compiler would copy the whole reader of a type into each serde function that calls
+//! it; these copies would take a quarter of the compile time of `experiments`.
 
 use std::fmt;
 
@@ -17,9 +17,9 @@ use super::node::{DescriptionFile, Key, Node, NodeValue};
 
 /// Reads a YAML text as a value of type `T`.
 ///
-/// A number that is not finite is refused, unless the type requests an f64: then the deserializer of the type gets the
-/// number, and can name the quantity in its error. Fails, with line and column, at an unexpected value or a duplicate key,
-/// and if anchors repeat too much.
+/// A number that is not finite is refused here, except where `T` requests an f64: then `T` gets the number, and can name the
+/// quantity in its own error. Fails, with line and column, at an unexpected value or a duplicate key, and if anchors repeat too
+/// much.
 pub fn read_as<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let tree =
         DescriptionFile { file: "" }.parse(text).map_err(|e| said((e.place.line, e.place.column), &e.message))?;
@@ -72,8 +72,8 @@ struct TypedValue<'a> {
 const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 impl<'a> TypedValue<'a> {
-    /// A scalar as it is spelled in the text: a link may have the name `01`, `1e3` or `true`. The value of an alias is
-    /// spelled elsewhere in the text, so it is formatted from its value.
+    /// A scalar as it is spelled in the text, because a link may have the name `01`, `1e3` or `true`. An alias (`*name`) does not
+    /// show the spelling, so its value is formatted.
     fn written(self) -> String {
         let line = self.text.lines().nth(self.node.line.saturating_sub(1)).unwrap_or("");
         let from = line.char_indices().nth(self.node.column.saturating_sub(1)).map_or("", |(at, _)| &line[at..]);
@@ -124,7 +124,7 @@ impl<'a> TypedValue<'a> {
         })
     }
 
-    /// Deserializes the value. If the type itself reports an error, the error gets the place of the value.
+    /// Deserializes the value. If the type reports an error without a place, the error gets the place of the value.
     fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
         self.here(seed.deserialize(self))
     }
@@ -391,7 +391,7 @@ mod tests {
         One(usize),
     }
 
-    /// A test type that checks its value.
+    /// A type for this test: its own deserializer checks the value.
     #[derive(Debug, PartialEq)]
     struct Small(f64);
 
@@ -469,7 +469,7 @@ mod tests {
         assert_eq!(read.all, AskedFields { on: true, x: Some(1.5), count: 3, ..AskedFields::default() });
         assert!(read_as::<bool>("maybe").unwrap_err().contains("expected a boolean"));
         assert!(read_as::<usize>("'1.5'").unwrap_err().contains("expected usize"));
-        // The library merges the entries of the anchor into the map.
+        // The YAML library merges the entries of the anchor `a` into the map `b`.
         let merged: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>> =
             read_as("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").unwrap();
         assert_eq!(merged["b"].len(), 2);

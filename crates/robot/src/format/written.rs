@@ -15,8 +15,8 @@ pub struct WrittenNames {
 }
 
 impl WrittenNames {
-    /// Makes the names for a format. `allowed`: replaces the characters of a name that the format does not allow.
-    /// `is_reserved`: whether a name has another meaning in the format.
+    /// Makes the names for a format. `allowed`: replaces the characters of a name that the format does not allow. `is_reserved`:
+    /// whether a name already has a meaning in the format.
     pub fn new(robot: &Robot, allowed: impl Fn(&str) -> String, is_reserved: impl Fn(&str) -> bool) -> WrittenNames {
         let mut taken: Vec<String> = Vec::new();
         let mut unique = |name: &str| {
@@ -49,7 +49,7 @@ impl WrittenNames {
     }
 }
 
-/// Adds notes on data of a link's original file that are not written.
+/// Adds notes on data of the link in its original file that no writer stores: the separate bodies lumped in it, and its frame.
 pub fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
     if link.parts.len() > 1 {
         note(&link.name, format!("its {} parts are written as one link", link.parts.len()));

@@ -1,4 +1,4 @@
-//! Parses an XML text within bounds. This is the first step of every XML reader.
+//! Parses an XML text, with limits on its size. Every XML reader starts with this function.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -28,7 +28,7 @@ pub(in crate::format) fn document<'a>(
             _ => e.pos(),
         };
         let message = e.to_string();
-        // The library writes the place at the end of its messages. Here the place is at the start, so it is removed at the end.
+        // The library writes line and column at the end of its messages. Ours start with them, so they are removed at the end.
         let message = message.split(" at ").next().unwrap_or("").to_string();
         let message = if message.contains("DTD") { format!("{message}: take the <!DOCTYPE> out") } else { message };
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };

@@ -54,7 +54,8 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
-            // A product with a constant: it stays exact in the offset, but becomes a number in the coefficients.
+            // The product of a constant and an affine value: it is an exact expression in the offset, but a number in the
+            // coefficients.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {

@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
-/// Index of a coordinate in [`crate::Robot::coordinates`]. From n on (n: number of coordinates), it is n plus an
-/// index in [`crate::Robot::passive`].
+/// Index of a coordinate in [`crate::Robot::coordinates`]. With n coordinates, an index of n + p means passive coordinate p of
+/// [`crate::Robot::passive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CoordinateId(pub usize);
 
@@ -21,8 +21,8 @@ pub struct Symbol {
     pub name: String,
     /// Value of the symbol. It contains no coordinates, but may contain symbols before it.
     pub value: Value,
-    /// Whether the value is a substitute because the file gives none. Ranks and rules are correct with it, but numerical
-    /// results have no meaning.
+    /// Whether the file gives no value, so that `value` is a substitute. The base parameters and their rules (linear combinations
+    /// of standard parameters) are correct with it, but numerical results have no meaning.
     pub generic: bool,
 }
 
@@ -78,8 +78,8 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
-    /// The value as an angle, rad, if it exceeds a full turn. `None` if it is smaller, or if it contains a symbol: then a
-    /// large angle may be intended.
+    /// The value as an angle, rad, if it exceeds a full turn; otherwise `None`. Also `None` if it contains a symbol, because a
+    /// large symbol may be intended.
     pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
         let angle = self.number(symbols);
         (angle.abs() > 2.0 * PI && !self.has_symbol()).then_some(angle)
@@ -160,7 +160,8 @@ impl Value {
             }
             Value::Atan2(a, b) => {
                 let ((p, y), (q, x)) = (f(a)?, f(b)?);
-                // The vector (x, y) lies along an axis or a diagonal of the plane, so its angle is a multiple of pi/4.
+                // `eighths`: angle of the vector (x, y) in units of pi/4, if the vector lies along an axis or a diagonal of the
+                // plane.
                 let eighths = match (y.0.signum(), x.0.signum()) {
                     _ if p.0 != 0 || q.0 != 0 => return None,
                     (0, 0 | 1) => 0,
@@ -179,17 +180,17 @@ impl Value {
 
 type Ratio = (i64, i64);
 
-/// Largest numerator of [`ratio`]. Integers up to this value are exact in f64.
+/// Largest numerator that the function [`ratio`] accepts. Integers up to this value are exact in f64.
 const MAX_RATIO_NUMERATOR: f64 = 1e15;
 
-/// The fraction of a decimal with at most nine digits after the point; `None` for other numbers.
+/// The fraction that equals a decimal with at most nine digits after the point; `None` for other numbers.
 fn ratio(x: f64) -> Option<Ratio> {
     let scaled = x * 1e9;
     if scaled.abs() > MAX_RATIO_NUMERATOR {
         return None;
     }
     let n = scaled.round();
-    // The fraction must be the decimal itself and not a neighbour: n / 1e9 must give the same f64.
+    // The fraction must equal the given decimal, not a neighbouring decimal: n / 1e9 must give the same f64.
     if n / 1e9 != x {
         return None;
     }

@@ -83,7 +83,7 @@ impl Parser<'_> {
 
     fn unnested_factor(&mut self) -> Result<Value, String> {
         if self.take('-') {
-            // Two minus signs cancel. Otherwise they would be written with parentheses, which doubles the depth of nesting.
+            // Two minus signs cancel. If both were kept, the written text would have more parentheses, and so a deeper nesting.
             return Ok(match self.factor()? {
                 Value::Neg(value) => *value,
                 value => Value::Neg(Box::new(value)),

@@ -20,7 +20,7 @@ impl Value {
     fn bound_text(&self, symbols: &[Symbol], name: &dyn Fn(CoordinateId) -> String, within: Binding) -> String {
         use Binding::{Factor, Product, Sum};
         let t = |v: &Value, within| v.bound_text(symbols, name, within);
-        // A minus before a product is read as the sign of the first factor, so no parentheses are needed.
+        // A minus before a product is read as the sign of its first factor. So a negative first factor needs no parentheses.
         let left = |v: &Value| match v {
             Value::Neg(_) | Value::Number(_) => t(v, Sum),
             v => t(v, Product),

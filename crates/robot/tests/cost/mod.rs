@@ -14,7 +14,8 @@ fn now() -> Duration {
     nanoseconds.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
 }
 
-/// A description is read repeatedly for at least this time, because the system counts time in steps of some milliseconds.
+/// A description is read repeatedly for at least this time, because the system updates its time counter only every few
+/// milliseconds.
 const ENOUGH: Duration = Duration::from_millis(100);
 
 /// Mean time to read a description once, ms. `None` if it cannot be read.
@@ -27,7 +28,8 @@ fn milliseconds(read: &dyn Fn() -> Result<Robot, Error>) -> Option<f64> {
     Some((now() - before).as_secs_f64() * 1e3 / f64::from(readings))
 }
 
-/// A table row `| name | coordinates | difference | ms | ms of the URDF |`. Without `urdf`, the robot is written as a URDF.
+/// A table row `| name | coordinates | difference | ms | ms of the URDF |`. `urdf`: the robot as a URDF; if `None`, it is
+/// written.
 pub(super) fn row(
     name: &str,
     robot: &Robot,

@@ -1,6 +1,7 @@
-//! Joint torques of a tree of links by a Newton-Euler recursion, in the base frame.
+//! Joint torques of a tree of links by a Newton-Euler recursion, with all vectors in the base frame.
 //!
-//! Only link poses, link parameters and joint axes are from the program under test, so the result is independent of it.
+//! Only link poses, link parameters and joint axes are taken from the program under test. So the torques test the rest of the
+//! program independently.
 
 use robot::{Inertial, JointKind, Robot};
 

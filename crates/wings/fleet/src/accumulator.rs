@@ -1,9 +1,9 @@
 //! Sums of sufficient statistics over many logs: each log is read once, and its rows are replaced by triangular matrices.
 //!
-//! For any number of logs, one triangular matrix R per joint replaces the rows [W y], because triangles can be added: R'R = sum_k
-//! R_k'R_k, k: log [Golub, Van Loan 2013, 12.5]. Standard deviations need several separate terms of this sum (the replicates of
-//! `block_deviation`), so a small number of logs is stored log by log, and an even smaller number block by block. The rows are
-//! also stored sorted by the state of their joint (`state_cells`).
+//! For any number of logs, one triangular matrix R per joint (the R of a QR decomposition) replaces the rows [W y], because these
+//! matrices can be added: R'R = sum_k R_k'R_k, k: log [Golub, Van Loan 2013, 12.5]. W: regressor, y: torques. Standard deviations
+//! need several separate terms of this sum, called replicates (`block_deviation`). So a small number of logs is stored log by
+//! log, and an even smaller number block by block. The rows are also stored sorted by the state of their joint (`state_cells`).
 //!
 //! | number of logs | each log is stored in | cells of states | replicates |
 //! |---|---|---|---|
@@ -12,9 +12,9 @@
 //! | 16 to 64 | one block | two octaves each | one per log: the standard deviations contain the differences between logs |
 //! | more | 64 groups of logs, selected by the digest of the log | two octaves each | at most 64 |
 //!
-//! Up to 64 logs form a set, sorted by name. The file does not depend on the order and grouping of merges, byte for byte; the sum
-//! is computed when it is needed. With more than 64 logs, the rounding of a group's sum depends on the order of the merges. A
-//! file has at most 64 replicates and a line for each log.
+//! Up to 64 logs form a set, sorted by name; the sum is computed when it is needed. So the file is the same, byte for byte, for
+//! every order and grouping of merges. With more than 64 logs, the rounding of a group's sum depends on the order of the merges.
+//! A file has at most 64 replicates and a line for each log.
 //!
 //! A smaller statistic would be the second moment of the scores (gradients of single rows) at a fixed solution. It is not used,
 //! because every added log changes the solution, and scores at another solution need third moments of the rows.
@@ -92,7 +92,7 @@ impl Accumulator {
         self.settle();
     }
 
-    /// Adds a log. If the options have no cut-off frequency, the first log sets it.
+    /// Adds a log. If the options of the sums have no cut-off frequency yet, the cut-off of this log is used for all.
     ///
     /// Fails if the log is already included, or has other filter settings.
     pub fn add(&mut self, replicate: Replicate) -> Result<(), Error> {
@@ -131,7 +131,7 @@ impl Accumulator {
                 )));
             }
         }
-        // If logs have different names for their columns, the choice is independent of the order of merging.
+        // Logs may have different names for their columns. The choice of the names does not depend on the order of merging.
         let names = [&settings.options.columns, &theirs.options.columns].map(|names| format!("{names:?}"));
         if names[1] < names[0] {
             settings.options.columns = theirs.options.columns;
@@ -143,8 +143,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The triangles of all logs (one per block and joint), and statistics of the joints' motion. The blocks of each replicate
-    /// have its number, as if it were a log. `None` if there are no logs.
+    /// The triangles (R of QR decompositions) of all logs, one per block and joint, and statistics of the joints' motion. All
+    /// blocks of a replicate get the number of the replicate, as if it were a log. `None` if there are no logs.
     pub fn observation(&self) -> Option<Observation> {
         let numbered = |(number, replicate): (usize, &Replicate)| {
             let mut observation = replicate.observation.clone();
@@ -165,14 +165,15 @@ impl Accumulator {
         Some(all)
     }
 
-    /// The triangles for tests of faults, merged into at most `groups` groups of consecutive triangles.
+    /// The triangles (R of QR decompositions) for tests of faults, for example a wrong sign of a torque. Consecutive triangles
+    /// are merged so that at most `groups` remain.
     pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
         let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
         let sum = |some: &[&Triangle]| Triangle::sum(some[0].columns(), some.iter().copied());
         all.chunks(all.len().div_ceil(groups).max(1)).map(sum).collect()
     }
 
-    /// Sorts the logs, and merges their blocks as the table in the module head says.
+    /// Sorts the logs, and merges their blocks as the table at the top of this file says.
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
         let blocks = match logs {
@@ -198,14 +199,14 @@ impl Accumulator {
             self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
         }
         let found: Vec<String> = self.logs().into_iter().map(|log| log.name.clone()).collect();
-        // If a log failed once but was read successfully later, its failure is removed.
+        // If a log failed at first but was read successfully later, its failure is removed from the list.
         self.failed.retain(|failed| found.binary_search(&failed.name).is_err());
         self.failed.sort();
         self.failed.dedup();
     }
 }
 
-/// Sets the cut-off frequency to the frequency that was chosen for this observation, if the options have none.
+/// If the options have no cut-off frequency, sets it to the cut-off frequency that was chosen for this observation.
 fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
     let signal = &mut settings.options.signal;
     if signal.order > 0 && signal.cutoff.is_none() {
@@ -262,8 +263,8 @@ mod tests {
         sums
     }
 
-    /// Torques of four logs that differ by some per cent: the standard deviation equals the standard deviation of the mean of
-    /// four values. The number of blocks has no effect.
+    /// Four logs have torques that differ by some per cent. The standard deviation of a parameter must equal the standard
+    /// deviation of the mean of four values; the number of blocks has no effect.
     #[test]
     fn what_changes_from_log_to_log_is_in_the_deviation() {
         let scaled = |k: u64| {
@@ -271,7 +272,7 @@ mod tests {
         };
         let (fit, _) = sums((0..4).map(scaled)).fit().unwrap();
         for p in &fit.estimate.parameters[..2] {
-            // The four factors have a standard deviation of 0.077, so their mean has half of this.
+            // The four factors have a standard deviation of 0.077, so their mean has a standard deviation of half of this.
             let share = p.sigma.unwrap() / p.value.unwrap().abs();
             assert!((0.025..0.08).contains(&share), "{p:?}");
         }
@@ -288,7 +289,8 @@ mod tests {
         let wider = (0..3).filter(|&c| with.parameters[c].sigma > without.parameters[c].sigma).count();
         assert!(wider > 0, "{with:?}");
         for (p, exact) in with.parameters.iter().zip(exact) {
-            // Only the largest fault inflates the standard deviation, so the true value must be within three standard deviations.
+            // Only the largest fault inflates the standard deviation. The true value must still be within three standard
+            // deviations.
             assert!((p.value.unwrap() - exact).abs() < 3.0 * p.sigma.unwrap(), "{p:?} {exact}");
         }
     }
@@ -333,7 +335,7 @@ mod tests {
         assert_eq!((a.rows, b.rows), (15_000, 15_000));
         for j in 0..=3 {
             for i in 0..=j {
-                // Tolerance for some hundred merges, each with a rounding error relative to the norm of the column.
+                // Tolerance for some hundred merges; each has a rounding error relative to the norm of the column.
                 assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-12 * a.column_norm(j.min(2)).max(a.at(3, 3)));
             }
         }

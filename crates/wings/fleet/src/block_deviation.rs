@@ -1,17 +1,17 @@
 //! Standard deviations by the jackknife, which omits one block of the data at a time.
 //!
 //! Residuals that persist for some time, in one or several joints, are correlated within a block but not between blocks. A_g,
-//! s_g: normal matrix and score of block g. The solution without block g, with fixed weights w_j of joints j, and the variance
-//! are
+//! s_g: normal matrix and score of block g; W_jg, y_jg: regressor and torques of joint j in block g; w_j: weight of joint j
+//! (fixed). The solution without block g and the variance are
 //!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
 //!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g
-//! [Miller 1974; Kunsch 1989, for blocks of a series]. If only a few blocks determine a parameter, the estimate of its variance
-//! is as uncertain as if there were only these few blocks. pi_g: share of block g in the information on the parameter. The
-//! degrees of freedom of the variance are
+//! [Miller 1974; Kunsch 1989, for blocks of a series]; x_c: parameter c, G: number of blocks. If only a few blocks determine a
+//! parameter, the estimate of its variance is as uncertain as if there were only these few blocks. pi_g: share of block g in the
+//! information on the parameter. The degrees of freedom of the variance are
 //!   nu_c = 1 / sum_g pi_g^2 - 1,   pi_g = (A^-1 A_g A^-1)_cc / (A^-1)_cc       [Satterthwaite 1946]
-//! which is G - 1 if all blocks contribute equally. Everything follows from the triangles of the blocks, so sums over many
-//! logs have standard deviations without a second pass over their rows. Differences between logs (temperature) are in the
-//! standard deviations if a block is a log.
+//! which is G - 1 if all blocks contribute equally. Everything follows from the triangles of the blocks (R of their QR
+//! decompositions), so sums over many logs have standard deviations without a second pass over their rows. If each block is one
+//! log, the standard deviations contain differences between logs, for example of temperature.
 //!
 //! | symbol | code | shape |
 //! |---|---|---|
@@ -37,11 +37,12 @@ pub(crate) struct BlockDeviation {
     pub blocks: usize,
 }
 
-/// If only the omitted block determines a parameter, the parameter is regularised with this fraction of the norm of its column.
-/// This is a hundred times weaker than directions of a condition number of a thousand.
+/// If only the omitted block determines a parameter, the matrix without this block is singular. Then the parameter is regularised
+/// with this fraction of the norm of its column, which is a hundred times weaker than a direction of condition number 1000.
 const REGULARISATION_SHARE: f64 = 1e-5;
 
-/// Standard deviations of a solution. `parts[g][j]`: triangle of block g and joint j. `weights`: weight of each joint.
+/// Standard deviations of a solution. `parts[g][j]`: triangle (R of the QR decomposition) of block g and joint j. `weights`:
+/// weight of each joint.
 pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
     let p = solution.x.len();
     let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
@@ -51,7 +52,7 @@ pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution
     for (cluster, shares) in
         clusters.iter().zip(whole.information_shares(&clusters, REGULARISATION_SHARE * REGULARISATION_SHARE))
     {
-        // The regularised matrix is positive definite, so only a block with NaN is skipped.
+        // The regularised matrix is positive definite. So `None` is returned only for a block with NaN, which is skipped.
         let Some(moved) = whole.moved(cluster, 1.0, REGULARISATION_SHARE * REGULARISATION_SHARE) else { continue };
         squares.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * share);
         variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
@@ -90,7 +91,7 @@ mod tests {
         for c in 0..3 {
             let without = |g: usize| solve(&weighted(&observation.joints(|k| k != g), &weights)).x[c] - solution.x[c];
             let variance: f64 = 7.0 / 8.0 * (0..8).map(|g| without(g).powi(2)).sum::<f64>();
-            // Tolerance: products of columns keep half of the digits, and the columns are well conditioned.
+            // Tolerance: products of columns lose half of the digits, and the columns are well conditioned.
             assert!((found.sigma[c] / variance.sqrt() - 1.0).abs() < 1e-6, "{c}");
         }
     }
@@ -114,8 +115,8 @@ mod tests {
                 let half = |c: usize| two_sided_quantile(0.05, found.freedom[c]) * found.sigma[c];
                 covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
-            // 95 % are expected. With 600 draws the standard deviation is 1 %, and the limit is three of these. For correlated
-            // noise the limit is lower, because the correlation across the ends of blocks is neglected.
+            // Coverage of 95 % is expected. With 600 draws its standard deviation is 1 %, and the limit is three of these below.
+            // For correlated noise the limit is lower, because the correlation across the ends of blocks is neglected.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
         }
     }
@@ -136,7 +137,8 @@ mod tests {
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
         // With eight blocks, a standard deviation has a relative uncertainty of a quarter. The limits are wider than this.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
-        // Only the first block determines ZZ; all blocks determine the other parameters equally well.
+        // Only the first block determines ZZ, so it has no degree of freedom. All blocks determine the other parameters equally
+        // well.
         assert!(found.freedom[0] < 0.1 && found.freedom[1] > 5.0 && found.freedom[1] <= 7.0, "{found:?}");
         let one = block_deviation(&observation.parts[..1], &weights, &solution);
         assert_eq!((one.sigma, one.blocks), (vec![0.0; 3], 1));

@@ -1,10 +1,10 @@
 //! Compares the parameters of robots, or of one robot on several days, with a reference.
 //!
 //! d_c: difference of parameter c from the reference. Its variance is sigma_c^2 + sigma_c^2(reference), because the two sums
-//! contain different logs. Each sigma is the larger of two: from white noise, and between replicates, each with its degrees of
-//! freedom. `crate::behrens_fisher` gives the probability of a difference as large as d_c if nothing changed. The tests of all
-//! parameters and robots are combined (`false_discovery`). Parameters that are undetermined in one of the sums are listed but not
-//! compared.
+//! (triangles added over logs, see `accumulator`) contain different logs. Each sigma is the larger of two standard deviations:
+//! for white noise, and between replicates. Each has its degrees of freedom. `crate::behrens_fisher` gives the probability of a
+//! difference as large as d_c if nothing changed. The tests of all parameters and robots are combined (`false_discovery`).
+//! Parameters that are undetermined in one of the sums are listed but not compared.
 
 use std::fmt;
 
@@ -19,12 +19,11 @@ use crate::accumulator::Accumulator;
 use crate::false_discovery::families;
 use crate::solution::Solved;
 
-/// Which parameters are tested. Each additional test reduces the power, because the false discovery rate holds for all tests
-/// together.
+/// The choice of the tested parameters. More tests have less power, because the false discovery rate is for all tests together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compared {
-    /// All parameters that both sums determine.
+    /// All parameters that both the robot's sums and the reference's sums determine.
     #[default]
     All,
     /// Only parameters of bodies and rotors. Friction and offsets change with temperature and from day to day, so they are fitted
@@ -49,7 +48,7 @@ pub struct Comparison {
     /// Which parameters were tested.
     #[serde(default)]
     pub of: Compared,
-    /// The false discovery rate for the robots, and for the parameters of the robots that changed.
+    /// The false discovery rate, used twice: for the robots, and for the parameters of the robots that changed.
     pub rate: f64,
     /// The results of the robots, in the order given.
     pub robots: Vec<ComparedRobot>,
@@ -68,9 +67,9 @@ pub struct ComparedRobot {
     pub changed: bool,
     /// The smallest false discovery rate at which the robot is reported as changed.
     pub adjusted: f64,
-    /// Differences of the parameters that both sums determine, in the order of the columns.
+    /// Differences of the parameters that both the robot's sums and the reference's sums determine, in the order of the columns.
     pub parameters: Vec<Difference>,
-    /// Parameters that are undetermined in one of the two sums.
+    /// Parameters that are undetermined in the sums of the robot or in the sums of the reference.
     pub open: Vec<ParameterId>,
 }
 
@@ -88,9 +87,9 @@ pub struct Difference {
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
-    /// p-value: probability of a difference at least as large if the parameter did not change.
+    /// p-value: probability that a difference is at least as large as this one if the parameter did not change.
     pub p: f64,
-    /// Whether the parameter changed significantly.
+    /// Whether the parameter is reported as changed significantly.
     pub moved: bool,
 }
 
@@ -101,7 +100,7 @@ impl Difference {
     }
 }
 
-/// Compares robots with a reference. Each is given by its name and its sums. `of`: which parameters are tested. `rate`: the false
+/// Compares robots with a reference; each is a name and its sums over logs. `of`: which parameters are tested. `rate`: the false
 /// discovery rate.
 ///
 /// Fails if the settings of two sums differ, if two sums contain the same log, or if a sum cannot be solved.
@@ -131,7 +130,7 @@ pub fn compare(
     Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, seal: Checksum::Whole })
 }
 
-/// A robot and its reference, each with its name.
+/// A robot and its reference, each with its name and its sums over logs.
 struct Pair<'a> {
     ours: (&'a str, &'a Accumulator),
     theirs: (&'a str, &'a Accumulator),
@@ -171,7 +170,7 @@ impl Pair<'_> {
             }
             let (one, other) = (sigma[0][c], sigma[1][c]);
             let difference = a.solution.x[c] - b.solution.x[c];
-            // Without noise, a difference of the size of a rounding error is no change: p is 1.
+            // If there is no noise, a difference of the size of a rounding error is no change: p is 1.
             let p = two_sided_difference(difference, (one, a.freedom(c)), (other, b.freedom(c)));
             parameters.push(Difference {
                 name: column.name.clone(),
@@ -253,7 +252,7 @@ impl fmt::Display for ComparedRobot {
 }
 
 impl ComparedRobot {
-    /// Writes a table of the changed parameters, the largest deviations first.
+    /// Writes a table of the changed parameters; the difference that is largest relative to its standard deviation is first.
     fn write_moved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut moved: Vec<(&Difference, String)> =
             self.parameters.iter().filter(|d| d.moved).map(|d| (d, d.name.to_string())).collect();
@@ -290,12 +289,13 @@ mod tests {
 
     use crate::state_cells::StateCells;
 
-    /// Sums over one log of a pendulum whose MX is larger by `more`.
+    /// Sums over one log of a pendulum. `more`: amount by which its first moment MX is larger.
     fn sums(seed: u64, more: f64) -> Accumulator {
         with_friction(seed, more, 0.0)
     }
 
-    /// Sums over one log with viscous friction that is larger by `viscous`. Friction is fitted unless `viscous` is zero.
+    /// Sums over one log of a pendulum whose MX is larger by `more`, with viscous friction `viscous`. Friction is fitted unless
+    /// `viscous` is zero.
     fn with_friction(seed: u64, more: f64, viscous: f64) -> Accumulator {
         let arm = Pendulum::new();
         let friction = if viscous == 0.0 { Vec::new() } else { FrictionTerm::STANDARD.to_vec() };
@@ -322,8 +322,8 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // A noise of 0.1 N m, divided by 9.81 m/s^2 and by the root of five hundred rows, gives a standard deviation of 0.0005 kg
-        // m. The limit is four of these.
+        // The standard deviation of the change is 0.0005 kg m: a noise of 0.1 N m, divided by 9.81 m/s^2 and by the root of five
+        // hundred rows. The limit is four of these.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }

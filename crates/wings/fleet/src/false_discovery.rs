@@ -1,11 +1,11 @@
 //! Multiple tests with control of the false discovery rate.
 //!
-//! The false discovery rate is the expected share of false rejections among all rejections. Of m p-values the k smallest are
-//! rejected; k is the largest number with p_(k) <= k q / m [Benjamini, Hochberg 1995]. The adjusted value of a test is the
-//! smallest q at which it is rejected. The rule controls the rate q for independent and for positively dependent tests. Estimates
-//! of one robot are approximately positively dependent, and so are robots with a common reference. For any dependence, q must be
-//! divided by 1 + 1/2 + .. + 1/m [Benjamini, Yekutieli 2001], which is eleven for 25 000 tests; this is not done, because it
-//! reduces the power too much. Measured rates are in docs/benchmarks.md.
+//! The false discovery rate is the expected share of false rejections among all rejections. q: the rate that is allowed. Of m
+//! p-values, the k smallest are rejected; k is the largest number with p_(k) <= k q / m [Benjamini, Hochberg 1995], p_(k): the
+//! k-th smallest. The adjusted value of a test is the smallest q at which it is rejected. The rule controls the rate q for
+//! independent and for positively dependent tests. Estimates of one robot are approximately positively dependent, and so are
+//! robots with a common reference. For any dependence, q must be divided by 1 + 1/2 + .. + 1/m [Benjamini, Yekutieli 2001], which
+//! is eleven for 25 000 tests; this is not done, because it reduces the power too much. Measured rates are in docs/benchmarks.md.
 //!
 //! Tests are grouped in families; a family contains the parameters of one robot. The p-value of a family is the smallest adjusted
 //! value in it [Simes 1986]: it tests the hypothesis that nothing in the family changed. If R of m families are rejected at q,
@@ -33,13 +33,13 @@ pub struct Family {
     pub p: f64,
     /// The smallest false discovery rate over families at which the family is rejected.
     pub adjusted: f64,
-    /// Whether the family is rejected.
+    /// Whether the hypothesis that nothing in the family changed is rejected.
     pub is_found: bool,
     /// Whether each test of the family is rejected.
     pub found: Vec<bool>,
 }
 
-/// Tests families of p-values, controlling the false discovery rate `rate`.
+/// Tests families of p-values such that both false discovery rates (of families, and of tests within them) are at most `rate`.
 pub(crate) fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
     let within: Vec<Vec<f64>> = p.iter().map(|p| adjusted(p)).collect();
     let simes: Vec<f64> = within.iter().map(|q| q.iter().copied().fold(1.0, f64::min)).collect();
@@ -61,7 +61,7 @@ mod tests {
     use numerics::student::two_sided;
     use random::Random;
 
-    /// The fifteen p-values of the example of Benjamini and Hochberg 1995: at 5 % the four smallest are rejected.
+    /// The fifteen p-values in the example of [Benjamini, Hochberg 1995]: at 5 %, the four smallest are rejected.
     #[test]
     fn the_published_example() {
         let p = [
@@ -104,17 +104,18 @@ mod tests {
                 missed += 10 - (yes - wrong);
                 assert!(found.iter().all(|f| f.is_found == (questions(f) > 0)));
             }
-            // 5 % are expected. The share in one run has a standard deviation of 7 %, and the mean of 60 runs has 1 %. The limit
-            // is three of these.
+            // 5 % are expected. In one run, the share has a standard deviation of 7 %; the mean of 60 runs has 1 %. The limit is
+            // three of these above 5 %.
             assert!(of_families < 0.08 && of_questions < 0.08, "{shared}: {of_families} {of_questions}");
             assert!(missed < 60, "{shared}: {missed} of 600 families missed");
         }
     }
 
-    /// The mean share of unchanged robots among the rejected robots, and the share of changed robots that are rejected.
+    /// Two shares over `count` fleets: unchanged robots among the rejected robots (mean), and rejected robots among the changed
+    /// robots.
     ///
     /// Fleets of 500 robots with 16 logs each are compared with a reference of 64 logs. The standard deviations have 13 and 60
-    /// degrees of freedom. In 25 robots, one of 24 parameters changed.
+    /// degrees of freedom. In 25 robots, one of 24 parameters changed by `moved`.
     fn fleets(count: usize, moved: f64) -> (f64, f64) {
         let (mut random, robots, changed, parameters) = (Random::new(9), 500, 25, 24);
         let mut deviation = |variance: f64, freedom: usize| {
@@ -127,8 +128,8 @@ mod tests {
             let mut p = |robot: usize, c: usize| {
                 let ((a, s), (b, r)) = (deviation(0.8, 13), reference[c]);
                 let d = a - b + if robot < changed && c == robot % parameters { moved } else { 0.0 };
-                // A normal variable exceeds this in one of fifteen cases, so a smaller difference is never rejected at the rates
-                // used here.
+                // A normal variable exceeds 1.8 standard deviations in one of fourteen cases. A smaller difference is never
+                // rejected at the rates used here, so its p need not be computed.
                 if d.abs() < 1.8 * s.hypot(r) { 1.0 } else { two_sided_difference(d, (s, 13.0), (r, 60.0)) }
             };
             let p: Vec<Vec<f64>> = (0..robots).map(|i| (0..parameters).map(|c| p(i, c)).collect()).collect();
@@ -143,7 +144,7 @@ mod tests {
 
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // The share in one fleet has a standard deviation of 4 %, and the mean of 60 fleets has 0.5 %. The limit is one of these
+        // In one fleet, the share has a standard deviation of 4 %; the mean of 60 fleets has 0.5 %. The limit is one of these
         // above 5 %. With Welch's degrees of freedom, the mean would be 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");

@@ -1,9 +1,11 @@
-//! Wing for fleets: sums of sufficient statistics over more logs than one machine can hold, and changes between two sums.
+//! Wing (optional package) for fleets: sums of sufficient statistics over more logs than one machine can hold, and changes
+//! between two sums.
 //!
-//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates with equal [`Settings`](settings::Settings) become
-//! an [`Accumulator`], which can be written ([`tri_file`]), merged, solved ([`solution`]) and compared with others
-//! ([`comparison`]). The rows are not needed again. So methods that need the rows twice are not available: robust weights, the
-//! search for a delay, for a friction model or for drive gains, and the autocorrelation of residuals from sample to sample.
+//! A log becomes triangles (the R of QR decompositions; [`Replicate`](replicate::Replicate)). Replicates with equal
+//! [`Settings`](settings::Settings) become an [`Accumulator`], which can be written ([`tri_file`]), merged, solved ([`solution`])
+//! and compared with others ([`comparison`]). The rows are not needed again. So methods that need the rows twice are not
+//! available: robust weights, the search for a delay, for a friction model or for drive gains, and the autocorrelation of
+//! residuals from sample to sample.
 //!
 //! Interfaces of the core for this wing: `identification` provides the rows of a log as triangles by joint
 //! (`rows::observation::Observation`), fits triangles of any logs (`estimators`, `estimate::identify`), and accepts replicates of

@@ -1,7 +1,8 @@
-//! Represents one log by triangles: blocks of its rows, data on the log, and statistics of the joints' motion.
+//! Represents one log by triangles (R of the QR decompositions of blocks of its rows), data on the log, and statistics of the
+//! joints' motion.
 //!
 //! A log is stored in `MAX_BLOCKS_PER_LOG` blocks. If more logs are added, four consecutive blocks are merged into one
-//! (`accumulator`). The result is the same, bit for bit, whenever the blocks of a log are merged.
+//! (`accumulator`). It makes no difference, bit for bit, at which time the blocks of a log are merged.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
@@ -17,7 +18,7 @@ use identification::signals::records::{Records, SourceRecords};
 /// Largest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
 
-/// Largest number of segments of one log for the tests of hypotheses.
+/// Largest number of segments of one log that have separate triangles for the tests of hypotheses.
 pub(super) const MAX_FAULT_PARTS_PER_LOG: usize = 8;
 
 /// Number of consecutive blocks that are merged into one.
@@ -43,25 +44,26 @@ pub struct LogAccount {
     pub period: f64,
 }
 
-/// A unit for standard deviations: usually one log, or several logs whose residuals may be correlated.
+/// The rows that count as one independent unit for standard deviations: usually one log, or several logs whose residuals may be
+/// correlated.
 #[derive(Clone, Debug)]
 pub struct Replicate {
     /// Data on the logs, in the order of their names.
     pub logs: Vec<LogAccount>,
-    /// The triangles of each block and joint, and statistics of the joints' motion.
+    /// The triangles (R of QR decompositions) of each block and joint, and statistics of the joints' motion.
     pub observation: Observation,
     /// The rows, sorted by the state of their joint.
     pub cells: StateCells,
-    /// Triangles of some rows with the columns of the hypotheses, one per segment of the log. The rows are weighted by a fit to
-    /// this log alone. Empty if no hypothesis is tested.
+    /// Triangles (R of QR decompositions) of some rows with the columns of the hypotheses, one per segment of the log. The rows
+    /// are weighted by a fit to this log alone. Empty if no hypothesis is tested.
     pub faults: Vec<Triangle>,
 }
 
 impl Replicate {
     /// Makes the replicate of the records of one log.
     ///
-    /// `open`: unknown mechanical properties (for example springs) in addition to the parameters. Fails if the records cannot be
-    /// read.
+    /// `open`: unknowns of the robot that are not parameters of the model (the mount of the base, rotors). Fails if the records
+    /// cannot be read.
     pub fn of(
         model: &Model,
         log: &LogSource,
@@ -96,7 +98,8 @@ impl Replicate {
             duration: report.clock.duration,
             period: report.clock.period,
         };
-        // The rows for tests of faults are weighted by a fit to this log alone, because the sums have no rows.
+        // The rows for tests of faults need weights. They come from a fit to this log alone, because the sums over logs have no
+        // rows.
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let point = FitPoint { x: &solution.x, weights: &weights, robust: None };
         let faults = of_hypotheses(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
@@ -137,7 +140,7 @@ impl Replicate {
     }
 }
 
-/// Merges every four consecutive triangles into one.
+/// Merges every four consecutive triangles (R of QR decompositions) into one.
 fn fold_faults(parts: &mut Vec<Triangle>) {
     *parts = parts.chunks(BLOCKS_PER_FOLD).map(|some| Triangle::sum(some[0].columns(), some)).collect();
 }
@@ -148,7 +151,7 @@ fn fold(observation: &mut Observation, together: usize) {
     observation.log_of.truncate(observation.parts.len());
 }
 
-/// A hash similar to FNV-1a. It processes one word at a time, and rotates the result.
+/// A hash similar to FNV-1a, but it processes one word of 8 bytes at a time and rotates the result.
 #[derive(Clone, Copy)]
 pub struct Digest(pub u64);
 
@@ -161,7 +164,7 @@ impl Digest {
         Digest((self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29))
     }
 
-    /// The digest after these bytes and the number of bytes.
+    /// The digest after these bytes, followed by the number of bytes.
     pub fn bytes(self, bytes: &[u8]) -> Digest {
         let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
         bytes.chunks(8).fold(self, |digest, chunk| digest.word(word(chunk))).word(bytes.len() as u64)
@@ -185,8 +188,8 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
     Ok(digest.0)
 }
 
-/// The triangles for tests of hypotheses: one per segment of a record, with the weights of a fit to this log alone. Empty if
-/// there are no hypotheses.
+/// The triangles (R of QR decompositions) for tests of hypotheses: one per segment of a record, with the weights of a fit to this
+/// log alone. Empty if there are no hypotheses.
 ///
 /// Fails if a record cannot be read.
 pub(crate) fn of_hypotheses<R: Records + ?Sized>(

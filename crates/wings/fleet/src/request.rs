@@ -1,4 +1,4 @@
-//! The requests of the fleet wing: adding logs to sums, and comparing sums.
+//! The requests of the fleet wing (optional package): adding logs to sums, and comparing sums.
 
 use rist::Options;
 use rist::request::{METHOD, Range, Request, RowsRequest};
@@ -20,7 +20,7 @@ rist::words! { Compared:
 }
 
 rist::request! {
-    /// Options for comparing sums.
+    /// Options for comparing the sums of robots with the sums of a reference.
     pub struct CompareRequest {
         /// The parameters that are asked about.
         of: Compared = Compared::All;
@@ -42,7 +42,7 @@ rist::request! {
 }
 
 rist::request! {
-    /// Options for reading logs and adding them up. By default, reading ends at the first log that fails.
+    /// Options for reading logs and adding them up. By default, the first log that fails ends the command with an error.
     pub struct AccumulateRequest {
         /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
         skip_broken: bool = false;

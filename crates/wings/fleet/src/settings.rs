@@ -1,8 +1,8 @@
 //! The settings that two sums must have in common before they can be added: robot, columns, filter, friction, transmission.
 //!
-//! Triangles contain only numbers; the settings define their meaning. They contain names and units of the columns, the
-//! fingerprint of the model (which covers geometry and gravity), and every option that affects a row. Only the column names in
-//! the log files may differ, because two recorders may use different names for the same signal.
+//! The triangles of sums (R of QR decompositions) contain only numbers; the settings define their meaning. They contain names and
+//! units of the columns, the fingerprint of the model (which covers geometry and gravity), and every option that affects a row.
+//! Only the column names in the log files may differ, because two recorders may use different names for the same signal.
 
 use linear_model::description_options::DescriptionOptions;
 use linear_model::friction::terms::columns_before;
@@ -27,14 +27,15 @@ pub struct Settings {
     /// Options for reading the description; `None`: the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
-    /// The coordinates, in the order of the triangles.
+    /// The coordinates of the robot. There is one triangle (the R of a QR decomposition of the torque equations) per coordinate,
+    /// and the triangles are stored in this order.
     pub coordinates: Vec<Axis>,
-    /// Columns of the triangles, in this order: base parameters, friction, couplings.
+    /// Columns of the triangles (R of QR decompositions), in this order: base parameters, friction, couplings.
     pub columns: Vec<TriangleColumn>,
     /// The options of the identification.
     pub options: Options,
-    /// The tested hypotheses. The triangles of faults have first the columns of the parameters, then the columns of these
-    /// hypotheses.
+    /// The tested hypotheses on faults. The triangles for these tests have first the columns of the parameters, then the columns
+    /// of the hypotheses.
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -102,7 +103,7 @@ impl Settings {
         Ok(Settings { model, description, coordinates, columns, options, hypotheses })
     }
 
-    /// A list of phrases that describe the differences from other settings. Empty if the two sums can be added.
+    /// Phrases that describe how `self` differs from other settings. Empty if sums with these two settings can be added.
     pub fn differences(&self, other: &Settings) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: String, theirs: String| {
@@ -136,7 +137,7 @@ impl Settings {
         if found.is_empty() && self.hypotheses != other.hypotheses {
             found.push("the faults that were looked for differ".into());
         }
-        // Equal settings give equal columns; if they do not, the files come from different versions of the program.
+        // Equal settings give equal columns. If the columns differ, the files were written by different versions of the program.
         if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
             let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
             found.push(match odd {
@@ -147,13 +148,13 @@ impl Settings {
         found
     }
 
-    /// A regressor with these columns but without values.
+    /// A regressor that has the columns of these settings but cannot compute values.
     ///
     /// Fails if the columns do not agree with the friction and the couplings in the options.
     pub(crate) fn columns_alone(&self) -> Result<ColumnsOnly, Error> {
         let options = &self.options;
-        // Base parameters come first, then friction and couplings. The options determine how many friction and coupling columns
-        // there are.
+        // The base parameters come first, then friction and couplings. The numbers of friction and coupling columns follow from
+        // the options.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
         let others = friction + couplings.iter().map(|c| c.parameters().len()).sum::<usize>();
@@ -194,7 +195,7 @@ fn shown<T: std::fmt::Debug>(value: &T) -> String {
     format!("{value:?}")
 }
 
-/// A regressor for triangles that exist already: it has columns but cannot compute values.
+/// A regressor for sums, whose triangles (R of QR decompositions) exist already: it has columns but cannot compute values.
 pub struct ColumnsOnly {
     coordinates: Vec<String>,
     slides: Vec<bool>,
@@ -214,7 +215,7 @@ impl Regressor for ColumnsOnly {
         self.slides[k]
     }
 
-    /// Values are unknown, so all results that would need them are NaN.
+    /// The values of Y are unknown, so they are NaN. Every result that needs them is then NaN too.
     fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
         y.fill(f64::NAN);
     }

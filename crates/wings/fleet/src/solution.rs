@@ -1,13 +1,13 @@
 //! Estimates parameters from sums. The result equals the result of `identify` for the same logs, but needs no rows.
 //!
-//! Values, residuals and the error on held-out blocks equal the results of `estimate::identify`. The standard deviation is from
-//! the blocks (`block_deviation`), scaled by Student's t such that 1.96 standard deviations cover 95 %, and from the bands of
-//! speed and position (`state_cells`), combined as in `estimators::replicate_deviation`. It is at least the standard deviation
-//! from white noise and the standard deviation between logs. Faults inflate it as in `identify`, with triangles that were
-//! weighted by a fit to each log alone. Not available, because they need the rows: residuals that depend on another joint, and
-//! rows that do not fit.
+//! Values, residuals and the error on held-out blocks equal the results of `estimate::identify`. A standard deviation combines
+//! two, as in `estimators::replicate_deviation`. The first is from the blocks (`block_deviation`), scaled by Student's t such
+//! that 1.96 standard deviations cover 95 %. The second is from the bands of speed and position (`state_cells`). The result is at
+//! least the standard deviation for white noise and the standard deviation between logs. Faults inflate it as in `identify`, with
+//! triangles that were weighted by a fit to each log alone. Not available, because they need the rows: residuals that depend on
+//! another joint, and rows that do not fit.
 //!
-//! A difference of two sums (`comparison`) is tested with the blocks only, because model errors are equal on both sides.
+//! A difference of two sums (`comparison`) is tested with the blocks only, because the model has the same errors in both sums.
 
 use logs::Error;
 use numerics::least_squares::Solution;
@@ -30,7 +30,7 @@ use identification::estimators::replicate_deviation::{ReplicateDeviation, by_ban
 use identification::estimators::weighted::fit;
 use identification::rows::observation::{Observation, weighted};
 
-/// With fewer blocks, the relative uncertainty of a standard deviation is above one half.
+/// With fewer blocks than this, a standard deviation has a relative uncertainty above one half.
 const SUFFICIENT_BLOCKS: usize = 8;
 
 /// The numerical solution of the sums of a robot.
@@ -60,19 +60,18 @@ impl Solved {
 
     /// Standard deviations from the blocks, one per parameter.
     ///
-    /// Each is the larger of two: from white noise; and from the blocks, multiplied by `interval`, a function of its degrees of
-    /// freedom.
+    /// Each is the larger of two: the standard deviation for white noise; and the one from the blocks, multiplied by `interval`
+    /// (a function of its degrees of freedom).
     pub(super) fn sigma(&self, interval: impl Fn(f64) -> f64) -> Vec<f64> {
         let BlockDeviation { sigma, freedom, .. } = &self.deviation;
         let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
         both.map(|(white, (blocks, freedom))| white.max(interval(*freedom) * blocks)).collect()
     }
 
-    /// The standard deviations from blocks, from the bands of speed and position in `cells`, and between logs.
+    /// The standard deviations from the blocks, from the bands of speed and position in `cells`, and between logs.
     fn believed(&self, cells: &StateCells) -> ReplicateDeviation {
         let interval = |freedom: f64| two_sided_quantile(0.05, freedom) / INTERVAL;
-        // Below one degree of freedom, the quantile would grow without limit, so the number of degrees of freedom is at least
-        // one.
+        // The quantile is taken for at least one degree of freedom, because it grows without limit below one.
         let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
         let whole = FullNormalMatrix::of(&weighted(&self.joints, &self.weights));
         let wider = interval((self.deviation.blocks as f64 - 1.0).max(1.0));
@@ -89,11 +88,11 @@ impl Solved {
     }
 }
 
-/// Number of groups of triangles that are held out one after the other when faults are tested.
+/// When faults are tested, the triangles are divided into this number of groups, and one group after the other is held out.
 const LEFT_OUT_GROUPS: usize = 10;
 
 impl Accumulator {
-    /// The estimate from all logs. Its standard deviations are inflated by faults that the data show or cannot exclude.
+    /// The estimate from all logs. Faults that the data show, or that the data cannot exclude, inflate its standard deviations.
     ///
     /// Fails if there are no logs, or if no joint moves. Parameters that the data do not determine have a status that says so.
     pub fn solve(&self) -> Result<Estimate, Error> {
@@ -121,7 +120,7 @@ impl Accumulator {
             joint.held_out = Some(out.relative);
         }
         of_signals(&mut estimate, &solved.observation, options);
-        // Adds remarks on the signals, on the replicates, and on the logs that failed.
+        // Adds remarks about the replicates and about the logs that failed.
         estimate.remarks.push(self.replicates_in_words(solved.deviation.blocks));
         estimate
             .remarks
@@ -137,7 +136,7 @@ impl Accumulator {
         }
         let Solved { observation, solution, weights, .. } = solved;
         let mut fit = Fit { estimate, observation, solution, weights, robust: None, deviation };
-        // If each log is one replicate, each log can be predicted from the others.
+        // If each log is one replicate, each log can be predicted by a fit to the other logs. A sentence tells the result.
         if self.replicates().len() == fit.estimate.logs.len() {
             let sentence = of_left_out(&logs_left_out(&model, &fit, None), &fit.estimate.logs);
             fit.estimate.remarks.extend(sentence);

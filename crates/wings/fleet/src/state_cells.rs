@@ -1,9 +1,9 @@
 //! Products of a log's rows, sorted by joint and state (cells). From the cells, standard deviations by bands of speed and
 //! position can be computed, as `replicate_deviation` does from rows.
 //!
-//! The bands in `replicate_deviation` depend on the range of motion in all logs, which is unknown for a part of the logs. So the
-//! cells have fixed limits, and bands are formed from cells when the sums are solved. W_c: rows of cell c; x: solution of all
-//! rows; A, s: normal matrix and score of a cell c or a band g.
+//! The limits of the bands in `replicate_deviation` depend on the range of motion in all logs, which is unknown while only some
+//! logs are read. So the cells have fixed limits, and bands are formed from cells when the sums are solved. W_c, tau: rows of
+//! cell c (regressor and torques); x: solution of all rows; A, s: normal matrix and score of a cell c or a band g.
 //!
 //! ```text
 //! A_c = W_c' W_c,   s_c = W_c' tau - A_c x        A_g = sum of the cells of a band, s_g likewise
@@ -34,18 +34,19 @@ const CELLS_PER_TURN: f64 = 32.0;
 const CELL_LENGTH: f64 = 0.05;
 /// Number of position cells on each side of zero for a prismatic joint. The last cell also contains all positions farther away.
 const MAX_SLIDING_CELLS: i32 = 32;
-/// Number of cells that are merged into one.
+/// Number of cells of position that are merged into one.
 const CELLS_PER_FOLD: i32 = 4;
-/// Exponent of the lowest octave of speed: speeds below 2^-8 rad/s (m/s) count as rest. Octaves above 2^10 are merged into one.
+/// Exponents of the lowest and the highest octave of speed (2^k to 2^(k+1) rad/s or m/s). The lowest octave also contains all
+/// lower speeds, and the highest octave all higher speeds.
 const SLOWEST_OCTAVE: i32 = -8;
 const FASTEST_OCTAVE: i32 = 10;
-/// Number of bands of speed: the octave with the largest speed, and the octaves below it. The last band contains all lower
-/// speeds.
+/// Number of bands of speed: the octave with the largest speed, and the next octaves below it. The last band also contains all
+/// lower speeds.
 const SPEED_BANDS: i32 = 5;
 /// Greatest number of bands of position.
 const POSITION_BANDS: usize = 8;
 
-/// The key of a cell: its joint, whether it is a cell of speed or of position, and its index.
+/// The key of a cell: its joint, its kind (a range of speed or of position), and the index of the range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cell {
     pub joint: usize,
@@ -64,15 +65,15 @@ pub(crate) enum CellSize {
     SpeedOnly,
 }
 
-/// For each cell, the products of its rows.
+/// For each cell, the sums of products of its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateCells {
     /// The current size of the cells.
     pub(crate) cell_size: CellSize,
     /// For each joint, the columns that may affect its torque.
     pub(crate) columns: Vec<Vec<usize>>,
-    /// For each cell, the products (i, j), i <= j, of the m columns of the joint and of its torque (column m); index: j (m + 1) +
-    /// i.
+    /// For each cell, the products (i, j), i <= j, of the m columns of the joint and of its torque (column m). The product (i, j)
+    /// is at index j (m + 1) + i.
     pub(crate) products: BTreeMap<Cell, Vec<f64>>,
 }
 
@@ -95,7 +96,7 @@ impl StateCells {
 
     /// Adds the rows of a record.
     pub(crate) fn add(&mut self, model: &Model, states: &States) {
-        // With all parameters zero, the residual is the torque itself.
+        // With all parameters zero, the residual is the torque itself, so the sums contain products with the torque.
         let none = vec![0.0; model.p()];
         let mut sums = CellSums::default();
         add_record(&mut sums, model, states, &none, &CellSums::default());
@@ -118,7 +119,7 @@ impl StateCells {
         }
     }
 
-    /// Merges cells until they have the size `grain`. Cells that are larger already are not changed.
+    /// Merges cells until they have the size `grain`. If the cells are already as large or larger, nothing changes.
     pub(crate) fn fold_to(&mut self, grain: CellSize) {
         if grain <= self.cell_size {
             return;
@@ -134,7 +135,7 @@ impl StateCells {
         self.take(cells.filter_map(|(cell, products)| Some((coarser(cell)?, products))));
     }
 
-    /// Clusters of rows, by speed and by position, for a solution x. The rows of joint j are multiplied by `weights[j]`.
+    /// Clusters of rows, by speed and by position, at the solution x. The rows of joint j are multiplied by `weights[j]`.
     pub(crate) fn clusters(&self, x: &[f64], weights: &[f64]) -> [Vec<Cluster>; 2] {
         let mut of = [Vec::new(), Vec::new()];
         for shared in [BandContent::Speed, BandContent::Position] {
@@ -175,8 +176,8 @@ impl StateCells {
     }
 }
 
-/// Replaces the torque tau by the residual tau - W x in the products, and multiplies them by `square`: W'(tau - W x) = W' tau -
-/// W'W x. The last entry remains the square of the torque, because the square of the residual is not needed.
+/// Replaces the torque tau by the residual tau - W x in the products: W'(tau - W x) = W' tau - W'W x. All products are multiplied
+/// by `square`. The last entry stays the square of the torque, because the square of the residual is not needed.
 fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     let m = x.len();
     for i in 0..m {
@@ -187,7 +188,7 @@ fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
     products
 }
 
-/// For each cell, the sums of products while a record is read.
+/// The sums of products of each cell, while a record is read.
 #[derive(Clone, Default)]
 struct CellSums {
     cells: BTreeMap<Cell, RowProducts>,
@@ -197,8 +198,8 @@ impl ResidualSum for CellSums {
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
-            // Successive samples are usually in the same cell. A group of eight samples is added to every cell that occurs in it;
-            // samples of other cells get the weight zero.
+            // Eight successive samples are a group, and they are usually in the same cell. The group is added to every cell that
+            // occurs in it; for each cell, the samples of other cells get the weight zero.
             let mut seen: Vec<(Cell, [f64; 8])> = Vec::new();
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
                 let position = position_cell(group.states, r * n + j, model.regressor.is_prismatic(j));
@@ -309,8 +310,8 @@ mod tests {
         let bands = residual_sums(&model, &records[..], &solution.x, bands).unwrap();
         let expected = bands.clusters(&model).map(|bands| by_band(&whole, &bands, 1.0));
         for (found, expected) in found.iter().zip(&expected) {
-            // With five draws, a standard deviation has a relative uncertainty of a third. Bands with other limits are other
-            // draws.
+            // With five draws, a standard deviation has a relative uncertainty of a third. The two results use bands with
+            // different limits, so their draws differ.
             assert!(found.iter().zip(expected).all(|(a, b)| (0.4..2.5).contains(&(a / b))), "{found:?} {expected:?}");
         }
         assert!(found[0].iter().zip(white_deviation(&solution)).any(|(speed, white)| *speed > 2.0 * white));

@@ -1,5 +1,5 @@
-//! Reads the logs of a fleet and adds them up: each log is read once and replaced by a few triangles, which are merged, solved
-//! and compared.
+//! Reads the logs of a fleet and adds them up. Each log is read once and replaced by a few triangles (R of QR decompositions),
+//! which can be merged, solved and compared.
 
 use std::path::{Path, PathBuf};
 
@@ -56,7 +56,7 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log to the sums. With `anyway`, it is added even if `rist doctor` finds that it does not belong to the description.
+/// Adds a log to the sums. `anyway`: also if the log check (`rist doctor`) finds that the log does not belong to the description.
 ///
 /// Fails, and adds nothing, if the sums belong to another model, if the log cannot be used or does not belong to the description,
 /// or if the sums already contain it.
@@ -79,7 +79,7 @@ pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) 
     accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
 }
 
-/// Reads logs and adds them up with the options `options` instead of the options of the request.
+/// Reads logs and adds them up. `options` are used instead of the options in the request.
 ///
 /// Fails like [`accumulate`].
 pub fn accumulate_like(
@@ -88,13 +88,14 @@ pub fn accumulate_like(
     request: &AccumulateRequest,
     mut options: Options,
 ) -> Result<Accumulator, Error> {
-    // If there is only one log, its cut-off frequency is determined when it is read.
+    // With several logs, the cut-off frequency is chosen from the motion in all of them. With one log, it is chosen when the log
+    // is read.
     if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
         options.signal.cutoff = common_cutoff(model, logs, &options);
     }
     let mut all = accumulator_with(model, options, &request.sums.gain)?;
     let options = all.settings().options.clone();
-    // Logs are merged in batches, because each merge traverses all logs that are already in the sums.
+    // Logs are first merged in batches, because each merge with the sums iterates over all logs in the sums.
     let mut batch = Accumulator::new(all.settings().clone());
     let threads = request.threads.unwrap_or_else(processor::threads);
     let read = |_: usize, path: &PathBuf| {
@@ -134,7 +135,8 @@ fn named(name: &str, e: &Error) -> Error {
     Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
 }
 
-/// The common cut-off frequency, from the motion in all readable logs. A log that cannot be read is refused later.
+/// The common cut-off frequency, from the motion in all logs that can be read. A log that cannot be read is skipped here, and
+/// refused later.
 fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
     let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
     for path in logs {
@@ -147,7 +149,7 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
     Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
 }
 
-/// The triangles of one log. The log is checked first, unless `anyway` is set.
+/// The triangles (R of QR decompositions) of one log. The log is checked first, unless `anyway` is set.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
     if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {

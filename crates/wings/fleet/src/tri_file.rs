@@ -1,4 +1,4 @@
-//! Writes and reads the file of an accumulator, `.tri`: a first line, a head in YAML, and the triangles.
+//! Writes and reads the file of an accumulator, `.tri`: a first line, a head in YAML, and the triangles (R of QR decompositions).
 //!
 //! ```text
 //! rist-tri 4 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
@@ -8,11 +8,12 @@
 //! The triangles are written replicate by replicate. A replicate begins with the number of its blocks. Each block and joint has:
 //! the number of rows, the number of nonzero columns, their indices, and their entries column by column; columns of zeros are not
 //! stored. If the options have springs, the change of the squared torque by the springs follows for each block and joint. Then
-//! each coordinate has its smallest and largest position, speed, effort, f95, and the number of samples at rest. The cut-off
-//! frequency follows. Then come the cells of states: their resolution (0, 1, 2); for each coordinate the number of its columns
-//! and their indices; the number of cells; and for each cell its coordinate, 0 for speed or 1 for position, its index, and the
-//! products of its columns and the torque, column by column down to the diagonal. Last are the number of triangles of faults and
-//! these triangles; their columns are the parameters and the hypotheses in the head.
+//! each coordinate has its smallest and largest position, speed, effort, bandwidth f95 (95 % of the energy of the velocity is
+//! below it), and the number of samples at rest. The cut-off frequency follows. Then come the cells of states: their size (0, 1,
+//! 2); for each coordinate the number of its columns and their indices; the number of cells; and for each cell its coordinate, 0
+//! for speed or 1 for position, its index, and the products of its columns and the torque, column by column down to the diagonal.
+//! Last are the number of triangles of faults and these triangles; their columns are the parameters and the hypotheses in the
+//! head.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -34,14 +35,14 @@ const TRI_MAGIC_WORD: &str = "rist-tri";
 
 /// The version of the format that is written and read.
 ///
-/// Sums of older versions cannot be added to sums of this version. Version 1 computes accelerations by second-order differences
-/// and has digests of other blocks; version 2 has no cells of states; version 3 has no triangles of faults.
+/// Sums of older versions cannot be added to sums of this version. Version 1 computes accelerations by second-order differences,
+/// and its digests are from other blocks of samples; version 2 has no cells of states; version 3 has no triangles of faults.
 const TRI_FORMAT_VERSION: u32 = 4;
 
 /// Largest size of a `.tri` file, bytes.
 const MAX_TRI_BYTES: u64 = 1 << 31;
 
-/// Number of matrices with all columns that are in memory at the same time when sums are solved.
+/// Solving the sums needs the memory of this number of matrices that have all columns.
 const SOLUTION_MATRICES: usize = 16;
 
 /// Largest length of the first line, bytes.
@@ -78,7 +79,7 @@ impl Accumulator {
         Ok(joined(&head, &body.0))
     }
 
-    /// Reads a `.tri` file. If the first word is wrong, reading stops, so an endless device is refused.
+    /// Reads a `.tri` file. If the first word is wrong, nothing more is read, so a device without an end is refused too.
     ///
     /// Fails if the file cannot be read or is larger than 2 GiB, and like [`Accumulator::from_bytes`].
     pub fn read(path: &Path) -> Result<Accumulator, Error> {
@@ -111,7 +112,7 @@ impl Accumulator {
             (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
         let has_springs = head.settings.options.transmission.springs.is_some();
         let mut words = WordReader { left: body, budget: Budget::of(bytes.len()), excess: None };
-        // Solving the sums needs this memory, independently of the content of the triangles.
+        // Solving the sums needs this memory later, whatever the triangles contain. So it is taken from the budget now.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
@@ -129,7 +130,7 @@ impl Accumulator {
     }
 }
 
-/// Puts first line, head and triangles together.
+/// Joins the first line, the head and the triangles to the content of a file.
 fn joined(head: &str, body: &[u8]) -> Vec<u8> {
     let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
     let line = format!("{TRI_MAGIC_WORD} {TRI_FORMAT_VERSION} {} {} {digest:016x}\n", head.len(), body.len());

@@ -1,5 +1,5 @@
-//! Writes and reads the numbers after the head of a `.tri` file: triangles, statistics of the joints' motion, cells of states.
-//! `tri_file` defines their order.
+//! Writes and reads the numbers after the head of a `.tri` file: triangles (R of QR decompositions), statistics of the joints'
+//! motion, cells of states. `tri_file` defines their order.
 
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ pub(super) struct WordReader<'a> {
     pub(super) left: &'a [u8],
     /// Memory that triangles may still use.
     pub(super) budget: Budget,
-    /// The reason why the budget was exceeded; `None` if it was not.
+    /// If the memory budget was exceeded, the message that says so; otherwise `None`.
     pub(super) excess: Option<String>,
 }
 
@@ -143,7 +143,7 @@ impl WordReader<'_> {
         Some(StateCells { cell_size: grain, columns, products })
     }
 
-    /// Reads triangles with `width` columns. If no hypothesis is tested, there must be none.
+    /// Reads the triangles for tests of faults; each has `width` columns. If no hypothesis is tested, there must be none.
     pub(super) fn faults(&mut self, width: usize, is_tested: bool) -> Option<Vec<Triangle>> {
         let count = self.count(if is_tested { MAX_FAULT_PARTS_PER_LOG } else { 0 })?;
         (0..count).map(|_| self.triangle(width)).collect()
@@ -152,7 +152,7 @@ impl WordReader<'_> {
     pub(super) fn triangle(&mut self, p: usize) -> Option<Triangle> {
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
-        // While a triangle is assembled, its entries are in memory twice.
+        // While a triangle is read, its entries are in memory twice, so twice its size is taken from the budget.
         if let Err(excess) = self.budget.draw(Triangle::bytes(p, count).saturating_mul(2)) {
             self.excess = Some(excess);
             return None;

@@ -9,7 +9,7 @@ use rist::{Error, Model};
 use crate::accumulator::Accumulator;
 use crate::sums::check_sums;
 
-/// The estimate from sums, and a verdict for each use of the torques. `model` must be the model of the sums.
+/// Solves the sums: returns the estimate, and a verdict for each use of the torques. `model` must be the model of the sums.
 ///
 /// Fails if the sums are of another model, or if they have no estimate.
 pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verdict), Error> {

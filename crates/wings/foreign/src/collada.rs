@@ -1,7 +1,7 @@
 //! Reads the vertices of a Collada file (.dae), at the positions that the scene of the file gives them.
 //!
-//! A point p of a geometry is at meter T_1 .. T_n p. T_k: transforms of the nodes above the geometry, from the root; meter: unit
-//! of the file, m. A geometry with two instances occurs twice. If the file has no scene, there are no transforms.
+//! A point p of a geometry is placed at meter T_1 .. T_n p. T_k: transforms of the nodes above the geometry, from the root;
+//! meter: unit of the file, m. A geometry with two instances occurs twice. If the file has no scene, there are no transforms.
 //!
 //! The axes of the file are used as the axes of the link, and `up_axis` is ignored: RViz, MoveIt and coal also place URDF meshes
 //! in this way. Only points of faces are used, not unused points or points of lines. If a geometry has no faces, all its points
@@ -18,7 +18,8 @@ use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
 /// Largest depth of nested nodes and of nested instances of nodes.
 const MAX_NODE_DEPTH: usize = 64;
-/// Largest number of instances of nodes and geometries. A node with two instances of another node doubles their number.
+/// Largest number of instances of nodes and geometries. Without it, a chain of nodes with two instances each would give an
+/// endless number.
 const MAX_INSTANCES: usize = 10_000;
 /// Largest number of points of all instances together.
 const MAX_POINTS: usize = 20_000_000;
@@ -175,10 +176,10 @@ fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
     Ok(points.into_iter().zip(is_used).filter(|(_, is_used)| *is_used || !has_faces).map(|(p, _)| p).collect())
 }
 
-/// Largest number of inputs (indices) per corner of a face.
+/// Largest number of inputs (indices per corner of a face, for example of position and normal).
 const MAX_INPUTS: usize = 64;
 
-/// The points of a <source>. Its accessor defines which numbers belong to a point.
+/// The points of a <source>. Its accessor says which of its numbers belong to a point.
 fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let array = child(source, "float_array");
     let array = array.ok_or_else(|| at(source, "the <source> of positions has no <float_array>".into()))?;
@@ -196,7 +197,7 @@ fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let rest = numbers.get(offset..).unwrap_or_default();
     let most = rest.len().div_ceil(stride);
     let count = whole("count", most)?;
-    // The last point needs only three numbers, even if the stride (numbers per point) is larger.
+    // The last point may have fewer numbers than the stride (numbers per point): three are enough.
     let all: Vec<Vector3> = rest.chunks(stride).take(count).map_while(|p| p.first_chunk().copied()).collect();
     if all.len() < count {
         return Err(at(source, format!("{count} points are promised, and {} are there", all.len())));
@@ -305,14 +306,14 @@ mod tests {
         let lower = [[1.0, 0.02, 0.0], [0.98, 0.0, 0.0], [1.0, 0.0, 0.02]];
         let upper = lower.map(|[x, y, z]| [x, y, z + 0.2]);
         near(&vertices(FILE.as_bytes()).unwrap(), &[lower, upper].concat());
-        // The axes are not changed by `up_axis`.
+        // Another `up_axis` does not change the points.
         let other = FILE.replace("Y_UP", "Z_UP");
         assert_eq!(vertices(other.as_bytes()), vertices(FILE.as_bytes()));
         // Without a scene and a unit, the coordinates of the file are used, in m.
         let start = FILE.find("<library_nodes>").unwrap();
         let bare = format!("{}</COLLADA>", &FILE[..start]).replace("<unit name=\"centimeter\" meter=\"0.01\"/>", "");
         near(&vertices(bare.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        // There may be other numbers between the numbers of points (stride and offset).
+        // The list of numbers may contain other numbers between the points (`stride`) and before them (`offset`).
         let apart = bare.replace("1 0 0  0 1 0  0 0 1  9 9 9", "9 1 0 0 7  0 1 0 7  0 0 1 7 9 9 9");
         let apart = apart.replace("stride=\"3\"", "stride=\"4\" offset=\"1\"");
         near(&vertices(apart.as_bytes()).unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
@@ -338,7 +339,7 @@ mod tests {
             ("instance_geometry url=\"#g\"/><node>", "instance_controller/><node>", "line 15: a shape with a skin"),
             ("url=\"#twice\"", "url=\"other.dae#x\"", "line 15: <instance_node> has url=`other.dae#x`; read is what"),
             ("url=\"#s\"", "url=\"#t\"", "line 17: <instance_visual_scene>: there is no element with the id `t`"),
-            // A node that contains itself.
+            // A node that contains an instance of itself.
             ("<translate>0 0 10</translate>", "<instance_node url=\"#twice\"/>", "line 12: more than 64 nodes"),
         ] {
             assert!(FILE.contains(from), "{from}");
@@ -347,7 +348,7 @@ mod tests {
         }
     }
 
-    /// If the number of nodes doubles at each of many levels, the file is refused early.
+    /// If each node has two instances of the next, their number doubles at each level. Such a file is refused early.
     #[test]
     fn instances_do_not_multiply_without_end() {
         let level = |k: usize| {

@@ -1,7 +1,7 @@
-//! Wing for foreign files: reads and writes files of other programs.
+//! Wing (optional package) for foreign files: reads and writes files of other programs.
 //!
-//! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel and, with the feature `rosbag2-sqlite`, in SQLite bags; reads the vertices of
-//! Collada meshes; writes a robot as SYMORO's .par.
+//! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel and, with the feature `rosbag2-sqlite`, in SQLite bags; reads
+//! the vertices of Collada meshes; writes a robot as SYMORO's .par.
 //!
 //! Parts of the core that this wing uses: `logs::reading` makes a table of columns, decompresses within bounds, and receives
 //! messages of a recording. `robot::mesh` calls the reader that is registered for a file extension. `robot::format::written`

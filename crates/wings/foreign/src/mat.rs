@@ -1,11 +1,11 @@
 //! Reads arrays of a MATLAB file (.mat, version 5, the default of `save`, plain or compressed) as a table of named columns.
 //!
-//! A file has a head of 128 bytes and then elements. An element has a type and a length (four bytes each, or two bytes each with
-//! four bytes of data), data, and zeros up to a multiple of eight bytes. A matrix is an element that contains elements: flags
-//! with its class, dimensions, name, and numbers column by column. A field of a 1 x 1 structure is an array whose name is its
-//! path, for example `log.q`; a first component that all paths have in common is omitted. `arrays` defines the columns of an
-//! array; an array of shape (joints, samples) is transposed. Elements without plain numbers get a note. All decompressed bytes
-//! are taken from the [`Budget`].
+//! A file has a head of 128 bytes and then elements. An element has a type and a length (four bytes each), data, and zeros up to
+//! a multiple of eight bytes. A short element has type and length in two bytes each, and four bytes of data. A matrix is an
+//! element that contains elements: flags with its class, dimensions, name, and numbers column by column. A field of a 1 x 1
+//! structure is an array whose name is its path, for example `log.q`; a first component that all paths have in common is omitted.
+//! `arrays` defines the columns of an array; an array of shape (joints, samples) is transposed. Elements without plain numbers
+//! get a note. All decompressed bytes are taken from the [`Budget`].
 
 use std::io::Read;
 
@@ -64,7 +64,7 @@ fn element(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), String> {
         length => (kind & 0xffff, 4, length as usize),
     };
     let end = start.checked_add(length).filter(|end| *end <= bytes.len()).ok_or_else(cut)?;
-    // An element without a separate length field has eight bytes. Compressed elements are not padded.
+    // A short element (type and length in two bytes each) ends after eight bytes. Compressed elements have no padding.
     let next = match kind {
         COMPRESSED => end,
         _ => end.next_multiple_of(8).min(bytes.len()),
@@ -86,7 +86,7 @@ impl Arrays<'_> {
             MATRIX => self.matrix(data, "", 0),
             COMPRESSED => {
                 let mut unpacked = Vec::new();
-                // One byte more than allowed is read, so that too much data is detected.
+                // One byte more than the budget is read, so that too much data is noticed.
                 let room = self.budget.left() as u64 + 1;
                 let read = ZlibDecoder::new(data).take(room).read_to_end(&mut unpacked);
                 read.map_err(|e| format!("a packed array cannot be unpacked: {e}"))?;
@@ -165,7 +165,7 @@ impl Arrays<'_> {
         if self.numbers > MAX_CELLS || self.arrays.len() == MAX_ARRAYS {
             return Err(format!("more than {MAX_CELLS} numbers with array `{path}`; keep the signals of the robot"));
         }
-        // There are three copies of the numbers: stored by columns, transposed to rows, and as columns of a table.
+        // The numbers are in memory three times: as stored (by columns), transposed to rows, and as columns of the table.
         self.budget.draw(count.saturating_mul(3 * size_of::<f64>()))?;
         let values = numbers(kind, data).filter(|values| values.len() == count);
         let values =
@@ -179,7 +179,7 @@ fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
     bytes.as_chunks::<4>().0.iter().map(|b| u32::from_le_bytes(*b))
 }
 
-/// The numbers of an element. They may be stored in fewer bytes than their class has.
+/// The numbers of an element. MATLAB may store them in a smaller type than the class of the array.
 fn numbers(kind: u32, data: &[u8]) -> Option<Vec<f64>> {
     fn of<const N: usize>(data: &[u8], number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
         data.as_chunks::<N>().0.iter().map(|b| number(*b)).collect()
@@ -199,7 +199,7 @@ fn numbers(kind: u32, data: &[u8]) -> Option<Vec<f64>> {
     })
 }
 
-/// Removes the first component of all names while it is the same in all names.
+/// Removes the first component of all names as long as all names have the same one.
 fn without_shared_path(mut arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
     while let Some((start, _)) = arrays.first().and_then(|(name, _)| name.split_once('.')) {
         let start = format!("{start}.");
@@ -211,7 +211,8 @@ fn without_shared_path(mut arrays: Vec<(String, Array)>) -> Vec<(String, Array)>
     arrays
 }
 
-/// Transposes arrays such that each row is a sample. The number of samples is the largest dimension of all matrices.
+/// Transposes arrays such that each row is a sample. The number of samples is assumed to be the largest dimension of all
+/// matrices.
 fn turned(arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
     let longest = arrays.iter().filter(|(_, a)| a.shape.len() == 2).filter_map(|(_, a)| a.shape.iter().max()).max();
     let samples = longest.copied().unwrap_or(0);
@@ -219,7 +220,8 @@ fn turned(arrays: Vec<(String, Array)>) -> Vec<(String, Array)> {
         let array = match shape[..] {
             [1, 1] => Array { shape: vec![], values },
             [n, 1] | [1, n] => Array { shape: vec![n], values },
-            // The stored columns of an array of shape (joints, samples) are already the rows of samples.
+            // An array of shape (joints, samples) is stored by columns, so its numbers are already in the order of rows of
+            // samples.
             [joints, n] if n == samples && joints != samples => Array { shape: vec![n, joints], values },
             [n, k] => {
                 let turned = (0..n).flat_map(|r| (0..k).map(move |c| c * n + r)).map(|at| values[at]).collect();

@@ -1,7 +1,7 @@
 //! Writes a robot as a .par file for SYMORO and OpenSYMORO; [`robot::format::read_par`] reads such files.
 //!
-//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`. So the symbols remain in SYMORO and OpenSYMORO, and this
-//! program can read the values. Each property that the format cannot express gets a note.
+//! Values of symbols are written as comments `(* Value D3 = 0.45 *)`. So they stay symbols in SYMORO and OpenSYMORO, and this
+//! program can read their values. Each property that the format cannot express gets a note.
 
 use std::fmt::Write;
 
@@ -45,8 +45,8 @@ fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     }
 }
 
-/// Writes the geometric table: one list per parameter, with one entry per frame. Order of frames: links, cuts of loops, twins of
-/// cuts.
+/// Writes the geometric table: one list per parameter, with one entry per frame. The frames of the links come first, then the
+/// cuts of loops, then their twins (the frames on the other side of each cut).
 fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| ParFrame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| ParFrame::of_loop(&l.twin));
@@ -70,7 +70,7 @@ fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) 
     line!(text, "r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
 }
 
-/// Writes inertias, rotor inertias, friction and external forces (zero), one entry per link.
+/// Writes the lists of inertias, rotor inertias, friction and external forces (zero). Each list has one entry per link.
 fn dynamic_parameters(robot: &Robot, text: &mut String) {
     line!(text, "\n(* Dynamic parameters *)");
     let of_links = |of: &dyn Fn(usize, &Link) -> String| {
@@ -96,7 +96,8 @@ fn dynamic_parameters(robot: &Robot, text: &mut String) {
     }
 }
 
-/// Writes symbols for joint rates and torques, the motion of the base, and gravity. SYMORO and OpenSYMORO expect these entries.
+/// Writes symbols for joint rates, torques, the motion of the base, and gravity, because SYMORO and OpenSYMORO expect these
+/// entries.
 fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
@@ -166,7 +167,7 @@ fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
     if robot_name(robot) != robot.name {
         note("name", format!("the robot is called {} in the file", robot_name(robot)));
     }
-    // Links and joints.
+    // Notes on links and joints.
     for (j, link) in robot.links.iter().enumerate() {
         let joint = &link.joint;
         if link.label != (j + 1).to_string() || link.name != format!("link {}", j + 1) {
@@ -183,7 +184,7 @@ fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
         }
         tell_of_file(link, &mut note);
     }
-    // Coordinates and symbols.
+    // Notes on coordinates and symbols.
     for (k, coordinate) in robot.coordinates.iter().enumerate() {
         if coordinate.limits != Limits::default() {
             note(&coordinate.name, "its limits are not carried".into());

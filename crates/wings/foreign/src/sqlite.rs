@@ -1,9 +1,9 @@
 //! Reads the messages of a rosbag2 in sqlite3 (.db3), in the order of recording.
 //!
 //! The tables are `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as
-//! rosbag2_storage_sqlite3 writes them. The file is opened only for reading, and no other file is written. If a recorder did not
-//! merge its write-ahead log into the file, this log is read too. A truncated or damaged file is read up to the first missing
-//! page.
+//! rosbag2_storage_sqlite3 writes them. The file is opened only for reading, and no other file is written. If a recorder was
+//! stopped before its write-ahead log (a second file with the newest rows) was merged into the file, this log is read too. A
+//! truncated or damaged file is read up to the first missing page.
 //!
 //! Files may come from untrusted sources. Therefore views, triggers and functions in the schema are disabled, a table with
 //! computed columns is refused, and messages longer than [`MAX_MESSAGE_BYTES`] are refused.
@@ -37,24 +37,25 @@ fn open(path: &Path) -> Result<Connection, String> {
     let opened = if ["-wal", "-journal"].iter().any(|end| journal_path(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
     } else {
-        // If a file is in write-ahead mode, SQLite would create an empty log next to it, even for reading. The flag `immutable`
-        // prevents this.
+        // For a file in write-ahead mode, SQLite would create an empty log file next to it, even for reading. The flag
+        // `immutable` prevents this.
         let uri = immutable(path);
         Connection::open_with_flags_and_vfs(uri, flags | OpenFlags::SQLITE_OPEN_URI, LOCKLESS_FILE_SYSTEM)
     };
     opened.map_err(|e| refused(&e))
 }
 
-/// The path of a companion file of SQLite (`-wal`, `-journal`). It is next to the file to which a symbolic link points.
+/// The path of a companion file of SQLite (`-wal`, `-journal`). If `path` is a symbolic link, the companion is next to its
+/// target.
 fn journal_path(path: &Path, end: &str) -> PathBuf {
     let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
     name.push(end);
     name.into()
 }
 
-/// A URI with the flag that the file does not change. <https://www.sqlite.org/uri.html>
+/// A URI that tells SQLite that the file does not change. <https://www.sqlite.org/uri.html>
 fn immutable(path: &Path) -> OsString {
-    // A Windows path begins with a letter and a colon, so its URI begins with three slashes.
+    // An absolute path of Windows begins with a letter and a colon. A URI for such a path begins with three slashes.
     let drive = if path.as_os_str().as_encoded_bytes().get(1) == Some(&b':') { "///" } else { "" };
     let mut uri = format!("file:{drive}");
     for &byte in path.as_os_str().as_encoded_bytes() {
@@ -70,8 +71,8 @@ fn immutable(path: &Path) -> OsString {
 
 /// Opens a database whose content is in memory.
 fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
-    // A database in memory has no write-ahead log. So the mode of the file (bytes 18 and 19) is set to the mode without such a
-    // log.
+    // A database in memory has no write-ahead log. So the bytes that give the mode of the file (18 and 19) are set to 1, the mode
+    // without such a log.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
     let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
     let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
@@ -129,8 +130,8 @@ fn read(
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are selected, also those of other topics: if a page is missing, SQLite returns empty rows, and these must be
-    // detected.
+    // All rows are selected, also those of other topics. If a page is missing, SQLite returns empty rows, which are found only in
+    // this way.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
          rowid",
@@ -159,8 +160,8 @@ fn read(
             Err(e) => break e.to_string(),
         };
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
-        // A message may be compressed on its own. An uncompressed message is never mistaken for zstd, because CDR begins with 00
-        // 00 or 00 01.
+        // A single message may be compressed. An uncompressed message is never mistaken for a compressed one, because CDR (the
+        // format of messages) begins with 00 00 or 00 01.
         let unpacked;
         let data = if data.starts_with(ZSTD_MAGIC) {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
@@ -184,7 +185,7 @@ fn guard(database: &Connection) -> rusqlite::Result<()> {
         (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
         (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
-        // Without this option, SQLite refuses the whole file if it has fewer pages than its head states.
+        // Without this option, SQLite refuses the whole file if it has fewer pages than its header states.
         (DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true),
     ] {
         database.set_db_config(option, on)?;
@@ -278,8 +279,8 @@ mod tests {
     fn a_write_ahead_log_left_behind_is_read() {
         let (live, killed) = (folder("live"), folder("killed"));
         let (_recorder, path) = recorder(&live, "bag.db3");
-        // The recorder is still open, so its log is not merged. A copy of both files equals the files of a recorder that was
-        // killed.
+        // The recorder is still open, so its log is not merged into the file. A copy of both files is what a killed recorder
+        // would leave.
         for name in ["bag.db3", "bag.db3-wal"] {
             std::fs::copy(live.join(name), killed.join(name)).unwrap();
         }

@@ -1,7 +1,7 @@
-//! Sheets of Excel as logs: the first sheet that holds numbers, read as delimited text.
+//! Reads a sheet of an Excel workbook as a log: the first sheet with numbers, converted to delimited text.
 //!
-//! Cells are read one by one, and each draws on the budget of the file: a cell at the last row and column of a sheet claims no
-//! memory. Dates are in s since 1970.
+//! Cells are read one by one, and each takes its memory from the budget of the file. So a single cell at the last row and column
+//! of a sheet needs little memory. Dates become seconds since 1970.
 
 use std::io::Cursor;
 
@@ -9,16 +9,16 @@ use calamine::{DataRef, Reader, Xlsx, XlsxError};
 use logs::reading::{Budget, MAX_COLUMNS};
 use logs::{Error, Table};
 
-/// The file in the zip of a workbook that no other zip has.
+/// A file inside the zip archive of every workbook. It distinguishes a workbook from other zip archives.
 pub(crate) const MEMBER: &[u8] = b"xl/workbook.xml";
-/// Day 0 of Unix time, in days of Excel.
+/// The first day of Unix time (1 January 1970), as a day number of Excel.
 const UNIX_EPOCH_DAY: f64 = 25_569.0;
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
-/// Rows of a sheet that are looked at for numbers.
+/// Number of rows of a sheet that are searched for numbers.
 const ROWS_LOOKED_AT: usize = 200;
 
-/// Reads the first sheet with numbers. Fails where the workbook is damaged, or no sheet has numbers.
+/// Reads the first sheet with numbers as a table. Fails if the workbook is damaged, or if no sheet has numbers.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let failed = |e: String| Error::at(file, 0, format!("the workbook cannot be read: {e}"));
     let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|e: XlsxError| failed(e.to_string()))?;
@@ -38,7 +38,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     Err(failed(format!("none of its {} sheets holds numbers", sheets.len())))
 }
 
-/// The cells of a sheet as text: a line per row, tabs between cells.
+/// The cells of a sheet as text: one line per row, with tabs between the cells.
 fn text_of(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str, budget: &mut Budget) -> Result<String, String> {
     let mut cells = book.worksheet_cells_reader(sheet).map_err(|e| e.to_string())?;
     let (mut text, mut row, mut column) = (String::new(), 0, 0);
@@ -65,7 +65,7 @@ fn text_of(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str, budget: &mut Budget) -> 
         if own_column as usize >= MAX_COLUMNS {
             return Err(format!("more than {MAX_COLUMNS} columns"));
         }
-        // Rows without cells between two rows are one blank line.
+        // Rows without cells are omitted.
         if own_row > row {
             text.push_str(if text.is_empty() { "" } else { "\n" });
             (row, column) = (own_row, 0);
@@ -84,7 +84,7 @@ fn text_of(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str, budget: &mut Budget) -> 
 mod tests {
     use super::*;
 
-    /// A stored zip of these files.
+    /// A zip archive of these files (name and text), without compression.
     fn zip(files: &[(&str, &str)]) -> Vec<u8> {
         let (mut out, mut directory) = (Vec::new(), Vec::new());
         for (name, text) in files {

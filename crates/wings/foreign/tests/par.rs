@@ -5,7 +5,8 @@ use std::path::Path;
 use foreign::write_par;
 use robot::format;
 
-/// A written file gives the same motion and the same values if it is read again, and the same text if it is written again.
+/// Each robot is written as a .par file and read again. The result has the same link poses for the same joint positions, the same
+/// gravity and the same parameters. Written again, it gives the same text (comments excepted).
 #[test]
 fn written_files_read_back() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -22,8 +23,8 @@ fn written_files_read_back() {
         let back = format::read_par(&text, "back.par").unwrap_or_else(|e| panic!("{}: {e}\n{text}", file.display()));
         let q: Vec<f64> = (0..robot.n_variables()).map(|k| 0.3 + 0.7 * k as f64).collect();
         assert_eq!(back.n_variables(), robot.n_variables(), "{}", file.display());
-        // Generic values depend only on the names of the symbols. The names of gravity symbols may change, so gravity is compared
-        // as numbers.
+        // Substitute values of symbols depend only on their names. But the names of gravity symbols may change, so gravity is
+        // compared as numbers.
         for (a, b) in robot.link_poses(&q).iter().zip(back.link_poses(&q)) {
             for i in 0..3 {
                 assert!((a.position[i] - b.position[i]).abs() < 1e-14, "{}", file.display());

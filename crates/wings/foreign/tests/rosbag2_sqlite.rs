@@ -8,7 +8,7 @@ use logs::Table;
 use rusqlite::Connection;
 
 const ROWS: i64 = 1200;
-/// Time of the first message, ns. It is not at a whole second.
+/// Time of the first message, ns. It is not a whole number of seconds.
 const START: i64 = 1_760_000_000_123_456_789;
 const STEP: i64 = 5_000_000;
 
@@ -68,7 +68,7 @@ fn from_bytes(bytes: &[u8]) -> Result<Table, logs::Error> {
     Table::from_bytes("log", bytes)
 }
 
-/// Inserts these rows. A message of another topic precedes each of them.
+/// Inserts the messages of these rows. Before each of them, it inserts a message of another topic. `packed`: compressed messages.
 fn record(database: &Connection, rows: std::ops::Range<i64>, packed: bool) {
     let mut insert = database.prepare("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)").unwrap();
     for r in rows {
@@ -108,8 +108,8 @@ fn assert_rows(table: &Table, rows: usize) {
     }
 }
 
-/// Messages of some hundred bytes that decompress to 16 MiB each. The file is refused, because its size bounds the decompressed
-/// bytes.
+/// Messages of some hundred bytes that decompress to 16 MiB each. The file is refused, because the bytes that may be decompressed
+/// are limited in proportion to its size.
 #[test]
 fn messages_that_unfold_without_end_are_refused() {
     let folder = folder("unfolds");
@@ -131,7 +131,7 @@ fn messages_that_unfold_without_end_are_refused() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// A file, a folder with parts, a compressed part, compressed messages, and bytes in memory give the same table.
+/// The same table results from a file, a folder with parts, a compressed part, compressed messages, and bytes in memory.
 #[test]
 fn a_bag_is_a_table() {
     let folder = folder("whole");
@@ -232,7 +232,7 @@ fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     // No file was changed, and no file was added to the folder.
     assert_eq!((std::fs::read(&copy).unwrap(), std::fs::read(&log).unwrap()), (bytes, logged.clone()));
     assert_eq!(std::fs::read_dir(folder.join("bag")).unwrap().count(), 2);
-    // If the log is truncated within a commit, only the earlier commits are read.
+    // If the log is truncated within a transaction, only the transactions before it are read.
     std::fs::write(&log, &logged[..logged.len() * 2 / 3]).unwrap();
     let table = read(&copy).unwrap();
     assert!(table.rows() > 100 && table.rows() < 200, "{}", table.rows());
@@ -241,7 +241,7 @@ fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// If a recorder is killed while it changes the file itself, the error message contains a remedy.
+/// If a recorder is killed while it changes the file itself, the error message says what to do.
 #[test]
 fn a_change_half_written_is_told() {
     let folder = folder("journal");

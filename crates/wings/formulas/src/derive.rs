@@ -1,4 +1,4 @@
-//! Writes functions of a robot as formulas. Symbols are those of its file, or those that the request names.
+//! Writes functions of a robot as formulas. The symbols of its file, or those that the request names, stay symbols.
 
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};
@@ -31,7 +31,7 @@ pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: b
     };
     let mut formulas = functions.into_iter().map(formulas).collect::<Result<Vec<_>, _>>()?;
     for k in 1..formulas.len() {
-        // Two different names may give the same identifier, so an underscore is appended.
+        // Two different names may give the same identifier. Then an underscore is appended to the second one.
         while formulas[..k].iter().any(|f| f.function.name == formulas[k].function.name) {
             formulas[k].function.name.push('_');
         }

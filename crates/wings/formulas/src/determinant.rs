@@ -1,9 +1,10 @@
 //! Writes the determinant of the Jacobian of a link as a formula.
 //!
-//! The determinant does not depend on the axes and the reference point of the velocities, so those with the shortest formula are
-//! used. For an arm with a spherical wrist this is the intersection of the wrist axes: the determinant is then the product for
-//! wrist and arm. If the link has other than six coordinates, the result is the determinant of J^T J or J J^T, the square of the
-//! manipulability [Yoshikawa 1985], in the frame of the link.
+//! The determinant does not depend on the axes and the reference point in which the velocities are expressed, so those with the
+//! shortest formula are used. For an arm with a spherical wrist, this reference point is the intersection of the wrist axes: the
+//! determinant is then the product of one for the wrist and one for the arm. If the robot has other than six coordinates, the
+//! result is the determinant of J^T J or J J^T (J: Jacobian in the frame of the link), the square of the manipulability
+//! [Yoshikawa 1985].
 
 use std::collections::HashMap;
 
@@ -15,7 +16,8 @@ use modeling::LinkFrame;
 use modeling::ReferenceFrame;
 use modeling::building::{NULL, add, cross};
 
-/// Determinant of the 6 x 6 Jacobian of a link; for other than six coordinates, of J^T J or J J^T. Input `q`, output `det`.
+/// Determinant of the 6 x 6 Jacobian J of a link. With fewer than six coordinates, of J^T J; with more, of J J^T. Input `q`,
+/// output `det`.
 pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Function {
     let frame = &frame.into();
     let n = derivation.robot().n_coordinates();
@@ -44,8 +46,8 @@ pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFr
     least.map_or_else(|| made(derivation.graph(), Expr::ONE), |(_, function)| function)
 }
 
-/// The Jacobian of `link` in the axes of the link `at`, which is nearer to the base. Its point is at the origin of `at` and moves
-/// with `link`.
+/// The Jacobian of `link`, expressed in the axes of the link `at`, which is nearer to the base. The reference point of the
+/// velocity is the point of `link` that is at the origin of `at`.
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
     let robot = derivation.robot();
@@ -54,8 +56,8 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
             let moved: Vec<LinkId> =
                 between.filter(|j| robot.link(*j).joint.variable.terms.iter().any(|t| t.0.0 == k)).collect();
-            // A coordinate that moves `at` also moves `link`, with the same twist unless it moves joints between them too. If a
-            // coordinate moves only one joint between them, the formula is shortest in the frame of this joint.
+            // `moved`: the joints between `at` and `link` that coordinate k moves. If there are none, `at` and `link` have the
+            // same twist. If there is only one and k does not move `at`, the formula is shortest in the frame of this joint.
             let from = match moved[..] {
                 [] => at,
                 [joint] if derivation.twist(at, k).is_none() => joint,
@@ -68,7 +70,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             let origin = derivation.at_place_of(NULL, from, &reference);
             let z = derivation.in_axes_of(twist.z, from, &reference);
             let d = derivation.in_axes_of(twist.d, from, &reference);
-            // Adds the velocity that follows from the distance between the two origins.
+            // Moves the reference point: adds the velocity that the rotation causes at the distance between the two origins.
             let g = derivation.graph();
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
@@ -77,7 +79,7 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
     (0..6).map(|r| columns.iter().map(|column| column[r]).collect()).collect()
 }
 
-/// J^T J if `columns_first`, otherwise J J^T.
+/// The matrix J^T J if `columns_first`, otherwise J J^T. `rows`: J row by row.
 fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Expr>> {
     let columns: Vec<Vec<Expr>> =
         (0..rows.first().map_or(0, Vec::len)).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
@@ -91,8 +93,8 @@ fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Ex
     vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
 }
 
-/// Computes the determinant of a matrix: by blocks if its zeros allow this, otherwise by expansion along the row with the most
-/// zeros. Each minor is computed once.
+/// Computes the determinant of a matrix. If its zeros form blocks, it is the product of two smaller determinants. Otherwise it is
+/// expanded along the row with the most zeros. Each minor is computed once.
 struct Determinant<'a> {
     g: &'a mut Graph,
     rows: Vec<Vec<Expr>>,
@@ -125,14 +127,14 @@ impl Determinant<'_> {
         found
     }
 
-    /// Finds some rows that are zero outside of equally many columns: these rows and these columns. `None` if there is no such
+    /// Finds k rows that are zero outside of k columns: returns these rows and columns as bit sets. `None` if there is no such
     /// block.
     fn block(&self, rows: u32, columns: u32) -> Option<(u32, u32)> {
         let mut subset = (rows - 1) & rows;
         while subset != 0 {
             let read = bits(subset).fold(0, |read, r| read | self.read(r, columns));
             if read.count_ones() <= subset.count_ones() {
-                // The rows are not zero in fewer columns than there are rows, so the determinant is zero. Any other columns
+                // The k rows are zero outside of fewer than k columns, so the determinant is zero. Any other columns are added to
                 // complete the block.
                 let missing = bits(columns & !read).take((subset.count_ones() - read.count_ones()) as usize);
                 return Some((subset, missing.fold(read, |read, c| read | 1 << c)));
@@ -164,7 +166,8 @@ fn bits(set: u32) -> impl Iterator<Item = usize> {
     (0..32).filter(move |k| set >> k & 1 == 1)
 }
 
-/// Number of exchanges, modulo two, that bring a subset to the front of a set.
+/// Number of exchanges of neighbours that bring the elements of `subset` to the front of `set`. If it is odd, the sign of a minor
+/// changes.
 fn places(subset: u32, set: u32) -> usize {
     let place = |k: usize| (set & ((1 << k) - 1)).count_ones() as usize;
     bits(subset).enumerate().map(|(front, k)| place(k) - front).sum()

@@ -1,7 +1,7 @@
-//! Expands entries to sums of products of symbols, sines and cosines.
+//! Expands the entries of a function to sums of products of symbols, sines and cosines.
 //!
-//! sin^2 is replaced by 1 - cos^2, because some terms cancel only by this identity. Sine and cosine of a named sum of angles
-//! (C23) are one factor, as in textbooks.
+//! sin^2 is replaced by 1 - cos^2, because some terms cancel only by this identity. Sine and cosine of a named sum of angles (C23
+//! = cos(q2 + q3)) are one factor, as in textbooks.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,16 @@ use expr::{Expr, Function, Node};
 
 use crate::listing::{Listing, ListingNames, OutputEntry, Term, TermReader, sum};
 
-/// A product of factors. Each factor is the index of a node, with its power; the factors are in the order of the nodes.
+/// A product of factors. A factor is given by the index of its node in the graph and its power; the factors are in the order of
+/// their nodes.
 type Monomial = Vec<(usize, u32)>;
-/// A sum of products. For each product: its coefficient, and the sum of the magnitudes of all terms in this coefficient.
+/// A sum of products. For each product: its coefficient, and the sum of the magnitudes of all terms that were added to this
+/// coefficient.
 type Polynomial = BTreeMap<Monomial, (f64, f64)>;
 
-/// Largest number of terms of an expansion. Longer formulas are not readable.
+/// Largest number of terms of an expansion: longer formulas are not readable.
 const MAX_TERMS: usize = 20_000;
-/// A coefficient counts as zero if it is below this fraction of the sum of the magnitudes of its terms.
+/// A coefficient counts as zero if its magnitude is below this fraction of the sum of the magnitudes of the terms added to it.
 const CANCELLED: f64 = 1e-14;
 
 /// The reason why an entry cannot be expanded.
@@ -54,7 +56,7 @@ pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Resul
             }
         }
     }
-    // Finds the factors in the entries, and the factors that are needed to compute these.
+    // Finds the factors that occur in the entries, and the factors from which these are computed.
     let mut read = vec![false; graph.nodes().len()];
     for (factor, _) in values.values().flat_map(BTreeMap::keys).flatten() {
         read[*factor] = true;
@@ -78,7 +80,7 @@ pub(crate) fn expanded(function: &Function, place: Option<OutputEntry>) -> Resul
     Ok(Listing::around(function, function, &names, assignments, place, |i, k| term(&values[&(i, k)], &names)))
 }
 
-/// Marks the factors from which the node n is computed.
+/// Marks in `read` the factors from which the node n is computed directly.
 fn mark(function: &Function, n: usize, read: &mut [bool]) {
     for e in expr::operands(function.graph().nodes()[n]) {
         if is_factor(function, e.node()) {
@@ -89,7 +91,7 @@ fn mark(function: &Function, n: usize, read: &mut [bool]) {
     }
 }
 
-/// Whether a node is one factor: a symbol, or a sine or cosine (also of a named sum of angles).
+/// Whether a node of the graph is one factor: a symbol, a sine, a cosine, or the sine or cosine of a named sum of angles (C23).
 fn is_factor(function: &Function, n: usize) -> bool {
     let of_sum =
         |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
@@ -207,7 +209,7 @@ fn scaled(a: &Polynomial, factor: f64) -> Polynomial {
     a.iter().map(|(m, (x, size))| (m.clone(), (factor * x, factor.abs() * size))).collect()
 }
 
-/// Writes a polynomial with the names of its factors.
+/// Writes a polynomial as a term of the listing, with the names of its factors.
 fn term(polynomial: &Polynomial, names: &ListingNames) -> Term {
     let product = |(monomial, (x, _)): (&Monomial, &(f64, f64))| {
         let mut negative = *x < 0.0;

@@ -1,7 +1,7 @@
-//! Writes functions as formulas for readers and for computer algebra systems: one file in one language.
+//! Writes functions as formulas, for readers and for computer algebra systems: one file in one language.
 //!
-//! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). Each language
-//! has its own grammar ([`print`]) and its own head and end of the file.
+//! All languages print the same [`listing`], which has assignments to named variables, or each entry expanded ([`expand`]). Each
+//! language has its own grammar ([`print`]), and its own head and end of the file.
 
 use expr::Function;
 
@@ -27,7 +27,7 @@ pub enum FormulaLanguage {
 pub struct Formulas {
     /// Lines that describe the function.
     pub doc: Vec<String>,
-    /// The function; constants with names stay symbols.
+    /// The function. Named constants stay symbols in it.
     pub function: Function,
     /// The only entry to print; `None`: all entries.
     pub place: Option<OutputEntry>,
@@ -35,7 +35,8 @@ pub struct Formulas {
     pub is_expanded: bool,
 }
 
-/// The text of a file with these functions. `doc`: lines for its head. `made_by`: the command that writes the file again.
+/// The text of a file with these functions. `doc`: lines for the head of the file. `made_by`: the command that can make the file
+/// again.
 ///
 /// Fails if an expansion has too many terms or contains quotients.
 pub fn formula_file(
@@ -63,8 +64,8 @@ pub fn formula_file(
     })
 }
 
-/// The names in this language of all symbols to which a user assigns values: the entries of each input of the function, in the
-/// order of the inputs, then the named constants.
+/// The names, in this language, of all symbols to which a user must assign values: first the entries of each input of the
+/// function, in the order of the inputs, then the named constants.
 pub fn printed_symbols(function: &Function, language: FormulaLanguage) -> Vec<String> {
     let listing = Listing::of(function, None);
     let print: fn(&str) -> String = match language {

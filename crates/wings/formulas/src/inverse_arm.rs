@@ -1,16 +1,16 @@
 //! Determines whether an arm has an inverse geometric model in closed form ([`crate::inverse_geometry`]), its class, and its
 //! joints.
 //!
-//! If the first three axes of an arm intersect, the arm traversed from its end to its base has a spherical wrist. With
+//! If the first three axes of an arm intersect, the arm has a spherical wrist when it is traversed from its end to its base. Let
 //!
 //! ```text
 //! T_06 = prod_i Rx(alpha_i) Tx(d_i) Rz(theta_i) Tz(r_i)
 //! T_06^-1 = Tz(-r_6) Rz(-theta_6) Tx(-d_6) Rx(-alpha_6) Rz(-theta_5) Tz(-r_5) ..
 //! ```
-//! the inverse has the form of the first line with theta'_k = -theta_(7-k), r'_k = -r_(7-k), alpha'_k = -alpha_(8-k), d'_k =
-//! -d_(8-k).
+//! (product over the joints i = 1 .. 6). Then the inverse has the form of the first line with theta'_k = -theta_(7-k), r'_k =
+//! -r_(7-k), alpha'_k = -alpha_(8-k), d'_k = -d_(8-k).
 //!
-//! If an axis is antiparallel to the previous axis, a half turn of its frame about x makes it parallel:
+//! If an axis is antiparallel to the previous axis, its frame is rotated by a half turn about x, which makes the axes parallel:
 //!
 //! ```text
 //! Rx(pi) Tx(d_i) Rz(theta_i) Tz(r_i) = Tx(d_i) Rz(-theta_i) Tz(-r_i) Rx(pi)
@@ -40,7 +40,8 @@ impl std::fmt::Display for NoClosedForm {
 
 impl std::error::Error for NoClosedForm {}
 
-/// A joint of the arm. alpha and d: of its link. theta and r: with gamma and b of the next link included.
+/// A joint of the arm. alpha and d are parameters of its link. theta and r also include gamma and b of the next link, which act
+/// about and along the same axis.
 #[derive(Clone)]
 pub(crate) struct ArmJoint {
     /// Angle alpha as a number of quarter turns.
@@ -50,13 +51,13 @@ pub(crate) struct ArmJoint {
     pub r: Expr,
     /// Whether the joint is prismatic: its coordinate is added to r instead of theta.
     pub slides: bool,
-    /// Index of the joint's coordinate among the coordinates of the six joints.
+    /// Index of the joint's coordinate among the coordinates of the six joints, from 0.
     pub column: usize,
     pub sign: f64,
 }
 
 impl ArmJoint {
-    /// sin(alpha), for an odd number of quarter turns: 1 or -1.
+    /// sin(alpha), which is 1 or -1. Only for an odd number of quarter turns.
     pub(crate) fn sine(&self) -> f64 {
         if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
     }
@@ -70,12 +71,12 @@ impl ArmJoint {
     }
 }
 
-/// Classes of arms. Each class has its own method of solution.
+/// The classes of arms for which a closed form is known. Each class has its own method of solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
-    /// Axes 2 and 3 are parallel, followed by a spherical wrist.
+    /// Axes 2 and 3 are parallel, and the last three axes meet in a point (spherical wrist).
     Wrist,
-    /// Joint 3 is prismatic at a right angle to axis 2, followed by a spherical wrist.
+    /// Joint 3 is prismatic at a right angle to axis 2, and the last three axes meet in a point (spherical wrist).
     WristOfSlide,
     /// Axes 2, 3 and 4 are parallel.
     ParallelAxes,
@@ -85,12 +86,13 @@ pub(crate) enum Class {
 pub(crate) struct Arm {
     pub joints: [ArmJoint; 6],
     pub class: Class,
-    /// Whether the joints are listed from the end of the arm to its base.
+    /// Whether the joints are listed in reverse order, from the end of the arm to its base.
     pub is_reversed: bool,
 }
 
 impl Arm {
-    /// The arm that ends with `link`. Fails if it belongs to no class, whether traversed from its base or from its end.
+    /// The arm that ends with `link`. Fails if the arm belongs to no class: neither from its base to its end, nor from its end to
+    /// its base.
     pub(crate) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
         let arm = |mut joints, is_reversed| {
@@ -118,8 +120,8 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         return refused(format!("{} joints lead to the link", chain.len()));
     }
     let mut joints: Vec<ArmJoint> = Vec::new();
-    // Each joint must equal one coordinate up to sign and offset, and no two joints may have the same one. Its axis must be
-    // parallel to the previous axis or at a right angle to it.
+    // Each joint variable must equal one coordinate up to sign and offset, and no two joints may have the same coordinate. The
+    // joint axis must be parallel to the previous axis or at a right angle to it.
     for j in chain {
         let link = robot.link(j);
         let Geometry { gamma, b, alpha, d, theta, r } = derivation.geometry(j);
@@ -133,7 +135,8 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         if !joints.is_empty() && !alpha.terms.is_empty() {
             return refused(format!("the axis of {} is oblique", link.name));
         }
-        // gamma and b of this link are about and along the previous axis, so they are added to theta and r of the previous joint.
+        // gamma of this link is an angle about the previous axis, and b a length along it. So they are added to theta and r of
+        // the previous joint.
         if let Some(last) = joints.last_mut() {
             last.offset = last.offset.plus(&gamma);
             last.r = derivation.graph().add(last.r, b);
@@ -142,7 +145,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         let alpha = alpha.quarter_turns;
         joints.push(ArmJoint { alpha, d, offset: theta, r, slides, column: coordinate.0, sign });
     }
-    // The coordinates of the arm are numbered from 0.
+    // The coordinates of the six joints get new numbers from 0 to 5, in the same order.
     let all: Vec<usize> = joints.iter().map(|joint| joint.column).collect();
     for joint in &mut joints {
         joint.column = all.iter().filter(|other| **other < joint.column).count();
@@ -150,7 +153,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
     joints.try_into().or_else(|_| refused("there are not six joints".into()))
 }
 
-/// If an axis is antiparallel to the previous axis, turns its frame so that the axes become parallel.
+/// If an axis is antiparallel to the previous axis, rotates its frame by a half turn about x, so that the axes become parallel.
 fn align(joints: &mut [ArmJoint; 6]) {
     for k in 1..6 {
         if joints[k].alpha.rem_euclid(4) == 2 {
@@ -163,7 +166,7 @@ fn align(joints: &mut [ArmJoint; 6]) {
     }
 }
 
-/// The arm with its joints in reverse order. alpha and d of its first joint and r of its last joint are 0.
+/// The joints of the arm in reverse order (see the equations at the top of this file). alpha and d of the first joint are 0.
 fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
     std::array::from_fn(|k| {
         let (joint, behind) = (&joints[5 - k], joints.get(6 - k));
@@ -171,7 +174,7 @@ fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
             alpha: behind.map_or(0, |b| -b.alpha),
             d: behind.map_or(Expr::ZERO, |b| -b.d),
             offset: joint.offset.negated(),
-            // The target pose already contains r of both ends.
+            // r of the first and the last joint is 0, because the target pose already contains these lengths.
             r: if k == 0 || k == 5 { Expr::ZERO } else { -joint.r },
             sign: -joint.sign,
             ..joint.clone()
@@ -197,7 +200,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
             return refused(&format!("axes {before} and {after} do not cross at right angles"));
         }
     }
-    // As in the Stanford arm: the wrist centre lies on the axis of the prismatic joint.
+    // The arm may be like the Stanford arm: the wrist centre must lie on the axis of the prismatic joint.
     if three.slides {
         let behind = if four.is_across() { four.r } else { Expr::ZERO };
         return match three.is_across() && four.d.is_zero() && five.r.is_zero() && behind.is_zero() {
@@ -208,7 +211,7 @@ fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, No
     if three.d.is_zero() {
         return refused("axes 2 and 3 are one");
     }
-    // Either axes 2, 3 and 4 are parallel, or there is a spherical wrist at a distance from axis 3.
+    // Now there are two possibilities: axes 2, 3 and 4 are parallel, or axes 4, 5 and 6 meet in a point that is not on axis 3.
     match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
         (true, ..) if !four.d.is_zero() => Ok(Class::ParallelAxes),
         (_, true, true) if four.d.is_zero() && four.r.is_zero() => refused("axes 4, 5 and 6 meet on axis 3"),

@@ -9,27 +9,33 @@
 //!                   joint 3 slides across axis 2, axes 4, 5 and 6 meet in a point of its axis   Stanford arm
 //! parallel axes     axes 2, 3 and 4 parallel                                                   UR5
 //! ```
-//! The same arms traversed from the end are also covered: the first three axes intersect, or axes 3, 4 and 5 are parallel. Let W
-//! be the wrist centre, or O_5, in the frame that joint 1 rotates. The component of W along axis 2 is a known length h:
+//! The same arms, traversed from their end to their base, are also covered: the first three axes intersect, or axes 3, 4 and 5
+//! are parallel. Let W be the wrist centre (in the class of parallel axes: the origin O_5), in the frame before the rotation of
+//! joint 1. The component of W along axis 2 is a known length h (S1, C1: sine and cosine of theta_1; c2: of theta_2; c23, s23: of
+//! theta_2 + theta_3):
 //!
 //! ```text
 //! -S1 W_x + C1 W_y = -sin(alpha_2) h              two angles: W_x, W_y and the root of W_x^2 + W_y^2 - h^2
 //! u = d_3 c2 + (x c23 - y s23), v = ...           u^2 + v^2 gives theta_3, two angles; then u, v give theta_2
 //! ```
-//! (x, y) is the wrist centre in frame 3, or (d_4, 0). If joint 3 is prismatic, u^2 + v^2 gives r_3, with two signs. The wrist
-//! angles follow from the direction of axis 6, with two signs of sin theta_5. In the class of parallel axes the wrist angles come
-//! before theta_3, because they determine O_4.
+//! u, v: coordinates of the wrist centre in the plane normal to axis 2; (x, y): the wrist centre in frame 3. In the class of
+//! parallel axes, both are for the origin O_4, and (x, y) = (d_4, 0). If joint 3 is prismatic, u^2 + v^2 gives r_3, with two
+//! signs. The wrist angles follow from the direction of axis 6, with two signs of sin theta_5. In the class of parallel axes, the
+//! wrist angles are computed before theta_3, because they determine O_4.
 //!
 //! At singular poses there are solutions too. No angle is computed from a quotient of differences that may vanish: one of theta_4
 //! and theta_6 is the direction of a vector, and the other follows from the remaining orientation. If this vector is shorter than
-//! 1e-13, it is only rounding (axis 6 along axis 4 or along the parallel axes, or W on axis 1 or 2). Then its angle is free and
-//! set to q = 0. The angles of a triangle with sides A, B, c follow from Heron's formula, a root of four factors that are sums
-//! and differences of lengths. A factor that is negative by less than 1e-13 m is set to zero: the arm is stretched or folded. In
-//! the class of parallel axes, a free theta_6 moves O_4 about O_5. Solutions with one sign of sin theta_5 get q_6 = 0. Solutions
-//! with the other sign move O_4 as near to axis 2 as possible or, if that is too near, as far from it as possible. So if the pose
-//! can be reached, at least one solution is found (for arms with |r_5| below the shorter of d_3 and d_4). Slightly above 1e-13,
-//! rounding still changes theta_6, and a nearly stretched arm would not reach O_4. So theta_6 is shifted towards the angle at
-//! which O_4 is reached; the shift is below the rounding of the last link's orientation.
+//! 1e-13, it is only rounding (axis 6 along axis 4 or along the parallel axes, or W on axis 1 or 2). Then its angle is free, and
+//! the coordinate q is set to 0. The angles of a triangle with sides A, B, c follow from Heron's formula, a root of four factors
+//! that are sums and differences of lengths. A factor that is negative by less than 1e-13 m is set to zero: the arm is stretched
+//! or folded.
+//!
+//! In the class of parallel axes, a free theta_6 moves O_4 about O_5. Solutions with one sign of sin theta_5 get q_6 = 0.
+//! Solutions with the other sign move O_4 as near to axis 2 as possible or, if that is too near, as far from it as possible. So
+//! if the pose can be reached, at least one solution is found (for arms with |r_5| below the shorter of d_3 and d_4). If the
+//! vector for theta_6 is slightly longer than 1e-13, rounding still changes theta_6, and a nearly stretched arm would not reach
+//! O_4. So theta_6 is shifted towards the angle at which O_4 is reached; the shift is below the rounding of the last link's
+//! orientation.
 //!
 //! The outputs are sines and cosines: q = atan2(sin_q, cos_q). If a solution cannot be reached, its entries are NaN.
 
@@ -44,7 +50,7 @@ use modeling::building::{Placement, Vector, ZRotation, add, constants, dot};
 
 /// Number of solutions of an arm.
 const SOLUTIONS: usize = 8;
-/// Shift of theta_6 towards the angle at which O_4 is reached, as a fraction of the length of the vector that gives theta_6.
+/// theta_6 is shifted by this fraction of the vector that gives theta_6, towards the angle at which O_4 is reached.
 const SHIFT_SHARE: f64 = 1e-14;
 
 /// One solution: the angle theta of each joint, including its offset, and r_3 if joint 3 is prismatic.
@@ -63,7 +69,7 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     let frame = &frame.into();
     let arm = Arm::new(derivation, frame.link)?;
     let chain = chain(derivation.robot(), frame.link);
-    // b of link 2 is a length along axis 1, so it does not depend on the angle of joint 1.
+    // b of link 2 is a length along axis 1. It does not change when joint 1 rotates, so it is subtracted from the target.
     let second = chain.get(1).map_or(Expr::ZERO, |&j| derivation.geometry(j).b);
     let last = derivation.geometry(frame.link).r;
     let first = derivation.placement(chain[0]).clone();
@@ -84,13 +90,13 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
         };
         for (joint, turn) in joints.iter().zip(solution.turns) {
             if joint.slides {
-                // r = r_3 +- q
+                // The joint variable is r = r_3 + q or r_3 - q, so the coordinate is q = +-(r - r_3).
                 let q = g.sub(solution.slide, joint.r);
                 slides.push(if joint.sign < 0.0 { -q } else { q });
                 cosines[6 * k + joint.column] = Expr::ONE;
                 continue;
             }
-            // q = +-(theta - offset)
+            // The joint variable is theta = offset + q or offset - q, so the coordinate is q = +-(theta - offset).
             let back = joint.offset.negated().turn(g);
             let turn = together(g, turn, back);
             sines[6 * k + joint.column] = if joint.sign < 0.0 { -turn.sin } else { turn.sin };
@@ -106,9 +112,9 @@ pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>
     Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
 }
 
-/// The desired pose of the last link, in the frame before the rotation of joint 1.
+/// The desired pose of the last link, expressed in the frame before the rotation of joint 1.
 struct Target {
-    /// Columns x, y, z of the orientation; p: position.
+    /// Columns x, y, z of the orientation matrix. `p`: position of the origin, m.
     x: Vector,
     y: Vector,
     z: Vector,
@@ -119,7 +125,7 @@ impl Target {
     fn new(g: &mut Graph, t: &[Expr], frame: &LinkFrame, placement: &Placement) -> Target {
         let column = |c: usize| [t[c], t[4 + c], t[8 + c]];
         let Pose { rotation, position } = frame.pose.inverse();
-        // T_0j = T_0f T_fj, f: the given frame; j: the last link.
+        // T_0j = T_0f T_fj: the pose of the last link j follows from the pose of the given frame f, which is fixed to it.
         let mut combined = |v: [f64; 3]| {
             let v = constants(g, v);
             [0, 1, 2].map(|r| dot(g, v, [t[4 * r], t[4 * r + 1], t[4 * r + 2]]))
@@ -132,8 +138,8 @@ impl Target {
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }
     }
 
-    /// The inverse pose, for the arm traversed from its end: the frame before joint 1, in the frame of the last link, moved by
-    /// r_6 along axis 6.
+    /// The inverse pose, for an arm that is traversed from its end: pose of the frame before joint 1 in the frame of the last
+    /// link, moved by r_6 along axis 6.
     fn reversed(&self, g: &mut Graph, r: Expr) -> Target {
         let Target { x, y, z, p } = *self;
         let mut along = |axis: Vector| -dot(g, axis, p);
@@ -141,15 +147,15 @@ impl Target {
         Target { x: [x[0], y[0], z[0]], y: [x[1], y[1], z[1]], z: [x[2], y[2], z[2]], p: [px, py, g.add(pz, r)] }
     }
 
-    /// The point on axis 6 at the distance -r_6 from its origin.
+    /// The position before the shift r along axis 6: the point on axis 6 at the distance -r from the origin of the last frame.
     fn before(&self, g: &mut Graph, r: Expr) -> Vector {
         let shift = self.z.map(|z| g.mul(r, z));
         std::array::from_fn(|i| g.sub(self.p[i], shift[i]))
     }
 }
 
-/// theta_1, such that W has the component h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. Also the component of W along x of
-/// frame 1, C1 W_x + S1 W_y.
+/// Two results: theta_1, such that W has the component h along axis 2, -S1 W_x + C1 W_y = -sin(alpha_2) h (S1, C1: sine and
+/// cosine of theta_1); and the component of W along x of frame 1, C1 W_x + S1 W_y.
 fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (ZRotation, Expr) {
     let b = signed(h, -two.sine());
     let distance = norm(g, [W[0], W[1]]);
@@ -167,7 +173,7 @@ fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_
     (direction(g, turn, distance, free), a)
 }
 
-/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v), in the plane normal to axis 2.
+/// theta_2 and theta_3 that move the point (x, y) of frame 3 to (u, v). All are in the plane normal to axis 2.
 fn arm_turns(
     g: &mut Graph,
     [two, three]: [&ArmJoint; 2],
@@ -175,8 +181,8 @@ fn arm_turns(
     to: [Expr; 2],
     is_other: bool,
 ) -> [ZRotation; 2] {
-    // Let X = d + x C3 - y S3 and l = x S3 + y C3, in the triangle with sides A = |d|, B = |(x, y)| and c = |(u, v)|: 2 d X = c^2
-    // + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
+    // A triangle has the sides A = |d|, B = |(x, y)| and c = |(u, v)|. With X = d + x C3 - y S3 and l = x S3 + y C3 (S3, C3: sine
+    // and cosine of theta_3): 2 d X = c^2 + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
     let d = three.d;
     let (A, B, c) = (norm(g, [d, Expr::ZERO]), norm(g, point), norm(g, to));
     let (sum, difference) = (g.add(A, B), g.sub(A, B));
@@ -194,7 +200,7 @@ fn arm_turns(
     [direction(g, turn, c, free), third]
 }
 
-/// theta_2 and r that bring the point (d, -sin(alpha_3) r) of frame 2 to (u, v): r^2 = u^2 + v^2 - d^2.
+/// theta_2 and r that move the point (d, -sin(alpha_3) r) of frame 2 to (u, v). r follows from r^2 = u^2 + v^2 - d^2.
 fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: bool) -> (ZRotation, Expr) {
     let (distance, size) = (norm(g, to), norm(g, [three.d, Expr::ZERO]));
     let (spare, sum) = (g.sub(distance, size), g.add(distance, size));
@@ -204,8 +210,8 @@ fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: b
     (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
-/// Coordinates u, v of a point in the plane normal to axis 2, m. `a`: component of the point along x of frame 1. `height`: its
-/// component along axis 1.
+/// Coordinates u, v, m, of a point in the plane normal to axis 2. `a`: component of the point along x of frame 1. `height`:
+/// component of the point along axis 1.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };
     [g.sub(a, two.d), v]
@@ -227,9 +233,9 @@ fn with_wrist(
     let place = in_plane(g, j2, a, W[2]);
     let (second, third, length) = if slides {
         let (second, length) = slide(g, [j2, j3], place, three);
-        // r_4 is the distance of the wrist centre from O_3.
+        // If axis 4 is along the slide, r_4 is the distance of the wrist centre from O_3. It is subtracted from the length.
         let behind = if j4.is_across() { Expr::ZERO } else { j4.r };
-        // The prismatic joint does not rotate, so this angle is constant.
+        // Joint 3 is prismatic and does not rotate: its theta is the constant offset.
         let fixed = j3.offset.turn(g);
         (second, fixed, g.sub(length, behind))
     } else {
@@ -239,7 +245,7 @@ fn with_wrist(
         (second, third, Expr::ZERO)
     };
 
-    // The axes of the last link, first in frame 3, then in the frame before the rotation by theta_4.
+    // The axes x, y, z of the last link: they are rotated into frame 3, and then into the frame before the rotation by theta_4.
     let seen = |g: &mut Graph, v: Vector| {
         let v = first.turned(g, v);
         let v = about_x(v, -j2.alpha);
@@ -256,7 +262,8 @@ fn with_wrist(
     let axes = [target.x, target.y, target.z].map(|axis| seen(g, axis));
     let [x, y, z] = axes;
     let (s5, s6) = (j5.sine(), j6.sine());
-    // z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5). After the rotation by -theta_4 the row along y is (-s5 s6 S6, -s5 s6 C6, 0).
+    // In this frame, z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5): C4, S4, ..: cosine and sine of theta_4, ..; s5, s6: sin(alpha_5),
+    // sin(alpha_6). After the rotation by -theta_4, the components of the axes along y are (-s5 s6 S6, -s5 s6 C6, 0).
     let size = norm(g, [z[0], z[1]]);
     let sign = if five { -s6 } else { s6 };
     let free = j4.offset.turn(g);
@@ -280,7 +287,8 @@ fn with_parallel_axes(
     let h = g.add(r, j4.r);
     let (first, a) = first_turn(g, [j1, j2], W, h, one);
 
-    // Axis 4 is (sin(alpha_2) S1, -sin(alpha_2) C1, 0); in frame 6 it is (s5 S5 C6, -s5 S5 S6, -s5 s6 C5).
+    // Axis 4 is (sin(alpha_2) S1, -sin(alpha_2) C1, 0) (S1, C1, ..: sine and cosine of theta_1, ..). In frame 6 it is (s5 S5 C6,
+    // -s5 S5 S6, -s5 s6 C5), s5 and s6: sin(alpha_5) and sin(alpha_6).
     let axis = [signed(first.sin, s2), signed(first.cos, -s2), Expr::ZERO];
     let seen = [target.x, target.y, target.z].map(|column| dot(g, axis, column));
     let (s5, s6) = (j5.sine(), j6.sine());
@@ -292,7 +300,7 @@ fn with_parallel_axes(
     let [S5, _] = between(g, [seen[0], -seen[1]], [sixth.cos, sixth.sin]);
     let fifth = ZRotation { cos: signed(seen[2], -s5 * s6), sin: signed(S5, s5) };
 
-    // z_5 = s6 (S6 x_6 + C6 y_6), y_4 = -s5 z_5, and O_4 = O_5 - r_5 z_5.
+    // Axis 5 is z_5 = s6 (S6 x_6 + C6 y_6). It gives y_4 = -s5 z_5, and the origin O_4 = O_5 - r_5 z_5.
     let z5 = [0, 1, 2].map(|i| {
         let (a, b) = (g.mul(sixth.sin, target.x[i]), g.mul(sixth.cos, target.y[i]));
         let sum = g.add(a, b);
@@ -313,9 +321,9 @@ fn with_parallel_axes(
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
 }
 
-/// A vector with the angle theta_6, for the case that axis 6 is along the parallel axes, so that theta_6 is free. It moves O_4 =
-/// O_5 - r_5 z_5 as near to axis 2 as possible; if that is nearer than |A - B|, as far as possible. `at`: coordinates of O_5
-/// along x of frame 1 and along axis 1, m.
+/// A vector with the angle theta_6, for the case that axis 6 is along the parallel axes and theta_6 is free. It moves O_4 = O_5 -
+/// r_5 z_5 as near to axis 2 as possible; but as far as possible if the nearest point is too near for the arm (nearer than |A -
+/// B|, A and B: lengths of links 2 and 3). `at`: coordinates of O_5 along x of frame 1 and along axis 1, m.
 fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRotation, at: [Expr; 2]) -> ZRotation {
     let [_, j2, j3, j4, j5, j6] = joints;
     if j5.r.is_zero() {
@@ -330,7 +338,7 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRota
     let room = g.sub(apart[0], apart[1]);
     let along = g.mul(room, j5.r);
     let outward = first.unturned(g, [from[0], Expr::ZERO, from[1]]);
-    // z_5 = s6 (S6 x_6 + C6 y_6)
+    // From z_5 = s6 (S6 x_6 + C6 y_6): the products of the direction to O_5 with x_6 and y_6 give S6 and C6.
     let [sin, cos] = [target.x, target.y].map(|axis| {
         let part = dot(g, outward, axis);
         signed(g.mul(along, part), j6.sine())
@@ -338,8 +346,8 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRota
     ZRotation { cos, sin }
 }
 
-/// The vector (cos, sin), moved towards `to` by [`SHIFT_SHARE`] times `to`. The shift is below the accuracy of the pose's
-/// orientation. But it exceeds the rounding of a very short vector, which would otherwise make O_4 unreachable.
+/// The vector (cos, sin), moved towards `to` by [`SHIFT_SHARE`]. For a vector of usual length, this shift is below the accuracy
+/// of the orientation. For a very short vector, it exceeds the rounding, which could otherwise make O_4 unreachable.
 fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     let share = g.constant(SHIFT_SHARE);
     [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {

@@ -14,7 +14,7 @@ const GRAMMAR: Grammar = Grammar {
     variable,
 };
 
-/// After this number of characters, an equation continues on a new line before its next sign.
+/// If a line has more characters than this, the equation continues on a new line before its next plus or minus sign.
 const WIDTH: usize = 120;
 
 /// The text of the LaTeX file with these functions.

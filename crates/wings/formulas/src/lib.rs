@@ -1,7 +1,7 @@
-//! Wing for formulas: writes functions of a robot for readers and for computer algebra systems.
+//! Wing (optional package) for formulas: writes functions of a robot for readers and for computer algebra systems.
 //!
-//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). Each language has
-//! its own grammar (`print`) and its own head and end of the file.
+//! All languages print the same `listing`, which has assignments to named variables, or each entry expanded (`expand`). Each
+//! language has its own grammar (`print`), and its own head and end of the file.
 //!
 //! Parts of the core that this wing uses: `modeling::formulas` derives the functions; lengths, angles and components of gravity
 //! are named constants, and intermediate results have the names of Khalil's books. `expr` traverses a function node by node.

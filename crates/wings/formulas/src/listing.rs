@@ -1,9 +1,9 @@
-//! Converts a function to readable assignments. A node with a name or with several uses becomes a variable; other nodes are
-//! inline.
+//! Converts a function (a graph of operations) to readable assignments. A node of the graph with a name, or with several uses,
+//! becomes a variable; other nodes are written inside the expressions that use them.
 //!
 //! The operations are the same as in the graph. A variable has the name given by [`expr::Graph::name`]; sine and cosine of `q2`
-//! are `S2` and `C2`; variables without a name are `t1`, `t2`. A name belongs to the value for which it was given. If a node
-//! contains the negative of this value, the assignment and all uses change the sign.
+//! are `S2` and `C2`; variables without a name are `t1`, `t2`. A name belongs to the value for which it was given. If the node
+//! contains the negative of this value, the signs in the assignment and in all uses are changed.
 
 use std::collections::HashSet;
 
@@ -15,7 +15,7 @@ pub(crate) enum Term {
     /// A number; never negative.
     Number(f64),
     Variable(String),
-    /// Summands, each with a flag whether it is subtracted. The first one is added, unless all are subtracted.
+    /// Summands, each with a flag: whether it is subtracted. The first one is added, unless all are subtracted.
     Sum(Vec<(bool, Term)>),
     /// Factors with their powers. A number is the first factor.
     Product(Vec<(Term, u32)>),
@@ -30,7 +30,7 @@ pub(crate) struct ListedOutput {
     pub name: String,
     pub rows: usize,
     pub columns: usize,
-    /// Entries as (row, column, value), row by row; entries that are zero for all inputs are omitted.
+    /// Entries as (row, column, value), row by row. If all entries are listed, those that are always zero are omitted.
     pub entries: Vec<(usize, usize, Term)>,
     /// Whether all entries are listed; otherwise only one chosen entry.
     pub is_whole: bool,
@@ -49,14 +49,14 @@ pub(crate) struct Listing {
 /// An entry of an output: index of the output, row and column, all counted from 0.
 pub type OutputEntry = (usize, usize, usize);
 
-/// The names of nodes. The flag tells whether the name belongs to the negative value of the node.
+/// The names of the nodes of the graph. The flag says whether the name belongs to the negative value of the node.
 pub(crate) struct ListingNames {
     of_node: Vec<Option<(String, bool)>>,
     taken: HashSet<String>,
     unnamed: usize,
 }
 
-/// Words that are reserved in one or more of the languages.
+/// Words that cannot be names of variables, because they are reserved in one or more of the languages.
 const RESERVED: &str = "
     and as assert break case catch class continue cos def del elif else end except finally for from function
     global if import in is lambda Matrix not or otherwise parfor pass persistent pi raise return sin spmd
@@ -79,7 +79,8 @@ impl ListingNames {
         names
     }
 
-    /// Gives a name to a node. If the name exists already, underscores are appended. A node that has a name keeps it.
+    /// Gives a node the name `wanted`, with underscores appended if another node has this name. A node that already has a name
+    /// keeps it.
     fn give(&mut self, node: usize, wanted: &str, negative: bool) {
         if self.of_node[node].is_some() {
             return;
@@ -94,7 +95,7 @@ impl ListingNames {
         self.of_node[node] = Some((name, negative));
     }
 
-    /// Gives a name to a node that becomes a variable.
+    /// Gives a name to a node that becomes a variable: from its angle (S2, C2), from the graph, or a number (t1).
     pub(super) fn give_to_variable(&mut self, function: &Function, node: usize) {
         let graph = function.graph();
         match (graph.nodes()[node], graph.name_of(node)) {
@@ -155,8 +156,8 @@ impl Listing {
         })
     }
 
-    /// A listing with these assignments. `value` gives an entry from the index of the output and the index of the entry. `names`
-    /// are the names of `shown`, the listed part of `function`.
+    /// A listing with these assignments. `value` gives the term of an entry from the index of the output and the index of the
+    /// entry. `shown`: the part of `function` that is listed; `names`: the names of its nodes.
     pub(super) fn around(
         function: &Function,
         shown: &Function,
@@ -212,8 +213,8 @@ fn collect(term: &Term, read: &mut HashSet<String>) {
     }
 }
 
-/// For each node, whether it becomes a variable: sines, cosines, nodes with several uses, and named nodes except those that only
-/// an output uses.
+/// For each node of the graph, whether it becomes a variable. Variables are: sines, cosines, nodes with several uses, and nodes
+/// with a name, except nodes that only an output uses.
 fn variables(function: &Function) -> Vec<bool> {
     let graph = function.graph();
     let mut reads = vec![0_usize; graph.nodes().len()];
@@ -233,7 +234,7 @@ fn variables(function: &Function) -> Vec<bool> {
     graph.nodes().iter().enumerate().map(is_variable).collect()
 }
 
-/// Converts nodes to terms: variables to names, and other nodes to expressions.
+/// Converts nodes of the graph to terms: a variable becomes its name, and any other node becomes an expression.
 pub(crate) struct TermReader<'a> {
     pub function: &'a Function,
     pub names: &'a ListingNames,

@@ -29,7 +29,8 @@ pub(crate) fn file(head: &[String], functions: &[PrintedFunction]) -> String {
                 text += &format!("{name} = {};\n", PLAIN.text(term));
                 continue;
             }
-            // The matrix is built in one statement, because a symbol cannot be assigned to an entry of a numeric matrix.
+            // The entries are computed first, and the matrix is built of them in one statement. MATLAB cannot assign a symbol to
+            // an entry of a numeric matrix.
             let entry = |row: usize, column: usize| format!("{name}_{}_{}", row + 1, column + 1);
             for (row, column, term) in &output.entries {
                 text += &format!("{} = {};\n", entry(*row, *column), PLAIN.text(term));

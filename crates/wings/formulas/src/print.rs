@@ -53,7 +53,7 @@ impl Grammar {
         self.parts(term).concat()
     }
 
-    /// The term as text, divided before each sign of its sum, where a line may be broken.
+    /// The term as a list of texts: a sum is divided before each of its signs. A line may be broken between two texts.
     pub(super) fn parts(&self, term: &Term) -> Vec<String> {
         let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
         let part = |(k, (negative, term)): (usize, &(bool, Term))| {

@@ -45,7 +45,7 @@ rist::words! { FormulaLanguage:
 }
 
 rist::request! {
-    /// Options that select which formulas of a robot are written.
+    /// Options that select the functions to write, their language and their form.
     pub struct DeriveRequest {
         /// Functions to write:
         function: Vec<String> = Vec::new(), value_name("NAMES"), and(&format!("base-regressor, {}", function_names()));

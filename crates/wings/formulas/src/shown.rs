@@ -1,4 +1,4 @@
-//! A function in the form that the writers of all languages use.
+//! A function as the writers of all languages get it: name, description and listing.
 
 use crate::listing::Listing;
 

@@ -12,7 +12,8 @@ pub(crate) struct KeptSymbols<'a> {
 }
 
 impl<'a> KeptSymbols<'a> {
-    /// Selects the requested constants. `constants`: for each constant of the functions, its name and all its names in the file.
+    /// Selects the requested constants. `constants`: for each constant of the functions, its name in the formulas and all names
+    /// that it has in the file.
     pub(crate) fn of(
         robot: &'a Robot,
         asked: &[String],

@@ -1,4 +1,4 @@
-//! Wing for inspection: reads and evaluates motions from other programs.
+//! Wing (optional package) for inspection: reads and evaluates motions from other programs.
 //!
 //! A ROS JointTrajectory or a table of points becomes a motion that `rist check` can verify. For any motion or log, the wing
 //! predicts which parameters an identification would determine, and how accurately.

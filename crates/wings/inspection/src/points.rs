@@ -23,7 +23,7 @@ pub fn points_of_ros(file: &str, text: &str) -> Result<PointTrajectory, LogError
     trajectory.points().map_err(fail)
 }
 
-/// Reads the points of a file that contains a table.
+/// Reads the points of a trajectory from a file with a table (for example a CSV).
 pub(crate) fn read_table(model: &Model, path: &Path) -> Result<PointTrajectory, Error> {
     points_of_table(model, &Table::read(path)?, &ColumnNames::default())
 }
@@ -79,7 +79,7 @@ struct RosPoint {
     time_from_start: RosTime,
 }
 
-/// A time as in ROS 2, as in ROS 1, or as a number of seconds.
+/// A time in the form of ROS 2, in the form of ROS 1, or as a number of seconds.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum RosTime {
@@ -118,7 +118,7 @@ impl RosTrajectory {
             }
             Ok((0..n).map(|k| self.points.iter().map(|p| of(p)[k]).collect()).collect())
         };
-        // All points must have these values, or none of them.
+        // Velocities and accelerations are optional: either all points have them, or no point has them.
         let optional = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
             let is_without = self.points.iter().all(|p| of(p).is_empty());
             (!is_without).then(|| series(what, of)).transpose()

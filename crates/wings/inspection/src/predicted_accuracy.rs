@@ -29,7 +29,7 @@ use crate::request::VisibilityRequest;
 pub struct PredictedAccuracy {
     /// Predictions for the parameters, in the order of the model.
     pub parameters: Vec<VisibleParameter>,
-    /// Condition number of the regressor, for the columns that motions within the limits can separate.
+    /// Condition number of the regressor. Only columns count that motions within the limits can separate.
     pub condition_number: f64,
     /// Number of samples in one repetition of the motion.
     pub samples: usize,
@@ -41,15 +41,18 @@ pub struct PredictedAccuracy {
     pub notes: Vec<String>,
 }
 
-/// The predicted uncertainty of the torques for one use, for the joint with the largest uncertainty.
+/// The predicted uncertainty of the torques for one use (for example gravity compensation). Only the joint with the largest
+/// uncertainty is given.
 pub struct JointForecast {
     /// Name of the use of the torques.
     pub purpose: &'static str,
     /// Name of the joint with the largest uncertainty.
     pub coordinate: String,
-    /// Rms of the torque's standard deviation, N m (N). `None` if the torque depends on a parameter that is not identifiable.
+    /// Rms, over the states, of the standard deviation of the torque, N m (N). `None` if the torque depends on a parameter that
+    /// is not identifiable.
     pub deviation: Option<f64>,
-    /// `deviation` divided by the rms of the nominal torque. `None` if the model has no nominal torque.
+    /// `deviation` divided by the rms of the nominal torque (from the parameters in the description). `None` if there is no
+    /// nominal torque.
     pub share: Option<f64>,
 }
 
@@ -63,8 +66,8 @@ const MAX_NAMED: usize = 4;
 /// For each sample and each coordinate: position, velocity and acceleration.
 type Instants = Vec<Vec<[f64; 3]>>;
 
-/// Predicts the result for a file. `interpolation`: how points of a table are interpolated. `None`: a table without accelerations
-/// is filtered and differentiated like the log of an identification.
+/// Predicts the result of an identification from the motion in a file. `interpolation`: how points of a table are interpolated.
+/// If it is `None`, a table without accelerations is filtered and differentiated like the log of an identification.
 ///
 /// Fails if a number of the request is out of range, if the file belongs to another model, or if its points lack derivatives that
 /// the interpolation needs.
@@ -98,7 +101,7 @@ pub fn predicted_accuracy(
     Ok(PredictedAccuracy { parameters, condition_number, samples: states.len(), purposes, to_add, notes })
 }
 
-/// The states that an identification would use, and the number of repetitions.
+/// The states that an identification would use, and the number of repetitions of the motion.
 fn states_of(
     model: &Model,
     file: &Path,
@@ -115,7 +118,7 @@ fn states_of(
         PlayedFile::Motion(motion) => {
             model.check(file, &motion.model)?;
             let motion = motion.motion(&name)?;
-            // One period after the initial blend. All later periods have the same states.
+            // One period after the initial blend (the motion from rest to the series). All later periods have the same states.
             let count = (motion.shape.period() * motion.rate).round() as usize;
             let at = |r: usize| {
                 let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
@@ -127,7 +130,8 @@ fn states_of(
             model.check(file, &plan.model)?;
             let mut found = Vec::new();
             for experiment in plan.trajectories(&name)? {
-                // Only the windows of an experiment are used; they exclude the time in which the robot settles.
+                // Only the samples in the windows of an experiment are used. The windows exclude the time in which the robot
+                // settles.
                 let reference = experiment.reference();
                 let at = |r: usize| {
                     (0..names.len()).map(|k| [reference.q[k][r], reference.dq[k][r], reference.ddq[k][r]]).collect()
@@ -160,7 +164,7 @@ fn states_of(
     }
 }
 
-/// The states from positions alone: filtered and differentiated as in an identification with default settings.
+/// The states of a table that has only positions: filtered and differentiated as in an identification with default settings.
 fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<Instants, Error> {
     let names = model.regressor().coordinates();
     let n = names.len();
@@ -195,7 +199,8 @@ struct Foresight<'a> {
 }
 
 impl Foresight<'_> {
-    /// The uncertainty of the torques for three uses: at rest, along the motion, and at any state within the limits.
+    /// The uncertainty of the torques for three uses: gravity compensation (at rest), feedforward along the motion, and
+    /// feedforward at any state within the limits.
     fn purposes(&self, states: &Instants) -> Vec<JointForecast> {
         let mut random = Random::new(SEED);
         let mut drawn = |moves: bool| -> Vec<[f64; 3]> {
@@ -218,7 +223,8 @@ impl Foresight<'_> {
         all.into_iter().filter_map(|(purpose, states, rubs)| self.joint_forecasts(purpose, &states, rubs)).collect()
     }
 
-    /// The joint with the largest uncertainty over these states; `None` if no joint moves. `rubs`: whether friction is included.
+    /// The torque uncertainty of the joint where it is largest, over these states; `None` if no joint moves. `rubs`: whether
+    /// friction is included.
     fn joint_forecasts(&self, purpose: &'static str, states: &[Vec<[f64; 3]>], rubs: bool) -> Option<JointForecast> {
         let Foresight { model, linear, limits, forecast: foreseen } = *self;
         let (n, base) = (linear.n(), linear.regressor.parameters().len());
@@ -230,8 +236,8 @@ impl Foresight<'_> {
             let of = |d: usize| state.iter().map(|x| x[d]).collect::<Vec<f64>>();
             let (dq, ddq) = (of(1), of(2));
             linear.regressor.fill(&of(0), &dq, &ddq, &mut y);
-            // sigma^2 of the torque y X from the predicted covariance, y: row of the regressor. The torque y X of the nominal
-            // parameters gives the relative uncertainty.
+            // The variance of the torque y X follows from the predicted covariance of the parameters X; y: row of the regressor.
+            // The torque with nominal parameters is summed too, because the relative uncertainty is divided by it.
             for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
                 fill_row(linear, i, &y, dq[i], ddq[i], &mut row);
                 if !rubs {
@@ -248,8 +254,8 @@ impl Foresight<'_> {
             let size = Some((torque[i] / count).sqrt()).filter(|size| *size > 0.0);
             (i, deviation, deviation.zip(size).map(|(deviation, size)| deviation / size))
         };
-        // Joints whose torque depends on an unidentifiable parameter come first. All other joints are sorted by relative
-        // uncertainty or, if there is none, by standard deviation.
+        // The joint that is first in this order is reported. A joint whose torque depends on an unidentifiable parameter comes
+        // first. The others are ordered by relative uncertainty or, if there is none, by standard deviation.
         let rank = |(_, deviation, share): &(usize, Option<f64>, Option<f64>)| match (deviation, share) {
             (None, _) => f64::INFINITY,
             (Some(deviation), None) => *deviation,
@@ -261,7 +267,8 @@ impl Foresight<'_> {
     }
 }
 
-/// For each joint with weak or unidentifiable parameters: a sentence with the fraction of its limits that the motion uses.
+/// For each joint with weak or unidentifiable parameters, a sentence: which fractions of the joint's limits the motion uses, and
+/// which parameters a larger motion would identify.
 fn to_add(
     linear: &LinearModel,
     parameters: &[VisibleParameter],

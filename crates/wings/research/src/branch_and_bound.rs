@@ -1,17 +1,17 @@
 //! Finds the best plan of N experiments with a proof, by branch and bound over the number of runs of each candidate.
 //!
 //! A node of the tree is a set of bounds low <= x <= high, x: number of runs of each candidate. The relaxed design of a node
-//! ([`experiments::plan::relaxed_design`]), with fractional x, gives an upper bound of log det F for all plans of the node. The
-//! tangent at this design excludes some values of x, so low and high are tightened. The node is then split at the variable for
-//! which both sides lose most by a second-order model. The nodes with the largest upper bounds are evaluated next, several in
-//! parallel. The search ends within a tolerance, or after a given number of nodes with the remaining gap. [Ponte, Fampa, Lee
-//! 2023]
+//! ([`experiments::plan::relaxed_design`]), with fractional x, gives an upper bound of log det F for all plans of the node (F:
+//! information matrix). The tangent of log det F at this design excludes some values of x, so low and high are tightened. The
+//! node is then split at the variable for which both sides lose most by a second-order model. The nodes with the largest upper
+//! bounds are evaluated next, several in parallel. The search ends within a tolerance, or after a given number of nodes with the
+//! remaining gap. [Ponte, Fampa, Lee 2023]
 //!
 //! The result contains a proof that can be verified ([`experiments::plan::plan_proof`]).
 //!
 //! Not used: the Gamma bound of the same paper, for N slightly above the number of runs that gives full rank. Experiments with
-//! several rows have full rank with fewer runs than parameters, and the natural bound proves the plans of the robot RACE without
-//! it.
+//! several rows have full rank with fewer runs than parameters, and the natural bound (see the paper) proves the plans of the
+//! robot RACE without it.
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -28,9 +28,10 @@ use experiments::plan::relaxed_design::{Bounds, Tangent, relaxed};
 
 /// Largest number of Newton steps at the root of the tree.
 const MAX_ROOT_NEWTON_STEPS: usize = 60;
-/// A relaxed design is not improved further if its gap to the optimum is below this fraction of the search tolerance.
+/// A relaxed design (with fractional numbers of runs) is not improved further if its gap to the optimum is below this fraction of
+/// the search tolerance.
 const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
-/// Number of nodes that are evaluated before the tree is changed. It does not depend on the number of processors.
+/// Number of nodes that are evaluated in parallel before the tree is changed. It does not depend on the number of processors.
 const NODES_PER_BATCH: usize = 16;
 
 /// State of a branch and bound search.
@@ -41,14 +42,14 @@ struct TreeSearch {
     tolerance: f64,
     proof: ProofTree,
     open: BinaryHeap<OpenNode>,
-    /// The largest bound of the closed leaves.
+    /// The largest upper bound of the leaves that need no further search.
     closed: f64,
 }
 
-/// Finds the best plan with as many experiments as `chosen`, and an upper bound for all plans of this size.
+/// Finds the best plan with as many experiments as the plan `chosen`, and an upper bound of log det F for all plans of this size.
 ///
-/// `None` if all candidates together do not have full rank, or if `chosen` is empty. If the search is interrupted, the bound is
-/// the one that is proven so far.
+/// `None` if all candidates together do not have full rank, or if `chosen` is empty. If the search is interrupted, the upper
+/// bound is the bound that is proven until then.
 pub(crate) fn branch_and_bound(blocks: &[WeightedRows], chosen: &[usize], work: &SearchBudget) -> Option<ProvenPlan> {
     let p = blocks.first().map_or(0, WeightedRows::width);
     let scale = scales(p, blocks.iter());
@@ -73,9 +74,10 @@ pub(crate) fn branch_and_bound(blocks: &[WeightedRows], chosen: &[usize], work: 
 }
 
 impl TreeSearch {
-    /// The search at the root of the tree. Equal candidates are merged, and candidates that occur in no good plan are removed.
+    /// The search with only the root of the tree. Equal candidates are merged, and candidates that occur in no better plan are
+    /// removed.
     fn at_root(blocks: &[WeightedRows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
-        // A plan counts as better only if it exceeds the value of the given plan by more than the tolerance.
+        // `known`: a plan counts as better only if it exceeds the value of the given plan by more than the tolerance.
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
@@ -86,12 +88,14 @@ impl TreeSearch {
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
-        // The relaxed design bounds all plans. Its tangent shows which candidates occur in no good plan.
+        // The relaxed design (with fractional numbers of runs) bounds log det F of all plans. Its tangent shows which candidates
+        // occur in no better plan.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
-        // These candidates are removed. For each, the proof stores a split.
+        // The candidates with at most zero runs by the tangent are removed. For each of them, the proof stores a split of the
+        // tree.
         for cut in cuts(&root.tangent, &bounds, known, count) {
             if cut.keeps_below && cut.at_most == 0 {
                 node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
@@ -99,7 +103,8 @@ impl TreeSearch {
                 closed = known;
             }
         }
-        // The root node for the remaining candidates, with the design and the tangent of the relaxed design.
+        // The root node for the remaining candidates. It has the relaxed design of all candidates and the tangent at it, without
+        // the entries of the removed candidates.
         let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
         let first = OpenNode {
             bound: root.bound,
@@ -113,13 +118,13 @@ impl TreeSearch {
         Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
-    /// A node is closed if its bound of log det F is at most this value.
+    /// The value that a better plan must exceed. A node is closed if its upper bound of log det F is at most this value.
     fn known(&self) -> f64 {
         self.best.0 + self.tolerance
     }
 
-    /// Removes at most `most` open nodes with the largest bounds from the queue. Nodes with a bound of at most `known` are not
-    /// taken.
+    /// Takes the open nodes with the largest bounds from the queue, at most `most` of them. Nodes with a bound of at most `known`
+    /// are not taken.
     fn next(&mut self, most: usize) -> Vec<OpenNode> {
         let known = self.known();
         let mut batch = Vec::new();
@@ -144,7 +149,8 @@ impl TreeSearch {
         }
     }
 
-    /// Adds the result for a node to the tree. `known`: the value of log det F for which the cuts of the node were computed.
+    /// Adds the result `look` for a node to the tree. `known`: the value that a better plan had to exceed when the node was
+    /// evaluated.
     fn take(&mut self, mut open: OpenNode, look: NodeBound, known: f64) {
         if let Some(plan) = look.plan.filter(|plan| plan.0 > self.best.0) {
             self.best = plan;
@@ -180,7 +186,7 @@ mod tests {
     use super::*;
     use crate::test_arm::test_plans::random_blocks;
 
-    /// The search starts with the worst plan. It must end at the best of all plans, with a proof.
+    /// The search starts with the worst plan. It must find the best of all plans, and prove it.
     #[test]
     fn the_best_of_all_small_plans_is_proven() {
         for seed in 1..6 {
@@ -195,17 +201,18 @@ mod tests {
             let worst = all.iter().filter(|a| a.0.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
             let work = SearchBudget { nodes: 5000, tolerance: 1e-7 };
             let found = branch_and_bound(&blocks, &worst.1, &work).unwrap();
-            // The tolerance is per parameter, so log det F may have a larger error.
+            // The tolerance is per parameter, so the error of log det F may be larger than it.
             assert!((found.value - best).abs() < 1e-6, "{seed}: {} {best}", found.value);
             assert!(found.proof.log_det_at_most >= best - 1e-9 && found.proof.log_det_at_most < best + 1e-6);
-            // One value is computed with scaled columns, so the values agree only up to rounding.
+            // One of the values is computed with scaled columns, so the two agree only up to rounding.
             let again = value_of(&blocks, &found.chosen, Criterion::Determinant);
             assert!((found.value - again).abs() < 1e-12, "{} {again}", found.value);
-            // After only two nodes the bound is still valid: it is at least the best value.
+            // After only two nodes the upper bound is still valid: it is not below the value of the best plan.
             let short = branch_and_bound(&blocks, &worst.1, &SearchBudget { nodes: 2, tolerance: 1e-7 }).unwrap();
             assert!(short.proof.log_det_at_most >= best, "{short:?}");
         }
-        // Three candidates have at most nine rows, which is less than the ten parameters.
+        // Three candidates have at most nine rows together. That is less than the ten parameters, so there is no plan with full
+        // rank.
         let flat = random_blocks(3, 10, 1);
         assert!(branch_and_bound(&flat, &[0, 1, 2], &SearchBudget { nodes: 10, tolerance: 1e-3 }).is_none());
     }

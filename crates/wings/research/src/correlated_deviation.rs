@@ -1,8 +1,9 @@
-//! Variances of parameters whose scores are correlated over time.
+//! Variances of parameters whose scores (contributions of single samples to the error of the estimate) are correlated over time.
 //!
-//! h_r: score of sample r; rho: correlation of residuals from sample to sample. The variance of each parameter is
+//! h_r: score of sample r; n: number of samples; L: span of correlation, in samples; rho: correlation of residuals from sample to
+//! sample. The variance of each parameter is
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
-//! The Bartlett weights are the weights of overlapping sums, so the variance is also
+//! The weights 1 - |l|/L (Bartlett) are the weights of overlapping sums, so the variance is also
 //!   var x = 1/L sum_k S_k^2,  S_k = sum of L successive h_r,
 //! which needs only L vectors in memory. L follows the rule for a first-order process with the correlation of the residuals,
 //!   L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
@@ -13,12 +14,12 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Largest span L, in samples. It bounds the memory.
+/// Largest span L of the overlapping sums, in samples. It bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
-/// The factor in the rule for Bartlett weights [Andrews 1991].
+/// The factor in the rule of [Andrews 1991] for the span of Bartlett weights.
 const ANDREWS_FACTOR: f64 = 1.1447;
 
-/// Accumulates the squares of the sums of `span` successive scores.
+/// Adds up the squares of overlapping sums. Each sum has `span` successive scores h_r.
 pub(crate) struct OverlappingSums {
     ring: Vec<Vec<f64>>,
     sum: Vec<f64>,
@@ -43,7 +44,7 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// The variance of each parameter. It also contains the sums that extend beyond the end of the record.
+    /// The variance of each parameter. It includes the sums that extend beyond the end of the record, with scores of zero there.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
@@ -80,7 +81,7 @@ impl LagOne {
     }
 }
 
-/// The largest correlation between successive residuals of a joint.
+/// The correlation between successive residuals of a joint, for the joint where it is largest.
 pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     let mut lag_one = LagOne::new(model.n());
     model.residuals(states, x, |r, j, e| lag_one.add(r, j, e));
@@ -88,7 +89,7 @@ pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // With n samples, a correlation above this value cannot be distinguished from 1.
+    // With n samples, a correlation above 1 - 1/(n + 1) cannot be distinguished from 1, so rho is limited to this value.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = ANDREWS_FACTOR * (alpha * n as f64).cbrt();
@@ -101,8 +102,8 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// Noise with a correlation of 0.9 from sample to sample: its sum has 19 times the variance of white noise. Bartlett weights
-    /// give a value below this.
+    /// Noise with a correlation of 0.9 from sample to sample: the variance of its sum is 19 times as large as for white noise.
+    /// Bartlett weights give a smaller factor.
     #[test]
     fn correlated_noise_is_not_taken_for_white() {
         let arm = Pendulum::new();
@@ -123,7 +124,7 @@ mod tests {
             found += sums.variance()[0] / f64::from(runs) / n as f64;
             rho += one / f64::from(runs);
         }
-        // Tolerances for forty records. Each is equivalent to about a hundred independent samples.
+        // Tolerances for forty records. Each record is worth about a hundred independent samples.
         assert!((rho - 0.9).abs() < 0.01, "{rho}");
         assert!((13.0..19.5).contains(&found), "{found}");
         assert_eq!(span(0.0, n), 1);

@@ -1,8 +1,8 @@
 //! Identifies parameters from the logs of a plan by simulating its experiments, with the methods IDIM-IV and DIDIM.
 //!
-//! The simulated controller is the controller of [`simulate`](rist::simulate): PD with 10 Hz, tuned to the least squares
-//! estimate. IDIM-IV only needs a simulation that follows the plan approximately as the robot does. DIDIM needs a simulated loop
-//! that equals the real loop.
+//! The simulated controller is the controller of [`simulate`](rist::simulate): a PD controller with a bandwidth of 10 Hz, tuned
+//! to the least squares estimate. IDIM-IV only needs a simulation that follows the plan approximately as the robot does. DIDIM
+//! needs a simulated loop that equals the real loop.
 
 use crate::loop_estimate::identify_closed_loop;
 use crate::simulated_loop::{ClosedLoop, Simulator};
@@ -48,7 +48,7 @@ pub fn identify_in_loop(
     }
     let gains = gains(model, read.currents, &request.gain)?;
 
-    // The record and the reference of its simulation are cut to the same length.
+    // The record of each experiment and the reference that is simulated are cut to the same number of samples.
     let mut references: Vec<Reference> = trajectories.iter().map(|t| t.reference()).collect();
     let coordinates = model.regressor().coordinates();
     let mut measured = Vec::new();
@@ -68,7 +68,8 @@ pub fn identify_in_loop(
     let base = model.regressor().parameters().len();
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
     setup.drives.gain.fill(1.0);
-    // The instruments must have no noise, so positions in the simulated loop are not quantised.
+    // The simulated signals serve as instruments (of the instrumental variables) and must have no noise. So the positions in the
+    // simulated loop are not quantised.
     setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
@@ -94,7 +95,7 @@ impl Simulator for PlanInLoop<'_> {
         let (base, friction) = x.split_at(regressor.parameters().len());
         let dynamics = dynamics_of(self.model, base.to_vec());
         let mut setup = self.setup.clone();
-        // The friction parameters FV, FS and OFF of each joint.
+        // Each joint has the friction parameters FV (viscous), FS (Coulomb) and OFF (offset), which become one friction law.
         let law = |f: &[f64]| FrictionLaw::asymmetric(f[0], f[1] + f[2], f[0], f[2] - f[1]);
         setup.friction = friction.chunks_exact(FrictionTerm::STANDARD.len()).map(law).collect();
         let mut found = Vec::new();
@@ -114,7 +115,8 @@ impl Simulator for PlanInLoop<'_> {
     }
 }
 
-/// For each coordinate, the torque per unit of the logged signal, N m/A or 1. Fails if a gain is unknown.
+/// For each coordinate, the torque per unit of the logged signal: the drive gain, N m/A, if currents are logged, and 1 if torques
+/// are logged. Fails if a gain is unknown.
 fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f64>, Error> {
     let coordinates = model.regressor().coordinates();
     if !currents {

@@ -1,7 +1,8 @@
-//! Wing for research: methods that papers use as references for comparison.
+//! Wing (optional package) for research: methods that papers use as references for comparison.
 //!
-//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`). The best plan of experiments by branch
-//! and bound, with a proof in the plan file that can be verified (`branch_and_bound`, `proof_again`).
+//! These are IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`), and the search for the best
+//! plan of experiments by branch and bound (`branch_and_bound`, `proof_again`). The plan file contains a proof that can be
+//! verified.
 //!
 //! Parts of the core that this wing uses: `rist::wings` calls the identification methods with simulation, and the search for
 //! plans. `experiments::plan` bounds plans by relaxed designs and stores a proof in the file. `experiments::simulate` simulates a

@@ -1,7 +1,7 @@
 //! IDIM-IV and DIDIM: estimates parameters from the states of experiments and a simulator of their control loop.
 //!
-//! The start is least squares on the same rows. Its statistics of signals, remarks and ranges of validity are kept; values and
-//! standard deviations are from [`simulated`].
+//! The start values are the least squares estimate from the same rows. The signal statistics, remarks and ranges of validity of
+//! this estimate are kept; values and standard deviations are from [`simulated`].
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -14,10 +14,10 @@ use identification::estimate::identified::{Deviations, Identified, Status};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 
-/// Identifies parameters from measured states. The simulator must return the states of all experiments, concatenated in the same
-/// order.
+/// Identifies parameters from measured states. The simulator must return the states of all experiments in one list, in the order
+/// of `measured`.
 ///
-/// Fails if there are no rows, if the simulator fails, or if the motion leaves parameters undetermined.
+/// Fails if there are no rows, if the simulator fails, or if the motion does not determine all parameters.
 pub fn identify_closed_loop(
     regressor: &dyn Regressor,
     measured: &[States],
@@ -45,14 +45,16 @@ pub fn identify_closed_loop(
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
     };
-    // The covariance, the directions and the held-out errors belong to least squares, so they are removed.
+    // Covariance, directions and held-out errors are results of the least squares estimate, not of this method. So they are
+    // removed.
     estimate.covariance.clear();
     estimate.directions.clear();
     estimate.tenths.clear();
     estimate.cross_validation = None;
     estimate.joints.iter_mut().for_each(|joint| joint.held_out = None);
     estimate.settled = Some(found.converged);
-    // In simulations with other controllers, only 33 to 75 of 100 such 95 % intervals contained the true value.
+    // In simulations with other controllers, only 33 to 75 of 100 intervals with a nominal coverage of 95 % contained the true
+    // value.
     estimate
         .doubts
         .push("the intervals of this method are too narrow: they know no error of the loop that was simulated".into());

@@ -1,8 +1,8 @@
 //! A node of the branch and bound over plans: its evaluation and its split.
 //!
-//! The relaxed design of a node gives an upper bound. Its tangent, or the tangent of an earlier node with a lower bound, excludes
-//! numbers of runs that cannot give a better plan than the best known one. The node is then split at a candidate whose number of
-//! runs is not determined yet; candidates with a fractional number come first.
+//! The relaxed design of a node (with fractional numbers of runs) gives an upper bound of log det F. Its tangent, or the tangent
+//! of an earlier node with a lower bound, excludes numbers of runs that cannot give a better plan than the best known one. The
+//! node is then split at a candidate whose number of runs is not determined yet; candidates with a fractional number come first.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -13,21 +13,21 @@ use experiments::plan::certificate::determinant_bound;
 use experiments::plan::exchange::{Criterion, value_of};
 use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
-/// Number of steps of the multiplicative algorithm before the root is evaluated.
+/// Number of steps of the multiplicative algorithm, which prepares the start design of the root node.
 const MULTIPLICATIVE_STEPS: usize = 300;
-/// After these steps, a candidate with a smaller number of runs gets zero runs.
+/// After the multiplicative algorithm, a candidate with a smaller number of runs than this gets zero runs.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
-/// Largest number of Newton steps of a node. They start at the design of the parent node.
+/// Largest number of Newton steps for one node. The steps start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Largest number of moves in the ascent that computes the loss of a split.
+/// Largest number of moves in the ascent that computes how much log det F decreases by a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
 /// A number of runs counts as an integer if it differs from an integer by less than this.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
-/// Tolerance of the multiplicative algorithm, in log det F.
+/// The multiplicative algorithm ends if log det F is within this distance of its optimum.
 const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
-/// A cut with a larger number of runs is not used.
+/// A cut (a bound on the number of runs of a candidate) is not used if its number is larger than this.
 const MAX_CUT_RUNS: f64 = 1e6;
-/// Smallest loss of a side of a split that is counted, as a fraction of (bound of the node - known value).
+/// Smallest loss of log det F on a side of a split that counts, as a fraction of (bound of the node - known value).
 const LEAST_LOSS_SHARE: f64 = 1e-6;
 
 /// A node that is not evaluated yet.
@@ -35,10 +35,10 @@ pub(crate) struct OpenNode {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// The tangent with the lowest bound so far. `design`: index of its design.
+    /// The tangent of log det F with the lowest upper bound so far. `design`: index of the design at which it touches.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
-    /// The design at which the ascent for this node starts.
+    /// The design (number of runs of each candidate) at which the ascent for this node starts.
     pub(crate) x: Arc<Vec<f64>>,
 }
 
@@ -57,13 +57,15 @@ impl PartialOrd for OpenNode {
 }
 
 impl Ord for OpenNode {
-    /// The order of evaluation: the largest bound first; among equal bounds the oldest node.
+    /// The order in which nodes of the search tree are evaluated: the node with the largest bound first; among equal bounds the
+    /// oldest node.
     fn cmp(&self, other: &OpenNode) -> Ordering {
         self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
     }
 }
 
-/// The candidates that may occur in a plan.
+/// The candidate experiments that may occur in a plan. Excluded are candidates that are equal to another one, or that have no
+/// runs after the cuts at the root.
 pub(crate) struct RemainingCandidates {
     pub(crate) blocks: Vec<WeightedRows>,
     /// For each remaining candidate, its index among all candidates.
@@ -72,8 +74,8 @@ pub(crate) struct RemainingCandidates {
     pub(crate) count: usize,
 }
 
-/// A restriction of the number of runs of a candidate. The tangent shows that all excluded plans are no better than the known
-/// value.
+/// A restriction of the number of runs of a candidate experiment. The excluded plans are no better than the best plan known so
+/// far: the tangent (a linear upper bound of log det F) shows this. F: information matrix of a plan.
 ///
 /// If `keeps_below`, the candidate runs at most `at_most` times in the remaining plans; otherwise it runs more than `at_most`
 /// times.
@@ -86,8 +88,8 @@ pub(crate) struct Cut {
 
 /// The result of the evaluation of a node.
 pub(crate) struct NodeBound {
-    /// The upper bound of log det F. `better`: tangent and design of this node, if they give a lower bound than the parent's
-    /// tangent.
+    /// The upper bound of log det F (F: information matrix) over the plans of this node. `better`: tangent and design of this
+    /// node, if they give a smaller bound than the parent's tangent.
     pub(crate) bound: f64,
     pub(crate) better: Option<(Tangent, Vec<f64>)>,
     pub(crate) plan: Option<(f64, Vec<usize>)>,
@@ -98,7 +100,7 @@ pub(crate) struct NodeBound {
 }
 
 impl OpenNode {
-    /// Splits the node in two: plans in which a candidate has at most `at_most` runs, and plans in which it has more.
+    /// Splits the node in two: plans in which `candidate` has at most `at_most` runs, and plans in which it has more.
     pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [OpenNode; 2] {
         let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
         below.high[candidate] = at_most;
@@ -116,7 +118,8 @@ impl RemainingCandidates {
         RemainingCandidates { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
     }
 
-    /// A start for the ascent: approximately the best relaxed design, without candidates that have almost no runs.
+    /// The design at which the maximization of log det F starts: approximately the best design with real numbers of runs, without
+    /// candidates that have almost no runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
         let weights = determinant_bound(&self.blocks, MULTIPLICATIVE_TOLERANCE, MULTIPLICATIVE_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
@@ -128,7 +131,8 @@ impl RemainingCandidates {
         self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
     }
 
-    /// Evaluates a node. If its bound of log det F is at most `known`, the node is not split. `ascent`: tolerance of the ascent.
+    /// Evaluates a node of the search tree. `known`: log det F of the best known plan (F: information matrix); a node whose upper
+    /// bound is at most `known` is not split. `ascent`: tolerance of the maximization of log det F.
     pub(crate) fn look(&self, open: &OpenNode, known: f64, ascent: f64) -> NodeBound {
         let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), MAX_NEWTON_STEPS);
         let mut look = NodeBound {
@@ -143,7 +147,7 @@ impl RemainingCandidates {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The parent's tangent may give a lower bound than the design of this node.
+        // The tangent of the parent node may give a smaller upper bound than the design of this node. Then it is kept.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {
@@ -157,13 +161,15 @@ impl RemainingCandidates {
     }
 }
 
-/// The cuts that follow from a tangent. They exclude only plans whose value is at most `known`.
+/// The cuts (restrictions of numbers of runs) that follow from a tangent, a linear upper bound of the plans' values. The cuts
+/// exclude only plans whose value is at most `known`.
 pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
     let (bound, price) = tangent.bound(bounds, count);
     let slack = bound - known;
     let of = |i: usize| {
         let net_gain = tangent.gain[i] - price;
-        // After this number of runs in the direction of decrease, the tangent is at most the known value.
+        // Each run more (or less) of candidate i changes the tangent by the net gain. After this number of steps in the direction
+        // in which the tangent decreases, it is at most the known value.
         let steps = (slack / net_gain.abs()).floor();
         let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);
@@ -177,8 +183,10 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
 /// The candidate at which a node is split, and the largest number of runs on its lower side. `None` if all numbers are
 /// determined.
 ///
-/// Among candidates with a fractional number of runs, this is the candidate for which both sides lose most by the model. A loss
-/// counts only up to the loss that closes the side. If there is none, it is the first candidate whose number can vary.
+/// Among candidates with a fractional number of runs, it is the candidate with the largest product of two losses: how much the
+/// bound decreases, according to a quadratic model, on the lower and on the upper side of the split. A loss counts only up to
+/// `slack` (bound minus known value), which is enough to exclude the side. If no number is fractional, it is the first candidate
+/// whose number can vary.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
@@ -196,7 +204,8 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
     Some((candidate, at_most(candidate)))
 }
 
-/// Rounds a design to integer numbers of runs with the sum `count`. `None` if the bounds do not allow this.
+/// Rounds a design (real numbers of runs) to integer numbers of runs with the sum `count`. `None` if the bounds do not allow
+/// this.
 fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
     let whole = |i: usize| ((x[i] + WHOLE_RUNS_TOLERANCE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
     let mut often: Vec<usize> = (0..x.len()).map(whole).collect();

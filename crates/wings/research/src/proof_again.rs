@@ -1,8 +1,9 @@
 //! Verifies the proof in a plan file: computes its bound again from the robot description and the candidates in the file.
 //!
-//! The rows of each candidate are computed from its motion. Each leaf of the tree bounds its plans by the tangent at its design
-//! ([`experiments::plan::relaxed_design`]). The plan consists of the candidates that its experiments name. The quality that the
-//! file states is not used.
+//! The rows of each candidate are computed from its motion. The proof is a tree of splits of the set of plans. Each leaf has a
+//! design, and the tangent of log det F at this design is an upper bound for the plans of the leaf
+//! ([`experiments::plan::relaxed_design`]; F: information matrix). Each experiment of the plan names one of the candidates. The
+//! quality that the file states is not used.
 
 use linear_model::regressor::Regressor;
 use logs::Error;
@@ -81,7 +82,8 @@ fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String
     plan.experiments.iter().map(one).collect()
 }
 
-/// The largest bound of log det F over all leaves.
+/// The largest upper bound of log det F (F: information matrix) over all leaves of the proof's tree. It is the bound for all
+/// plans.
 fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64, String> {
     let mut high = vec![count; blocks.len()];
     check_equal(proof, blocks)?;
@@ -123,7 +125,7 @@ fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64
     Ok(worst)
 }
 
-/// The tangent at a design in the file. Fails if the design is malformed.
+/// The tangent (linear upper bound of log det F) at a design in the file. Fails if the design is malformed.
 fn tangent_of(design: &[(usize, f64)], blocks: &[WeightedRows]) -> Result<Tangent, String> {
     let mut x = vec![0.0; blocks.len()];
     for &(i, share) in design {
@@ -161,7 +163,8 @@ mod tests {
     use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// The efficiency is computed from the proof. A change of the file that would increase it is detected.
+    /// The D-efficiency of the plan is computed from the proof in the file. A change of the file that would increase it is
+    /// detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);
@@ -175,7 +178,7 @@ mod tests {
         let plan = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         let again = |plan: &ExperimentPlan| efficiency_again(plan, &arm, "plan.yaml");
         let efficiency = again(&plan).unwrap().unwrap();
-        // The leaves may give a higher efficiency than the file states, because the search ends within its tolerance.
+        // The leaves may prove a higher efficiency than the file states, because the search ends within its tolerance.
         let said = plan.d_efficiency_at_least;
         assert!(efficiency >= said - 1e-9 && efficiency <= 1.0, "{efficiency} {said}");
         let mut worse = plan.clone();

@@ -1,4 +1,5 @@
-//! Builds the proof of a bound for all plans: a tree of splits, with a design at each leaf.
+//! Builds the proof of an upper bound of log det F that holds for all plans: a tree of splits, with a design at each leaf. F:
+//! information matrix of a plan.
 
 use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use numerics::information_matrix::{InformationMatrix, WeightedRows};

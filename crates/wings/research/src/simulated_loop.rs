@@ -7,9 +7,9 @@
 //! - DIDIM: X = argmin |Y - W_s X|, W_s: regressor at the simulated states. It needs only the measured torques
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
-//! For white noise, the standard deviations follow from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1, s^2: variance of the residuals. For
-//! correlated noise, the scores Z_r' e_r are summed over the span of `correlated_deviation`, because after filtering,
-//! neighbouring samples are correlated if there are several samples per period of the cut-off frequency.
+//! For white noise, the covariance matrix is C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1, s^2: variance of the residuals. For correlated noise,
+//! the scores Z_r' e_r (Z_r, e_r: rows of sample r in Z and in the residuals) are summed over a span of samples
+//! (`correlated_deviation`), because filtering makes neighbouring samples correlated.
 //!
 //! The rows have the joint weights of weighted least squares on the measured states. The caller provides the simulator, with its
 //! integrator and its controller. The simulator must return states at the samples of the measured record.
@@ -132,12 +132,13 @@ struct Round<'a> {
     /// The states from which W is computed.
     regressors: &'a States,
     measured: &'a States,
-    /// Weights of the rows, one per joint.
+    /// Weights of the rows of Z and W, one per joint.
     weights: &'a [f64],
 }
 
 impl Round<'_> {
-    /// Products of weighted rows: Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2.
+    /// Products of weighted rows: Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2. Z, W: regressors at the two kinds of states, Y:
+    /// measured torques.
     fn products(&self) -> Products {
         let Round { model, measured, weights, .. } = *self;
         let (n, p) = (model.n(), model.p());
@@ -169,8 +170,8 @@ impl Round<'_> {
         });
     }
 
-    /// Standard deviations from sums of the scores (Z'W)^-1 Z_r' e_r, over the span that the correlation of the residuals
-    /// requires.
+    /// Standard deviations from sums of the scores (Z'W)^-1 Z_r' e_r of the samples r. e_r: residuals. The sums are over as many
+    /// neighbouring samples as the correlation of the residuals requires.
     fn robust_sigma(&self, x: &[f64], inverse: &DMatrix<f64>) -> Vec<f64> {
         let Round { model, regressors, measured, weights, .. } = *self;
         let (n, p) = (model.n(), model.p());
@@ -214,7 +215,8 @@ mod tests {
     use identification::signals::differences::Differences;
     use random::Random;
 
-    /// The simulated loop with the true parameters; q is measured with noise and differentiated without a filter.
+    /// A pendulum, its control loop, and the states simulated with the true parameters. The positions have noise and are
+    /// differentiated without a filter.
     fn experiment(noise: f64, seed: u64) -> (Pendulum, Loop, States) {
         let arm = Pendulum::new();
         let control = Loop { samples: 1500 };
@@ -245,7 +247,8 @@ mod tests {
         }
     }
 
-    /// If the initial parameters are 20 % too large, DIDIM converges within a few iterations, as the literature reports.
+    /// Without noise, and with initial parameters that are 20 % too large, DIDIM converges within a few iterations, as the
+    /// literature reports.
     #[test]
     fn didim_converges_fast() {
         let (arm, control, states) = experiment(0.0, 32);
@@ -256,8 +259,8 @@ mod tests {
         assert!((found.x[0] - arm.truth[0]).abs() < 0.02 * arm.truth[0], "{found:?}");
     }
 
-    /// Errors over 40 draws, in units of the Cramer-Rao standard deviation, if noisy positions are differentiated without a
-    /// filter.
+    /// Errors of the estimates over 40 draws, in units of the Cramer-Rao standard deviation. Noisy positions are differentiated
+    /// without a filter.
     #[test]
     fn bad_filters_are_forgiven() {
         const NOISE: f64 = 0.1;

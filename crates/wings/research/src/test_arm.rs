@@ -25,7 +25,8 @@ pub(crate) struct Loop {
 
 impl Simulator for Loop {
     fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
-        // The equation of motion is ZZ ddq + 9.81 (MX cos q - MY sin q) = tau; tau is from the PD controller.
+        // The equation of motion is ZZ ddq + 9.81 (MX cos q - MY sin q) = tau, with the inertia ZZ and the first moments MX, MY.
+        // tau is the torque of the PD controller.
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
         let reference =

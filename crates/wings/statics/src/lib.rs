@@ -2,9 +2,9 @@
 //! joint.
 //!
 //! Parts of the core that this wing uses: `logs` reads tables and finds columns by their names. `modeling` derives the gravity
-//! torque and its independent columns. `identification` provides hypotheses and changes that correct them
-//! (`estimate::hypothesis`, `estimate::log_check::Change`), claims, and the rule for the level of trust. `rist` has the model,
-//! the orientation of its base, and the text of a load.
+//! torque and its independent columns. `identification` provides the hypotheses on faults and the changes of a log that correct
+//! these faults (`estimate::hypothesis`, `estimate::log_check::Change`), claims, and the rule for the level of trust. `rist` has
+//! the model, the orientation of its base, and the text of a load.
 
 #![warn(missing_docs)]
 

@@ -1,5 +1,5 @@
-//! The load after a force-torque sensor (the side away from the robot), with a verdict. No model of the robot or its drives is
-//! needed.
+//! The load after a force-torque sensor (on the side away from the robot), and whether it can be used. No model of the robot or
+//! its drives is needed.
 
 use std::fmt;
 
@@ -24,8 +24,8 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// Identifies the load after a sensor. `link`: name of the link whose frame is the sensor frame; it is written to the file of
-/// `[load]`.
+/// Identifies the load after a force-torque sensor. `link`: name of the link whose frame is the sensor frame; it is written to
+/// the file of `[load]`.
 ///
 /// Fails if the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {

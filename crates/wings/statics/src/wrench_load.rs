@@ -12,8 +12,8 @@
 //! Each equation is multiplied by a weight function and integrated by parts over a window. The weight function and its slope are
 //! zero at both ends of the window. So the derivatives are those of the weight function and not of the measurements [Shinbrot
 //! 1957]; only p' and w are computed from the poses. The equations are linear in the ten parameters and in constant offsets of
-//! the six signals. Force and torque equations are weighted by their residuals. Standard deviations are for white noise, inflated
-//! by the correlation between successive windows.
+//! the six signals. Force and torque equations have weights that follow from their residuals. Standard deviations are for white
+//! noise, inflated by the correlation between successive windows.
 //!
 //! In a log without a clock, each row is a posture at rest: F = -m R'g, N = -mc x R'g. Postures do not determine the inertia.
 //!
@@ -27,7 +27,8 @@ use numerics::triangle::TriangleBuilder;
 
 /// Gravity along z of the frame at rest, m/s^2.
 pub(super) const GRAVITY: f64 = -9.81;
-/// Shortest duration of a window, s. `WINDOW_SAMPLES`: smallest number of its samples.
+/// Shortest duration of a window (a short interval of the log that gives six equations), s. `WINDOW_SAMPLES`: smallest number of
+/// its samples.
 const WINDOW_S: f64 = 0.25;
 const WINDOW_SAMPLES: usize = 24;
 /// The velocity at a sample is computed from this number of samples on each side.
@@ -36,18 +37,19 @@ const NEIGHBOURS: usize = 3;
 const GAP_STEPS: f64 = 3.0;
 /// Number of unknowns: ten parameters, and an offset of each of the six signals.
 const UNKNOWNS: usize = 16;
-/// Number of fits, each with weights from the residuals of the previous fit.
+/// Number of repeated fits. The weights of each fit are computed from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 4;
-/// The column of an inertia entry counts as rounding of the poses if it is below this fraction of the largest one. This occurs if
-/// the sensor rotates about fewer than three axes.
+/// If the column of an inertia entry is below this fraction of the largest column, it contains only rounding errors of the poses.
+/// This occurs if the sensor rotates about fewer than three axes.
 const ROUNDING_SHARE: f64 = 1e-9;
-/// Smallest standard deviation of one kind of equations, as a fraction of the largest one.
+/// Smallest standard deviation of one kind of equations (force or torque), as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
-/// Initial standard deviation of torques, N m, relative to 1 N for forces: a lever arm of 10 cm.
+/// Standard deviation of a torque in the first fit, N m, if a force has 1 N. It corresponds to a lever arm of 10 cm.
 const FIRST_TORQUE_DEVIATION: f64 = 0.1;
-/// Smallest relative singular value in the fit of a cubic polynomial for the velocity.
+/// The velocity is the slope of a cubic polynomial that is fitted to neighbouring samples. This is the smallest relative singular
+/// value in its fit.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
-/// If the sine of an angle is below this, the angle is replaced by its sine.
+/// If the sine of a rotation angle is below this, the angle is replaced by its sine.
 const SMALL_SINE: f64 = 1e-9;
 /// Largest value that is used for the correlation between successive windows.
 const LARGEST_CORRELATION: f64 = 0.9;
@@ -61,7 +63,8 @@ type Equation = (Row, f64);
 /// A load with its accuracy.
 #[derive(Clone, Debug)]
 pub struct WrenchLoad {
-    /// XX XY XZ YY YZ ZZ MX MY MZ M, about the origin of the sensor's frame and in its axes.
+    /// The parameters XX XY XZ YY YZ ZZ MX MY MZ M (inertia, first moments, mass) about the origin of the sensor's frame, in its
+    /// axes.
     pub parameters: Ten,
     /// Standard deviations of the ten parameters.
     pub sigma: Ten,
@@ -132,12 +135,12 @@ fn found(groups: &[EquationGroup], deviations: &[f64], solution: &Solution, wind
     }
 }
 
-/// The equations of one kind (force or torque): three per window.
+/// The equations of one kind (force or torque, even or odd weight function): three per window, or three per posture.
 struct EquationGroup {
     rows: Vec<Equation>,
     /// Standard deviation of an equation that is assumed in the first fit.
     first_deviation: f64,
-    /// Standard deviation of an equation if each sample has the standard deviation 1.
+    /// Standard deviation of the right-hand side of an equation if the noise of each sample has the standard deviation 1.
     of_a_sample: f64,
 }
 
@@ -175,7 +178,7 @@ fn weighted(groups: &[EquationGroup], deviations: &[f64]) -> Solution {
     solve(&block.finish())
 }
 
-/// Correlation between the equations of successive windows, as a mean over all kinds of equations. At least zero.
+/// Correlation between the residuals of successive windows, as a mean over all kinds of equations. At least zero.
 fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution) -> f64 {
     let (mut products, mut count) = (0.0, 0.0);
     for (group, deviation) in groups.iter().zip(deviations) {
@@ -188,7 +191,7 @@ fn correlation(groups: &[EquationGroup], deviations: &[f64], solution: &Solution
     (products / f64::max(count, 1.0)).clamp(0.0, LARGEST_CORRELATION)
 }
 
-/// The equations of postures at rest, in two groups: forces and torques.
+/// The equations of postures at rest, in two groups: equations of forces and equations of torques.
 fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = vec![EquationGroup::new(1.0), EquationGroup::new(FIRST_TORQUE_DEVIATION)];
     for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
@@ -208,7 +211,7 @@ fn postures(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     groups
 }
 
-/// The equations of windows, in four groups: forces and torques with an even weight function, then with an odd one.
+/// The equations of windows, in four groups: forces and torques with an even weight function, then with an odd weight function.
 fn windows(log: &Wrenches, down: Vector3) -> Vec<EquationGroup> {
     let mut groups = Vec::from([1.0, FIRST_TORQUE_DEVIATION, 1.0, FIRST_TORQUE_DEVIATION].map(EquationGroup::new));
     let mut squares = [0.0; 2];
@@ -256,7 +259,7 @@ pub(super) struct Window {
     pub(super) first: usize,
     /// For each sample, the weight function and its first two derivatives, multiplied by the time step, s.
     pub(super) samples: Vec<(f64, f64, f64)>,
-    /// The point o at rest near the sensor, m.
+    /// The point o, which is at rest and near the sensor, m. Angular momentum is about this point.
     pub(super) point: Vector3,
 }
 
@@ -277,7 +280,7 @@ impl Window {
     }
 }
 
-/// The equations of a window: three for momentum and three for angular momentum.
+/// The equations of a window of the log: three for momentum and three for angular momentum.
 fn equations(
     log: &Wrenches,
     velocities: &Velocities,
@@ -329,8 +332,8 @@ struct Velocities {
 }
 
 impl Velocities {
-    /// The slopes of cubic polynomials through the neighbours of each sample. For the angular velocity, the polynomial fits the
-    /// rotation vectors from the sample to its neighbours.
+    /// The slopes, at each sample, of cubic polynomials that are fitted to its neighbours. For the angular velocity, the
+    /// polynomial is fitted to the rotation vectors from the sample to its neighbours.
     fn of(log: &Wrenches) -> Velocities {
         let count = log.t.len();
         let mut found = Velocities { linear: Vec::with_capacity(count), angular: Vec::with_capacity(count) };
@@ -354,8 +357,8 @@ impl Velocities {
     }
 }
 
-/// Weights of samples at these times, s. The weighted sum of the samples is the slope, at time zero, of a fitted cubic
-/// polynomial.
+/// Weights for samples at these times, s. The weighted sum of the samples is the slope, at time zero, of a cubic polynomial that
+/// is fitted to the samples.
 fn slope_weights(times: &[f64]) -> Vec<f64> {
     let scale = times.iter().fold(f64::MIN_POSITIVE, |s: f64, t| s.max(t.abs()));
     let powers = nalgebra::DMatrix::from_fn(times.len(), times.len().min(4), |r, c| (times[r] / scale).powi(c as i32));
@@ -404,7 +407,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// A body of 2.1 kg with its centre of mass at (0.02, -0.03, 0.12) m. The result is its ten parameters about the origin.
+    /// The ten inertial parameters, about the origin, of a body of 2.1 kg with its centre of mass at (0.02, -0.03, 0.12) m.
     fn body() -> Ten {
         let (m, [x, y, z]) = (2.1, [0.02, -0.03, 0.12]);
         [
@@ -449,7 +452,7 @@ pub(crate) mod tests {
 
     const OFFSETS: [f64; 6] = [3.0, -2.0, 5.0, 0.2, 0.1, -0.3];
 
-    /// Force, torque, orientation and position at time t, by the Newton-Euler equations of textbooks.
+    /// Force, torque, orientation and position of the sensor at time t, by the Newton-Euler equations of textbooks.
     fn wrench(body: &Ten, t: f64) -> (Vector3, Vector3, Matrix3, Vector3) {
         let [x, dx, ddx] = motion(t);
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
@@ -505,7 +508,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise, the errors agree with their standard deviations: mean squares of 16 unknowns over 30 draws.
+    /// With noise, the errors agree with their standard deviations: the mean squares of 16 normalised errors over 30 draws are
+    /// near 1.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -518,8 +522,9 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of 138 equations has an error of 6 %, and over 30 draws 1.1 %; the limit is four times this. The force noise
-        // also causes torque noise, because the torque is about a point some centimetres from the sensor.
+        // The rms of the residuals of 138 equations has a relative error of 6 %; over 30 draws it is 1.1 %, and the limit is four
+        // times this. The force noise also causes torque noise, because the torque is about a point some centimetres from the
+        // sensor.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
         // The mean square of 480 normal numbers, which are correlated within a draw, differs from 1 by at most a fifth.

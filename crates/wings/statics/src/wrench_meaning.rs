@@ -1,5 +1,5 @@
-//! Tries other interpretations of the numbers in a force-torque log, for example other units. One that explains the residual is
-//! reported.
+//! Tests other interpretations of the numbers in a force-torque log, for example other units. If one of them makes the residual
+//! of the fitted load small, it is reported.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -11,12 +11,12 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// A residual above this multiple of the noise is not only noise. An interpretation explains a residual if it reduces the
-/// residual at least by this factor.
+/// If the residual is above this multiple of the noise, it is not only noise. Another interpretation of the log explains the
+/// residual if it reduces it at least by this factor.
 pub(super) const NOISE_RATIO: f64 = 3.0;
 /// Lever arm that converts torques to forces if both are combined in one number, m.
 pub(super) const ARM_M: f64 = 0.1;
-/// A smaller rotation of the sensor counts as a calibration error, rad.
+/// A rotation of the sensor smaller than this counts as a calibration error, rad.
 const SMALL_TURN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Metres per millimetre.
 const MILLI: f64 = 1e-3;
@@ -35,7 +35,7 @@ pub(super) fn left(found: &WrenchLoad) -> f64 {
     found.residuals[0].hypot(found.residuals[1] / ARM_M)
 }
 
-/// The residual divided by the standard deviation of the signals.
+/// The residual of the fitted load, divided by the standard deviation of the signals.
 pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     let deviation = |signal: &[[f64; 3]]| {
         let n = signal.len() as f64;
@@ -48,11 +48,11 @@ pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
     left(found) / deviation(&log.force).hypot(deviation(&log.torque) / ARM_M)
 }
 
-/// A claim that names another interpretation of the numbers, if it explains the residual; otherwise `None`. `as_given`: relative
-/// residual of the log without a change.
+/// A claim that names another interpretation of the numbers in the log, if it explains the residual; otherwise `None`.
+/// `as_given`: relative residual of the log without a change.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
-    // The usual differences between drivers of sensors, each as one correction.
+    // Drivers of sensors usually differ in these conventions. Each is one correction.
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (
@@ -71,7 +71,7 @@ pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
         let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
         all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN_RAD).then_some((what, Corrections { turn, ..plain })));
     }
-    // Fits a load for each interpretation. It counts only if the load has a significant mass.
+    // Fits a load for each interpretation. An interpretation counts only if the mass of its load is significant.
     let is_load = |found: &WrenchLoad| found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
     let tried = all.into_iter().filter_map(|(what, corrections): (String, Corrections)| {
         let log = log.clone().corrected(&corrections);

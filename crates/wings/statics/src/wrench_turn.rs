@@ -1,7 +1,7 @@
 //! Estimates the rotation between the axes of a force-torque sensor and the frame of its poses, from the forces.
 //!
-//! Q: rotation from the axes of the sensor to the axes of the poses; other symbols as in `wrench_load`. Its momentum equation,
-//! divided by the mass m, is
+//! Q: rotation from the axes of the sensor to the axes of the poses; R, p: orientation and position of the poses; F: force; g:
+//! gravity. The momentum equation of `wrench_load`, divided by the mass m, is
 //! ```text
 //! R (Q/m) F + R b - d2/dt2 (R c) = d2/dt2 p - g
 //! ```
@@ -31,7 +31,8 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     };
     for window in &windows {
         for i in 0..3 {
-            // The equation, integrated over a window with the weight function f: f R (Q/m) F + f R b - f'' R c = f'' p - f g.
+            // The momentum equation, integrated by parts over a window with the weight function f: f R (Q/m) F + f R b - f'' R
+            // c = f'' p - f g.
             let (mut row, mut y) = ([0.0; UNKNOWNS], 0.0);
             for (k, &(f, _, dd)) in (window.first..).zip(&window.samples) {
                 for (a, &r) in log.rotation[k][i].iter().enumerate() {

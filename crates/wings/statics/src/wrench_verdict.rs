@@ -1,11 +1,12 @@
-//! Decides whether the load after a force-torque sensor can be trusted. There are claims on the residual of the fit, on other
+//! Decides whether the load after a force-torque sensor can be trusted. It makes claims on the residual of the fit, on other
 //! interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
 //!
-//! The residual e = hypot(N, N m / ARM_M) combines forces and torques. It is compared with the standard deviation and with the
-//! noise of the signals. In a log of a motion, the noise follows from third differences. For postures, it follows without the
-//! poses, because forces lie on a sphere and torques are linear in the forces: |F - b| = m g, N = c x F + d. If e exceeds 3 % of
-//! the standard deviation (`SMALL_SHARE`), each of the usual [`Corrections`] is tried, and the best one is named if it divides e
-//! by `NOISE_RATIO`. The noise is only used if no correction explains the residual.
+//! The residual e = sqrt(f^2 + (n / ARM_M)^2) combines the residual f of the forces, N, and the residual n of the torques, N m.
+//! It is compared with the standard deviation and with the noise of the signals. In a log of a motion, the noise follows from
+//! third differences. For postures at rest, it follows from the residual of two equations that do not contain the poses: the
+//! forces lie on a sphere, |F - b| = m g, and the torques are linear in the forces, N = c x F + d. If e exceeds 3 % of the
+//! standard deviation (`SMALL_SHARE`), each of the usual [`Corrections`] is tried, and the best one is named if it divides e by
+//! `NOISE_RATIO`. The noise is only used if no correction explains the residual.
 //!
 //! Not detected: a common scale of all signals, unless the resulting mass is too large for a wrist.
 
@@ -24,14 +25,15 @@ use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 
-/// Largest residual of a good sensor, as a fraction of the signals' standard deviation. `LARGE_SHARE`: largest residual of any
-/// sensor.
+/// Largest residual of a good sensor, as a fraction of the signals' standard deviation. `LARGE_SHARE`: if the residual looks like
+/// noise but is above this fraction, no conclusion is possible.
 const SMALL_SHARE: f64 = 0.03;
 const LARGE_SHARE: f64 = 0.1;
 /// Largest mass that a wrist can carry, kg. `FARTHEST_CENTRE_M`: largest distance of its centre of mass, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
-/// If the parameters violate physical possibility by more than this number of standard deviations, noise is not the reason.
+/// If the parameters are outside the physically possible range by more than this number of standard deviations, noise is not the
+/// reason.
 const IMPOSSIBLE_DEVIATIONS: f64 = 3.0;
 
 /// The verdict on a load, with the claims that support it.
@@ -50,7 +52,8 @@ impl WrenchVerdict {
     /// The verdict on the load `found`, which was estimated from `log`.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        // If the numbers have another meaning, the load is wrong, so mass, centre and body are not judged.
+        // If another interpretation of the log explains the residual, the load is wrong. Then there are no claims on its mass,
+        // its centre of mass and its inertia.
         if claims[0].subject().topic != LOG {
             claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
         }
@@ -76,13 +79,14 @@ impl WrenchVerdict {
 fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     let (left, noise, share) = (left(found), noise(log), residual_share(log, found));
     let is_noise = left <= NOISE_RATIO * noise;
-    // If another interpretation explains a large residual, the log is contradicted.
+    // If another interpretation of the log explains a large residual, the claim contradicts the log.
     if share > SMALL_SHARE
         && let Some(claim) = alternative(log, share)
     {
         return claim;
     }
-    // A residual that is small, or not larger than the noise, agrees with the model.
+    // If the residual is as large as the noise but a large part of the signals, no conclusion is possible. Any other residual
+    // that is small, or not larger than the noise, agrees with the model.
     if is_noise && share > LARGE_SHARE {
         let why = format!("the residual looks like noise, and is {} of what varies", percent(share));
         return cannot_tell(Subject::whole(RESIDUAL), why, "more attitudes, a longer log, or a heavier load");
@@ -91,7 +95,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         let smallest = Figure::new(100.0 * share, "% of what varies");
         return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });
     }
-    // Any other residual has no known cause.
+    // The remaining case: a large residual, more than the noise, without a known cause.
     let [force, torque] = found.residuals;
     let times = claims::significant(left / noise, 2);
     let fault = format!(
@@ -107,7 +111,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
 }
 
-/// The noise of the signals, as the standard deviation that the residual e would have.
+/// The noise of the signals, as the standard deviation that the combined residual e of forces and torques would have.
 fn noise(log: &Wrenches) -> f64 {
     // The third difference of white noise has the variance 20 sigma^2.
     let by_differences = |signal: &[[f64; 3]]| {
@@ -119,7 +123,7 @@ fn noise(log: &Wrenches) -> f64 {
         return by_differences(&log.force).hypot(by_differences(&log.torque) / ARM_M);
     }
     let square = |f: &[f64; 3]| f.iter().map(|x| x * x).sum::<f64>();
-    // Equation of the sphere, linear in b and m^2 g^2 - |b|^2: |F|^2 = 2 b F + m^2 g^2 - |b|^2.
+    // The equation of the sphere |F - b| = m g is linear in b and m^2 g^2 - |b|^2: |F|^2 = 2 b F + m^2 g^2 - |b|^2.
     let sphere = log.force.iter().map(|f| ([2.0 * f[0], 2.0 * f[1], 2.0 * f[2], 1.0], square(f)));
     let (squares, x) = least(sphere);
     let radius = (x[3] + square(&[x[0], x[1], x[2]])).max(f64::MIN_POSITIVE).sqrt();
@@ -239,7 +243,8 @@ mod tests {
         Wrenches { in_degrees: log.rotation.clone(), ..read }
     }
 
-    /// Logs with a mistake. For each: a phrase of the expected claim, and the correction that must be printed.
+    /// Logs with a mistake. For each: a part of the text of the expected claim, and the option that must be printed to correct
+    /// the log.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
             let by = Rotation3::from_euler_angles(angle[0], angle[1], angle[2]).into_inner();

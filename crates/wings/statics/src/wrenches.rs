@@ -26,7 +26,7 @@ pub struct Wrenches {
     pub position: Vec<[f64; 3]>,
     /// Rotation matrix of the sensor's axes in the frame at rest, row by row.
     pub rotation: Vec<[[f64; 3]; 3]>,
-    /// Rotation matrices if angles without a unit are interpreted as degrees. Empty if the log contains quaternions.
+    /// Rotation matrices for the case that angles without a unit are in degrees. Empty if the log contains quaternions.
     pub in_degrees: Vec<[[f64; 3]; 3]>,
     /// Number of rows that are not used, because a number is missing or time does not increase.
     pub left_out: usize,

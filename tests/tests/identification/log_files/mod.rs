@@ -1,4 +1,4 @@
-//! Writers of log files in foreign formats for tests: ROS messages, MCAP and NumPy's npz. Parquet is in `parquet`.
+//! Functions for tests that write log files in foreign formats: ROS messages, MCAP and NumPy's npz. Parquet is in `parquet`.
 
 pub(crate) mod parquet;
 
@@ -143,7 +143,7 @@ pub(crate) fn chunk(size: u64, crc: u32, compression: &str, packed: &[u8]) -> Ve
     record(6, &[&head[..], &(packed.len() as u64).to_le_bytes(), packed].concat())
 }
 
-/// The columns as arrays of doubles in the form that numpy.savez writes.
+/// Writes the columns as arrays of doubles, as numpy.savez does.
 pub(crate) fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());
     for (name, values) in columns {
@@ -168,7 +168,7 @@ pub(crate) fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     out
 }
 
-/// The columns as CSV text. The digits of each number are enough to restore it exactly.
+/// Writes the columns as CSV text. The digits of each number are enough to restore it exactly.
 pub(crate) fn csv(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
     let mut out = names.join(",") + "\n";

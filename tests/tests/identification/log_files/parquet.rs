@@ -112,7 +112,8 @@ fn chunk(out: &mut Vec<u8>, values: &Values, range: &std::ops::Range<usize>, pag
     let data = out.len();
     let mut levels = Vec::new();
     if values.optional() {
-        // Definition levels: the cells before the first null as one run, the others in bit-packed groups of eight.
+        // Definition levels tell which cells are not null. The cells before the first null are one run, the others are bit-packed
+        // in groups of eight.
         let run = cells.iter().take_while(|c| c.is_some()).count();
         levels.extend(varint((run as u64) << 1));
         levels.push(1);

@@ -19,7 +19,7 @@ const START: i64 = 1_760_000_000_123_456_789;
 const STEP: i64 = 5_000_000;
 const COLUMNS: [&str; 7] = ["time", "position_a", "position_b", "velocity_a", "velocity_b", "effort_a", "effort_b"];
 
-/// Signals of two wheels of 2 and 0.5 kg m^2 whose positions are sums of sines.
+/// Signals of two independent joints ("wheels") with 2 and 0.5 kg m^2. Their positions are sums of sines.
 fn signals() -> Vec<(String, Vec<f64>)> {
     let t: Vec<f64> = (0..ROWS as i64).map(|r| (STEP * r) as f64 / 1e9).collect();
     let of = |f: &dyn Fn(f64) -> f64| t.iter().map(|&t| f(t)).collect::<Vec<f64>>();
@@ -124,7 +124,7 @@ fn files_of_other_programs() {
     register_wings();
     let folder = foreign();
     let read = |name: &str| Table::read(&folder.join(name)).unwrap();
-    // All factors are powers of two, so every number is exact in every format.
+    // The signals are powers of two times the row number, so every number is exact in every format.
     let rows: Vec<f64> = (0..64).map(f64::from).collect();
     let scaled = |x: f64| rows.iter().map(|r| r * x).collect::<Vec<f64>>();
     let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
@@ -240,11 +240,11 @@ fn damaged_arrow_is_read_or_refused() {
             refused += usize::from(Table::from_bytes(name, &damaged).is_err());
         }
     }
-    // The format has no checksum, so a damaged number cannot be detected; hence only a lower bound.
+    // The format has no checksum, so the reader cannot detect a damaged number. So not all damaged files are refused.
     assert!(refused > 2000, "{refused}");
 }
 
-/// Codecs, encodings and number types that the Parquet files written by these tests lack.
+/// Parquet files of another program, with codecs, encodings and number types that the files written by these tests do not have.
 #[test]
 fn kinds_of_parquet_numbers_of_another_program() {
     let folder = foreign();

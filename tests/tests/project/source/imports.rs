@@ -1,9 +1,9 @@
-//! Finds which file of a crate imports which other, and reports import cycles and imports against the order.
+//! Finds which file of a crate imports which other file. Reports cycles of imports, and imports against the order of the files.
 //!
-//! An import is any path into the crate in product code: in a `use` item or inline, from `crate::`,
-//! `super::`, `self::` or a child module. Its target is the file that defines the name; a `lib.rs` or
-//! `mod.rs` that only declares and re-exports is followed to that file. Items and files under `#[cfg(test)]` and
-//! the contents of `quote!`, which is the code of another crate, do not count.
+//! An import is any path that leads into the same crate, outside of tests: in a `use` item or inline, from `crate::`, `super::`,
+//! `self::` or a child module. Its target is the file that defines the name. If the path leads to a `lib.rs` or `mod.rs` that
+//! only declares and re-exports, the re-export is followed to the defining file. Items and files under `#[cfg(test)]`, and the
+//! contents of `quote!` (code of another crate), do not count.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -11,7 +11,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 use super::tokens::{tokens, without_tests};
 
-/// The place of a module in its crate: the names from the root to it.
+/// The position of a module in its crate: the names of the modules from the root to it.
 type Place = Vec<String>;
 
 /// A path in one file that leads to another file. File names are relative to the folder `src`.
@@ -32,14 +32,14 @@ struct Module {
     file: String,
     /// Whether the file only declares modules and re-exports names.
     is_front: bool,
-    /// (name, path) of its `pub use` items; the name of a glob is `*`.
+    /// The `pub use` items of the module, each as (name, path); the name of a glob is `*`.
     exports: Vec<(String, Place)>,
-    /// Every path in the module, without its inline modules.
+    /// Every path that occurs in the module, except in its inline modules.
     paths: Vec<Place>,
     declared: Vec<String>,
 }
 
-/// The product modules of a crate, from its files: path below `src` -> text.
+/// The modules of a crate, without tests. `files`: path below `src` -> text.
 fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
     let mut modules: BTreeMap<Place, Module> = BTreeMap::new();
     for (file, text) in files {
@@ -49,7 +49,7 @@ fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
         }
         read(without_tests(tokens(text, file)), &place, file, &mut modules);
     }
-    // A file that is only declared for tests is not part of the product.
+    // A file that is declared only for tests is left out.
     let mut reached: BTreeSet<Place> = BTreeSet::new();
     let mut next = vec![Place::new()];
     while let Some(place) = next.pop() {
@@ -77,7 +77,7 @@ fn imports(modules: &BTreeMap<Place, Module>) -> Vec<Import> {
     found.into_iter().collect()
 }
 
-/// Reads a module and its inline modules.
+/// Reads the tokens of a module and of its inline modules.
 fn read(stream: TokenStream, place: &Place, file: &str, modules: &mut BTreeMap<Place, Module>) {
     let is_front = (file.ends_with("lib.rs") || file.ends_with("mod.rs")) && only_declares(stream.clone());
     let mut module =
@@ -105,7 +105,7 @@ fn only_declares(stream: TokenStream) -> bool {
     true
 }
 
-/// Collects the paths in a stream: those of `use` items, branch by branch, and inline ones.
+/// Collects the paths in a token stream: each branch of the `use` items, and the paths in other code.
 fn gather(stream: TokenStream, module: &mut Module, inline: &mut Vec<(String, TokenStream)>) {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
     let text: Vec<String> =
@@ -169,7 +169,7 @@ fn is_visibility(group: &proc_macro2::Group) -> bool {
     group.delimiter() == Delimiter::Parenthesis && matches!(first.as_str(), "crate" | "super" | "self" | "in")
 }
 
-/// (path, name that it gets) of each branch of a use tree such as `a::{b, c::d as e, f::*}`.
+/// The branches of a use tree such as `a::{b, c::d as e, f::*}`, each as (path, name that it gets).
 fn branches(tree: &[TokenTree]) -> Vec<(Place, String)> {
     let mut path = Vec::new();
     let mut name = String::new();
@@ -203,7 +203,8 @@ fn branches(tree: &[TokenTree]) -> Vec<(Place, String)> {
     vec![(path, name)]
 }
 
-/// The path from the root of the crate; `None` if it leads out of the crate or names a local item.
+/// The path `path` from the root of the crate, if it occurs in the module `at`; `None` if it leads out of the crate or names a
+/// local item.
 fn absolute(modules: &BTreeMap<Place, Module>, at: &Place, path: &[String]) -> Option<Place> {
     let (first, rest) = path.split_first()?;
     match first.as_str() {
@@ -223,7 +224,8 @@ fn absolute(modules: &BTreeMap<Place, Module>, at: &Place, path: &[String]) -> O
     }
 }
 
-/// The files that define the item of a path from the root; all files of a folder if the path names the folder.
+/// The files that define the item to which a path from the root leads. If the path names a folder, these are all files of the
+/// folder.
 fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str) -> BTreeSet<String> {
     let depth = (0..=path.len()).rev().find(|&d| modules.contains_key(&path[..d])).unwrap_or(0);
     let (place, module) = (path[..depth].to_vec(), &modules[&path[..depth]]);
@@ -251,8 +253,8 @@ fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str
     globs
 }
 
-/// Faults in the imports of a crate: cycles of files, cycles of folders, and imports of files that are
-/// higher in `order`, the list of folders and files of `src` from bottom to top.
+/// Messages about the imports of a crate: cycles of files, cycles of folders, and imports of files that are higher in `order`.
+/// `order`: list of the folders and files of `src` from bottom to top.
 pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
     let modules = modules(files);
     let imports = imports(&modules);
@@ -300,7 +302,8 @@ pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<St
     faults
 }
 
-/// The shortest import cycle among the groups of files that `group` makes, one import per line; `None` without a cycle.
+/// The shortest cycle of imports among groups of files, one import per line; `None` if there is no cycle. `group`: the group of a
+/// file.
 fn circle(imports: &[Import], group: impl Fn(&str) -> Option<String>) -> Option<String> {
     let mut edges: BTreeMap<String, BTreeMap<String, &Import>> = BTreeMap::new();
     for import in imports {
@@ -348,12 +351,12 @@ fn a_circle_and_a_way_back_up_are_found() {
     };
     assert_eq!(to(&files), ["high/a.rs low.rs", "high/b.rs high/a.rs"]);
 
-    // The import uses the name at the root of the crate, in the body of a function.
+    // In this file, the import is in the body of a function; it uses a name that the root of the crate re-exports.
     files.extend([file("low.rs", "pub struct Low; pub fn f() { let _ = crate::b; println!(\"{}\", crate::b::b()) }")]);
     let found = faults(&files, &order).join("\n");
     assert!(found.contains("a circle of files:\n  high/a.rs imports crate::low::Low, which low.rs defines"), "{found}");
     assert!(found.contains("back up: low.rs imports crate::b::b, which high/b.rs defines"), "{found}");
-    // Two folders form a cycle although their files do not.
+    // Here two folders import each other, but no files do.
     files.extend([
         file("low.rs", "pub struct Low;"),
         file("high/x/mod.rs", "pub mod one; pub mod two;"),

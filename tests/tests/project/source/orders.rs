@@ -356,7 +356,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
     ),
 ];
 
-/// Packages without an order, each with the reason.
+/// Packages for which no order of files is prescribed, each with the reason.
 pub(crate) const WITHOUT_ORDER: [(&str, &str); 2] = [
     ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
     (

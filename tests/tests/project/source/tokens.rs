@@ -1,4 +1,4 @@
-//! Source text as tokens, as the compiler sees it: without comments, each string as one token.
+//! Reads source text as tokens, as the compiler does: without comments, each string as one token.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
@@ -35,7 +35,7 @@ pub(crate) fn without_tests(stream: TokenStream) -> TokenStream {
     kept.into_iter().collect()
 }
 
-/// Whether an attribute allows this lint, as in `#[allow(unused, dead_code)]`.
+/// Whether an attribute allows this lint, as `#[allow(unused, dead_code)]` allows `dead_code`.
 pub(crate) fn allows(stream: TokenStream, lint: &str) -> bool {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
     let is_list = |pair: &[TokenTree]| match pair {

@@ -1,9 +1,9 @@
 //! Makes claims on the velocity and acceleration columns of a log: whether they agree with the derivatives of position and
 //! velocity.
 //!
-//! If a column contains another signal, the derivative by differences is used instead, and the claim states this assumption.
-//! If a column agrees, the claim states the smallest error that would have been detected. A column that is absent or not used
-//! has no claim.
+//! If a column contains another signal, rist differentiates the positions or velocities instead, and the claim states this
+//! assumption. If a column agrees, the claim states the smallest error that would have been detected. A column that is absent or
+//! not used has no claim.
 
 use claims::{Claim, Figure, Outcome, Subject};
 
@@ -11,7 +11,7 @@ use crate::estimate::digits::significant;
 use crate::estimate::log_check::{JointCheck, LIKELY_ACCELERATION_SIZES, LogCheck, TIMELY_S};
 use crate::estimate::topics::{ACCELERATION, ORDER, VELOCITY, at, cannot_tell};
 
-/// The smallest detectable lag of a velocity column is `TIMELY_S` plus this many standard deviations of the lag.
+/// The smallest detectable lag of a velocity column is the accepted lag `TIMELY_S` plus this many standard deviations of the lag.
 const SIGNIFICANT_LAG_SIGMAS: f64 = 5.0;
 
 /// The claims on velocity columns, acceleration columns, and the order of the columns of a log.

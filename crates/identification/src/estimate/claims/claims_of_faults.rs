@@ -10,8 +10,8 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is small if it explains less than this share of the torque. It may be five times as large in another motion, so
-/// this is a fifth of `torque_error::SURE_TORQUE`.
+/// A fault is small if it explains less than this share of the torque. In another motion its share may be five times as large, so
+/// this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
@@ -24,8 +24,8 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The fitted size of a fault is reliable only within the range of one linear step. So a fault within its range is
-    // preferred if it explains nearly as much of the residual.
+    // The size of a fault is fitted with a linear model, so it is reliable only in the range where this model is accurate. A
+    // fault within its range is preferred if it explains nearly as much of the residual as the strongest fault.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -33,7 +33,7 @@ pub(crate) fn claims_of_faults(
         Some(one) if !is_within_range(one) => vec![unidentified(&found, joints)],
         _ => strongest.and_then(|t| contradicted(t, joints)).into_iter().collect(),
     };
-    // Only these topics have claims. Hypotheses on other topics only inflate standard deviations.
+    // Only the topics in `CLAIMED` have claims. Hypotheses on other topics only inflate standard deviations.
     for topic in CLAIMED {
         let of_kind: Vec<&HypothesisTest> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
         let (detectable, undetectable): (Vec<&HypothesisTest>, Vec<&HypothesisTest>) =
@@ -55,10 +55,10 @@ pub(crate) fn claims_of_faults(
     claims
 }
 
-/// A fault within its linear range is preferred to the strongest fault if its `gain` is at most this times as large. gain:
-/// error of cross-validation with the fault / without it.
+/// A fault within its linear range is preferred if its gain is at most this times the gain of the strongest fault. Gain: error of
+/// cross-validation with the fault / without it; the strongest fault has the smallest gain.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
-/// Largest number of possible causes in the claim that no cause is identified.
+/// Largest number of possible causes that are listed in the claim that the cause is not identified.
 const MOST_NAMED_CAUSES: usize = 3;
 /// Relative tolerance of rounding up, so that 2.0000000001 becomes 2 and not 3.
 const ROUNDING_TOLERANCE: f64 = 1e-9;
@@ -68,8 +68,8 @@ fn is_within_range(tested: &HypothesisTest) -> bool {
     tested.value.abs() < tested.of.kind().useless
 }
 
-/// The claim that there is a fault whose cause is not identified, because the strongest cause is beyond its linear range. It
-/// lists the tested causes.
+/// The claim that there is a fault but its cause is not identified, because the fitted size of the strongest cause is beyond its
+/// linear range. The claim lists the causes that were tested.
 fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> Claim {
     let named: Vec<String> = found
         .iter()
@@ -88,8 +88,8 @@ fn topic_of(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
     subject(&tested.of, joints).to_string()
 }
 
-/// The claim that a rotor inertia is not separable from other parameters, because their columns are linearly dependent.
-/// `None` if the hypothesis is no such rotor.
+/// The claim that a rotor inertia is not separable from other parameters, because their columns are linearly dependent. `None` if
+/// the hypothesis is not such a rotor inertia.
 fn hidden_rotor(tested: &HypothesisTest, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
     let Hypothesis::Rotor(k) = tested.of else { return None };
     let names: Vec<String> = tested.within.iter().filter_map(|&c| Some(parameters.get(c)?.id.to_string())).collect();
@@ -105,8 +105,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found, with the smallest detectable fault; the smallest first. Hypotheses with equal detection
-/// limits share one claim.
+/// Claims that no fault was found. Each states the smallest detectable fault; the claims are sorted by it. Hypotheses with equal
+/// detection limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
@@ -163,7 +163,8 @@ fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Cla
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let fault = statement(tested, joints);
-    // A drift of the torque constant with temperature does not make the log wrong. It is a claim on the residual.
+    // A change of the torque constant with temperature (drift) does not make the log wrong. So the claim is on the residual, not
+    // on the log.
     if of.kind().counts == Counts::AsResidual {
         return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
     }
@@ -238,7 +239,8 @@ mod tests {
     /// A smaller spring lowers the trust to "with care". A zero offset is always a contradiction.
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
-        // Explained shares: sqrt(0.1^2 - 0.08^2) = 0.06 and sqrt(0.01^2 - 0.008^2) = 0.006.
+        // Explained share of the torque: sqrt(e^2 - f^2), e: error of cross-validation without the fault, f: with it. Here 0.06
+        // and 0.006.
         let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
         let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
         let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);

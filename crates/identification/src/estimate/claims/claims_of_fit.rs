@@ -20,8 +20,8 @@ pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 /// The residual lowers the trust if |tau - W X| / |tau| exceeds this.
 const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
 
-/// Above this condition number (columns scaled), model errors dominate the weakest combination of parameters. Correct
-/// estimates of the bench `random_situations` have up to 2831.
+/// Above this condition number (columns scaled), model errors dominate the weakest combination of parameters. Correct estimates
+/// of the benchmark `random_situations` have condition numbers up to 2831.
 const DECIDING_CONDITION_NUMBER: f64 = 3000.0;
 
 /// Friction is significantly negative (it would drive the joint) if a parameter is below minus this many standard deviations.
@@ -34,7 +34,7 @@ pub(crate) struct TorqueContext {
     /// parameters.
     pub opens_in_any_motion: bool,
     /// Whether errors of predicted torques were computed from the covariance. They include the uncertainty of the weakest
-    /// combination of parameters, so the condition number then makes no claim.
+    /// combination of parameters. So no claim is then made on the condition number.
     pub determines_torques: bool,
 }
 
@@ -81,7 +81,7 @@ pub(crate) fn claims_of_fit(
             "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
-    // Parameters that the logs do not determine, or that are determined by little motion only.
+    // Claims on parameters that the logs do not determine, or that are determined by little motion only.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }
@@ -98,7 +98,8 @@ pub(crate) fn claims_of_fit(
     claims
 }
 
-/// The claim that repeats a reason of an earlier verdict against the estimate; it was read from the file of the estimate.
+/// The claim that repeats a reason against the estimate. The reason is from an earlier verdict and was read from the file of the
+/// estimate.
 fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
     contradicted(Subject::whole(LOG), why.into(), remedy, "the file says no more")

@@ -1,8 +1,8 @@
 //! Makes claims on whether a log agrees with the robot description.
 //!
-//! A finding of the log check becomes the claim of a contradiction, or of something that cannot be determined. If there is no
-//! contradiction, the claims state for each joint that sign, scale and zero agree, with the smallest error that would have
-//! been detected. If no error of a joint would have been detected, they cannot be determined.
+//! A finding of the log check becomes a claim with the outcome "contradicted" or "cannot tell". Without a contradiction, there
+//! are claims for each joint that its sign, scale and zero agree with the description. Each such claim states the smallest error
+//! that would have been detected. If no error would have been detected, the outcome is "cannot tell".
 
 use claims::{Claim, EvidenceLevel, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use numerics::student;
@@ -30,8 +30,8 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
     }
-    // A zero offset that the fit would have detected but did not detect is no offset: the bodies differ from the nominal
-    // ones.
+    // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this offset
+    // but did not, there is no offset; then the real bodies differ from the nominal bodies.
     let is_seen =
         |t: &MisplacedJoint| faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs());
     let turned = log_check.turned.as_ref().filter(|t| !is_seen(t));
@@ -43,7 +43,7 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }
 
-/// A joint stands still if its range of positions, rad (m), is below this. Rounding alone can cause such a range.
+/// A joint stands still if its range of positions, rad (m), is below this. Rounding errors alone can cause such a range.
 const STANDSTILL_RANGE: f64 = 1e-9;
 
 /// Splits the joints by `holds`: names of the joints for which it is true, then names of the other joints.
@@ -60,7 +60,7 @@ fn undetermined_joints(topic: Topic, names: &[String], why: &str, would_tell: &s
     (!names.is_empty()).then(|| cannot_tell(at(topic, names), why, would_tell))
 }
 
-/// Removes the joints with a possible error of sign or zero that other bodies explain equally well.
+/// Removes from `names` each joint with a possible error of sign or zero that other bodies would explain equally well.
 fn unexplained(log_check: &LogCheck, mut names: Vec<String>) -> Vec<String> {
     names.retain(|name| !log_check.explained.iter().any(|e| e.finding.joints.contains(name)));
     names
@@ -119,8 +119,8 @@ const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// chance.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
-/// Assumed common error of the slopes of all joints, in standard deviations of their logarithms. Joints carry the same
-/// bodies, so a wrong nominal mass changes several slopes alike. With 5, none of 63 good estimates of the bench
+/// Assumed common error of the slopes of all joints, as a multiple of the standard deviation of their logarithms. Joints carry
+/// the same bodies, so a wrong nominal mass changes several slopes alike. With 5, none of 63 good estimates of the benchmark
 /// `random_situations` is rejected; with Student's t alone, four were.
 const SHARED_ERROR_RATIO: f64 = 5.0;
 /// Least number of slopes for a standard deviation. Two joints may carry the same body, whose mass changes both slopes.
@@ -237,7 +237,7 @@ fn finding(finding: &Finding) -> Claim {
         Fault::Mount(_) => MOUNT,
         _ => LOG,
     };
-    // A finding that is not gross allows an estimate, but lowers the trust in the log.
+    // A finding that is not severe (`is_gross`) allows an estimate, but lowers the trust in the log.
     let topic = if finding.fault.is_gross() || topic == DELAY { topic } else { LOG };
     let subject = Subject::of(topic, finding.joints.iter().cloned());
     if !finding.fault.is_gross() {

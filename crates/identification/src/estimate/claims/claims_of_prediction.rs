@@ -9,7 +9,7 @@ use crate::estimate::topics::{OTHER_MOTION, agrees, cannot_tell, contradicted};
 
 /// A prediction of another motion is good up to this relative error.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
-/// A prediction is good up to this relative error if the residual is noise, because no parameters can predict noise.
+/// If the residual is noise, a prediction is good up to this relative error, because no parameters can predict noise.
 const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
 /// A prediction of data that were not fitted is useless above this relative error.
 const USELESS_PREDICTION_ERROR: f64 = 0.5;
@@ -59,9 +59,9 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Whether the logs of the fit are consistent although one of them is predicted badly by parameters from the others. The
-    /// error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations must explain it, or the common
-    /// fit must be nearly as good as separate fits.
+    /// Whether the logs of the fit are consistent, although one of them is predicted badly by parameters from the others. The
+    /// prediction error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations of the parameters must
+    /// explain the error, or the common fit of all logs must be nearly as good as separate fits.
     fn is_of_poor_logs(&self) -> bool {
         let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
         let both = self.others_by_parameters.zip(self.others_unsure);
@@ -212,14 +212,15 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // Limit for standard deviations that explain the difference: sqrt(0.03^2 - 0.02^2) = 0.0224, which is twice 0.0112.
+        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice their rms error, so its limit
+        // is 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // Far worse than the description, and beyond the tolerance of a use: a contradiction, unless standard deviations
-        // explain it.
+        // The estimate is far worse than the description, and its error exceeds the tolerance of a use. This is a contradiction,
+        // unless standard deviations explain the error.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
         assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));

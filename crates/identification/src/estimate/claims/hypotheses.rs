@@ -15,18 +15,19 @@
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
 //!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
-//! A QR factorisation (triangle) projects h and tau onto the complement of W. The projections give u and the smallest u that
-//! would be found. The standard deviation of u is a jackknife over tenths of the record, at least that of white noise. A
-//! fault is found if u exceeds `FOUND_FAULT_SIGMAS` standard deviations, if it multiplies the error of cross-validation by
-//! less than `WORTHWHILE_ERROR_RATIO`, and if it explains at least `least_share` of the torque.
+//! A QR factorisation (triangle) projects h and tau onto the orthogonal complement of the columns of W. The projections give u
+//! and the smallest u that would be found. The standard deviation of u is a jackknife over tenths of the record, and at least the
+//! standard deviation for white noise. A fault is found under three conditions: u exceeds `FOUND_FAULT_SIGMAS` standard
+//! deviations, the fault multiplies the error of cross-validation by less than `WORTHWHILE_ERROR_RATIO`, and it explains at least
+//! `least_share` of the torque.
 //!
 //! A significant fault that explains too little to be named still changes the parameters, so it inflates their standard
 //! deviations. A fault that the data do not exclude does the same (`sigma_inflation`). Delays, load friction and cross talk
 //! only inflate standard deviations: the first two are detected elsewhere (log check, `friction: auto`), and one of the many
 //! columns of cross talk explains a small part of any residual by chance.
 //!
-//! A rotor is not identifiable if its column is a combination of other columns; [`HypothesisTest::within`] lists their
-//! parameters. A common scale of all torques, and the zero of a joint with unknown bodies, are not identifiable either.
+//! A rotor is not identifiable if its column is a combination of other columns; [`HypothesisTest::within`] lists the parameters
+//! of these columns. A common scale of all torques, and the zero of a joint with unknown bodies, are not identifiable either.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -52,13 +53,11 @@ pub struct HypothesisTest {
     pub power: f64,
     /// Relative errors of cross-validation: (without, with) the fault as an unknown. `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of the coordinate of the hypothesis, divided by the norm of the weighted torques of all
-    /// coordinates. 1 if the hypothesis has no coordinate.
+    /// Norm of the weighted torque of the hypothesis's coordinate / norm for all coordinates; 1 without a coordinate.
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if the hypothesis is
-    /// identifiable.
+    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if it is identifiable.
     pub within: Vec<usize>,
 }
 
@@ -102,8 +101,7 @@ impl HypothesisTest {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
-    /// Number of the coordinate, if the hypothesis is a rotor whose inertia is positive, significant, and reduces the error
-    /// of cross-validation. Otherwise `None`.
+    /// The coordinate, if this is a rotor with a positive, significant inertia that reduces the error of cross-validation.
     pub fn significant_rotor(&self) -> Option<usize> {
         let Hypothesis::Rotor(k) = self.of else { return None };
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
@@ -117,11 +115,9 @@ pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
-/// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the column of the
-/// parameter.
+/// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A hypothesis is not identifiable if its column, projected onto the complement of the columns of the parameters, has a
-/// smaller share of its norm than this.
+/// A hypothesis is not identifiable if less than this share of its column (norm) is orthogonal to the parameters' columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter is listed in `within` if its term is at least this share of the norm of the column of the hypothesis.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
@@ -201,11 +197,11 @@ pub fn triangles<R: Records + ?Sized>(
     Ok((parts.map(|(part, taken_out)| part.with_taken_out(taken_out)).collect(), torques))
 }
 
-/// Tests the hypotheses `all`; one result per hypothesis. `parts`: triangles (R of QR) of the blocks of the record; `x`: the
-/// fitted parameters.
+/// Tests the hypotheses `all`, one result each. `parts`: triangles (R of QR) of the blocks; `x`: fitted parameters.
 pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
     let p = x.len();
-    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that undetermined ones stay there.
+    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that undetermined parameters keep their values
+    // of x.
     let whole = merged(parts, None);
     let held = held(&whole, x);
     let left = |out: Option<usize>| {
@@ -231,14 +227,13 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
                 ..HypothesisTest::not_identifiable(hypothesis)
             };
         }
-        // The standard deviation is a jackknife over the blocks, at least that of white noise.
+        // The standard deviation is a jackknife over the blocks, and at least the standard deviation for white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
         let deviation = jackknife(&others).max(noise / norm);
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // A fault is found only if it reduces the error enough and is significant. The larger of both sizes is the detection
-        // limit.
+        // Two conditions: the error falls by enough, and u is significant. The limit is the larger |u| of both.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -380,11 +375,11 @@ mod tests {
         };
         for joint in [None, Some(0)] {
             let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
-            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and
-            // the fit has an error with the square of the delay. Together these are some per cent at 5.1 rad/s.
+            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and the
+            // error of the fit grows with the square of the delay. Together these are some per cent at 5.1 rad/s.
             assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
             assert!(found.is_significant() && !found.is_found(), "{found:?}");
-            // The error that remains grows with the square of the delay.
+            // The error that remains after the correction grows with the square of the delay.
             assert!(with < 0.2 * without, "{without} {with}");
         }
         let (none, _) = tested_with(&Hypothesis::Late(None), |_| {});

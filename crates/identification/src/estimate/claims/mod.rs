@@ -9,7 +9,7 @@
 //! | `claims_of_prediction` | errors of prediction, and whether one set of parameters fits several logs |
 //! | `claims_of_faults` | tested faults ([`hypotheses`]; properties of each kind: `hypothesis`) |
 //! | `sigma_inflation` | inflation of standard deviations by faults that are not named or not excluded |
-//! | `unknowns` | joint estimation of several unknown faults that the user requests |
+//! | `unknowns` | simultaneous estimation of several unknown faults that the user requests |
 //! | `purposes` | claims that each use needs, including errors of torques ([`crate::estimate::torque_error`]) |
 
 mod claims_of_columns;

@@ -5,7 +5,7 @@ use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::significant;
 use crate::estimate::residuals::JointResidual;
 
-/// A residual is not noise if its autocorrelation time exceeds that of low-pass-filtered white noise by this factor.
+/// A residual is not noise if its autocorrelation time is this factor longer than the one of white noise after the low-pass.
 const LONG_MEMORY_RATIO: f64 = 2.0;
 
 /// Whether the residual of every joint is noise, by its autocorrelation time; false if no autocorrelation time is known.
@@ -15,8 +15,8 @@ pub(super) fn is_noise(estimate: &Estimate) -> bool {
     !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
 }
 
-/// Autocorrelation time of a residual (`memory`, s), divided by that of white noise after a low-pass with the cut-off
-/// `cutoff`, Hz.
+/// Autocorrelation time of a residual (`memory`, s), divided by the autocorrelation time of white noise after a low-pass with the
+/// cut-off `cutoff`, Hz.
 fn times(cutoff: f64, memory: f64) -> f64 {
     memory * cutoff / NOISE_MEMORY_PERIODS
 }

@@ -1,10 +1,10 @@
 //! Defines which claims each use of an estimate needs.
 //!
 //! Every use needs a good prediction of another motion, and no claim against the log, the residual or the parameters. Signs,
-//! scales, zeros, mount and springs must not be contradicted; if they cannot be determined, the trust is not lowered, because
-//! the predicted torques of the log do not change.
+//! scales, zeros, mount and springs must not be contradicted. If one of these cannot be determined, the trust is not lowered,
+//! because it does not change how well the torques of the log are predicted.
 //!
-//! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and that of each joint below
+//! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and the torque error of each joint below
 //! `SURE_JOINT_TORQUE_ERROR`. A use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined
 //! parameters. Bodies must be physically consistent and must not contradict the description.
 
@@ -20,8 +20,8 @@ use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, 
 /// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this.
 const USELESS_TORQUE_ERROR: f64 = 0.5;
 /// Largest accepted torque error of one joint, relative to its torque in the use or in the logs, whichever is larger. Errors
-/// below the rms residual of the joint are always accepted. The limit is larger than that of the whole robot, since light
-/// joints have larger relative errors.
+/// below the rms residual of the joint are always accepted. This limit is larger than the limit for the whole robot
+/// (`SURE_TORQUE`), because joints with small torques have larger relative errors.
 const SURE_JOINT_TORQUE_ERROR: f64 = 0.1;
 
 /// Name of the use of identified bodies, in reports.
@@ -114,7 +114,7 @@ pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
 
-/// Names of the joints that never moved: they have no rows and no bandwidth `f95`.
+/// Names of the joints that never moved. They have no rows and no bandwidth `f95` (95 % of the velocity's energy is below f95).
 pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
     joints
         .iter()
@@ -123,8 +123,8 @@ pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
         .collect()
 }
 
-/// Splits a claim of agreement: for joints that never moved it becomes "cannot tell", because only one position was measured.
-/// A claim on the mount becomes so if any joint never moved. `still`: names of the joints that never moved.
+/// Splits a claim of agreement. For joints that never moved, the claim becomes "cannot tell", because only one position was
+/// measured. A claim on the mount becomes "cannot tell" if any joint never moved. `still`: names of the joints that never moved.
 pub(crate) fn where_it_stands(claim: Claim, still: &[&str]) -> Vec<Claim> {
     let subject = claim.subject();
     let [stands, moves]: [Vec<&String>; 2] = [true, false].map(|stands| {

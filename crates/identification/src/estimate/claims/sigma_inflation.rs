@@ -10,15 +10,16 @@
 //! The maximum is used and not the sum, because the columns of the faults of one log are correlated.
 //!
 //! A zero offset, a spring or a drift below that limit may still exist, and so may any rotor that the description does not
-//! contain. The rms of its possible size is s(u) = value sqrt(1 + (deviation/value)^2), and the change of x_i is d_i(u) =
-//! (x_i with u - x_i without) s(u)/value. They inflate the variance further to
+//! contain. For such a u, with its fitted value and standard deviation (`value`, `deviation`), the rms of the possible size is
+//! s(u) = sqrt(value^2 + deviation^2). The parameter x_i may then change by d_i(u) = (x_i with u - x_i without) s(u)/value. These
+//! changes inflate the variance further to
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
 //! ```
-//! Example: a spring may be nearly not separable from the weight of a body in the range of the log. Then the weight is as
-//! uncertain as the spring. The scale of a joint torque is excluded, since parameters are in the torque unit of the log.
-//! Errors of predicted torques do not include these unknowns, because motions similar to the log hardly depend on them.
+//! Example: in the range of the log, a spring may be hardly separable from the weight of a body. Then the weight is as uncertain
+//! as the spring. The scale of a joint torque is excluded, since parameters are in the torque unit of the log. Errors of
+//! predicted torques do not include these unknowns, because torques of motions similar to the log hardly depend on them.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::claims::claims_of_faults::statement;
@@ -44,13 +45,13 @@ fn likely<'a>(faults: &'a [HypothesisTest], estimate: &Estimate) -> Vec<&'a Hypo
     faults.iter().filter(of_these).filter(|f| is_likely(f)).collect()
 }
 
-/// Change of all parameters by each likely fault; one vector per fault. The faults are those of [`inflate_by_faults`].
+/// Change of all parameters by each likely fault; one vector per fault. [`inflate_by_faults`] uses the same faults.
 pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<Vec<f64>> {
     likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
 }
 
-/// Inflates standard deviations and covariance by likely faults, and adds a remark on the strongest of the significant faults
-/// that no claim names. Faults that were tested with other parameters than those of the estimate are ignored.
+/// Inflates standard deviations and covariance by likely faults. It also adds a remark on the strongest of those significant
+/// faults that no claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {
@@ -140,7 +141,7 @@ mod tests {
         inflate_by_faults(&mut wide, std::slice::from_ref(&rotor));
         assert_eq!(wide, estimate());
         inflate_by_undetected_faults(&mut wide, std::slice::from_ref(&rotor));
-        // Expected: sqrt(0.03^2 + 0.04^2 (1 + 2^2)). 0.03: sigma; 0.04: effect; the deviation is twice the value.
+        // Expected: sqrt(sigma^2 + effect^2 (1 + r^2)) with sigma = 0.03, effect = 0.04 and r = deviation/value = 2.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0089f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
         assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
         let spring = HypothesisTest { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
@@ -149,8 +150,8 @@ mod tests {
         let told = HypothesisTest { of: Hypothesis::Spring(0), ..scale(0.02, 0.2) };
         let scale = HypothesisTest { deviation: 0.03, ..scale(0.01, 0.02) };
         inflate_by_undetected_faults(&mut wide, &[rotor, spring, lesser, told, scale]);
-        // Expected: the former variance plus 0.01^2 (1 + 3^2). The smaller spring, the significant spring and the scale have
-        // no influence.
+        // Expected: the former variance plus effect^2 (1 + r^2) of the larger spring, with effect = 0.01 and r = deviation/value
+        // = 3. The smaller spring, the significant spring and the scale have no influence.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 

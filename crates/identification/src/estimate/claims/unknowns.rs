@@ -6,8 +6,8 @@
 //! ```text
 //! min |W X + H u - tau|
 //! ```
-//! An unknown is not identifiable if W and the columns of the unknowns before it explain its column. It then keeps the guess.
-//! The standard deviation of u is a jackknife over tenths of the record, at least that of white noise.
+//! An unknown is not identifiable if W and the columns of the preceding unknowns explain its column. It then keeps the guess. The
+//! standard deviation of u is a jackknife over tenths of the record, and at least the standard deviation for white noise.
 //!
 //! Zeros have a prior: guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Without it, the zero of the first joint
 //! of a nearly upright robot would diverge, because only the small tilt determines it.
@@ -107,8 +107,8 @@ fn solved(
     let mut prior = TriangleBuilder::new(width);
     for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_identifiable[*e]) {
         let Hypothesis::Zero(k) = *of else { continue };
-        // The noise for which the standard deviation for white noise equals that of the jackknife. It scales the row of the
-        // prior.
+        // The row of the prior is scaled by this noise: with it, the standard deviation for white noise would equal the standard
+        // deviation of the jackknife.
         let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
         let mut row = vec![0.0; width];
         row[p + e] = noise / ZERO_PRIOR_RAD;
@@ -126,8 +126,8 @@ fn solved(
         let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
         let is_zero = matches!(of, Hypothesis::Zero(_));
         let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
-        // The jackknife does not contain the variance of the prior. So the result is at least the posterior standard
-        // deviation.
+        // The jackknife does not contain the variance of the prior. So the standard deviation is at least that of the posterior
+        // (data and prior).
         let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
         UnknownStep { of: *of, identified: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };
@@ -180,7 +180,7 @@ mod tests {
         };
         inflate_by_unknowns(&mut wide, &[step(Some((0.5, 0.01)), -4.0), step(None, 9.0)]);
         let sigmas: Vec<f64> = wide.parameters.iter().filter_map(|p| p.sigma).collect();
-        // Expected: sqrt(0.03^2 + (0.01 * 4)^2).
+        // Expected: sqrt(sigma^2 + (deviation effect)^2) with sigma = 0.03, deviation = 0.01 and effect = -4.
         assert!(sigmas[0] == 0.03 && (sigmas[1] - 0.05).abs() < 1e-15, "{sigmas:?}");
     }
 }

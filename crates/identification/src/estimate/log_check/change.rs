@@ -2,11 +2,11 @@
 //! changed log.
 //!
 //! T = Y(q', dq', ddq') X are the nominal torques of the changed motion. The torque of joint j is regressed on T_j and on the
-//! columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description contains.
-//! The slope of T_j is limited to half to twice the common scale of all joints.
+//! columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description contains. The
+//! slope of T_j is limited to 0.5 to 2 times the common scale of all joints.
 //!
-//! The misfit of a joint is the squared residual of this fit, divided by that of a fit by F_j alone: 0 if the description
-//! predicts the torque exactly, 1 if it explains nothing.
+//! The misfit of a joint is the squared residual of this fit, divided by the squared residual of a fit by F_j alone. It is 0 if
+//! the description predicts the torque exactly, and 1 if the description explains nothing.
 
 use generated::Eight;
 use linear_model::regressor::Regressor;
@@ -20,8 +20,8 @@ use crate::estimate::log_check::regression::Partial;
 pub struct Change {
     /// The fault that is undone.
     pub of: Hypothesis,
-    /// Size of the fault. For a zero: true minus logged position, rad; for a scale: logged torque / true torque - 1.
-    /// Otherwise 0.
+    /// Size of the fault. For a wrong zero of a position: true minus logged position, rad. For a wrong scale of a torque: logged
+    /// / true torque - 1. Otherwise 0.
     pub size: f64,
 }
 
@@ -133,7 +133,7 @@ impl Description<'_> {
 /// Number of samples whose regressors are computed in one call: eight blocks of eight SIMD lanes.
 const SAMPLES_PER_PASS: usize = 64;
 
-/// Bounds of the regression slope (measured / nominal torque) of a joint, divided by the common scale of all joints.
+/// Bounds of the regression slope (measured / nominal torque) of a joint, relative to the common scale of all joints.
 const SLOPE_RANGE: [f64; 2] = [0.5, 2.0];
 
 /// Least number of used samples for which a joint is examined.
@@ -165,8 +165,8 @@ pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change
     found.iter().enumerate().map(misfit).collect()
 }
 
-/// Number of the joint whose columns in the log contain the velocity of joint j. The changes are followed from the last to
-/// the first.
+/// Number of the joint whose columns in the unchanged log become the velocity of joint j. The changes are traced back from the
+/// last to the first.
 pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| change.of.motion_of(j))
 }
@@ -184,5 +184,6 @@ pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     })
 }
 
-/// Upper bound of a misfit: at 1 the description explains nothing.
+/// Upper bound of a misfit (squared residual, divided by the residual without the description): at 1 the description explains
+/// nothing.
 const MAX_MISFIT: f64 = 1.0;

@@ -1,7 +1,7 @@
 //! Checks the numbers of a log without mechanics: integers that were read without their sign, and rows from two sources.
 //!
-//! After such a finding all other checks are skipped, because they would report wrong faults: without its sign, a torque
-//! looks like negative friction.
+//! If a column is unreadable in this sense, all other checks are skipped, because they would report wrong faults: a torque
+//! without its sign, for example, looks like negative friction.
 
 use logs::{RawWord, Suspect};
 
@@ -29,7 +29,7 @@ impl DiagnosisInput<'_> {
 
     fn two_sources(&self) -> Option<Finding> {
         let mixed: Vec<&Suspect> = self.suspects.iter().filter(|s| s.foreign_rows > 0).collect();
-        // All joints have the same rows, so the largest count is the number of foreign rows.
+        // All joints have the same rows. So the largest count of a joint is the number of foreign rows (rows of another source).
         let rows = mixed.iter().map(|s| s.foreign_rows).max()?;
         let are_zero = mixed.iter().all(|s| s.foreign_are_zero);
         let [which, those] = match are_zero {
@@ -47,7 +47,7 @@ impl DiagnosisInput<'_> {
     }
 }
 
-/// The names of the coordinates of the suspects, each name once. Several logs have the same coordinates.
+/// The names of the coordinates that have suspect columns, each name once. Several logs have the same coordinates.
 fn names<'a>(suspects: impl Iterator<Item = &'a Suspect>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for suspect in suspects {

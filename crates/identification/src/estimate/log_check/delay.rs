@@ -8,9 +8,10 @@
 //! description lacks would look like a delay. e_j is fitted because load friction changes sign with the velocity, as the
 //! effect of a delay does.
 //!
-//! Y_j(t - d) is about Y_j - d dY_j/dt, so d is found by Gauss-Newton: the torques are regressed on the shifted columns and
-//! on the rate of the torque that these explain. Joints are weighted by 1 / residual. Rows within about 1 / f_c of a reversal
-//! (|dq| < |ddq| / f_c; f_c: cut-off) are left out, because the filtered velocity does not show when a joint sticks.
+//! Y_j(t - d) is about Y_j - d dY_j/dt, so d is found by Gauss-Newton. The torques are regressed on the shifted columns, and on
+//! the time derivative of the torque that these columns explain. Joints are weighted by 1 / residual. Rows within about 1 / f_c
+//! of a reversal (|dq| < |ddq| / f_c; f_c: cut-off) are left out, because the filtered velocity does not show when a joint
+//! sticks.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -69,7 +70,7 @@ pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[u
     if joints.len() < n.min(LEAST_MOVING_JOINTS) {
         return None;
     }
-    // First fit: joints weighted by 1 / |torque|. Later fits: by 1 / |residual|.
+    // In the first fit, joints are weighted by 1 / |torque|; in later fits, by 1 / |residual|.
     let mut seconds = 0.0;
     let at_first = fit(&joints, n, seconds)?;
     joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
@@ -214,8 +215,8 @@ mod tests {
         for by in [1, 2] {
             let seconds = 0.01 * by as f64;
             let found = look(by).unwrap_or_else(|| panic!("no delay of {seconds} s"));
-            // Tolerance of a third: the time derivatives are differences over 20 ms, and friction changes sign with the
-            // velocity.
+            // The tolerance is a third of the delay: the time derivatives are differences over 20 ms, and friction changes sign
+            // with the velocity.
             assert!((found.seconds / seconds - 1.0).abs() < 0.33 && found.share > 0.5, "{found:?}");
         }
     }

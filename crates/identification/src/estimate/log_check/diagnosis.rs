@@ -1,9 +1,10 @@
 //! Derives the findings of a log check from its numbers. The checks have a fixed order, and each has its thresholds.
 //!
 //! The first checks need no inertials: dead or saturated torques, a log that is too short, velocities that are not the
-//! derivatives of the positions, negative friction. If the description has inertials, the slopes (regression of measured on
-//! nominal torque) then reveal faults of all torques (unit, currents, signs), of one or two joints, of gravity (`search`),
-//! and delays. If the torques disagree and no fault explains it, the log is attributed to another robot.
+//! derivatives of the positions, negative friction. If the description has inertials, slopes are computed (regression of measured
+//! on nominal torque). They show faults of all torques (wrong unit, currents instead of torques, wrong signs), faults of one or
+//! two joints, faults of gravity (`search`), and delays. If the torques disagree and no fault explains it, the log is attributed
+//! to another robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;
@@ -38,7 +39,7 @@ const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 /// Remedy if gravity was subtracted from the logged torques.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
-/// In a short motion, a fault is reported only if undoing it multiplies the misfit by less than this.
+/// In a short motion, a fault is reported only if undoing it multiplies the misfit (error of the description) by less than this.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
 /// Slopes of joints count as equal if their relative distance from the median is below this.
@@ -76,7 +77,7 @@ impl DiagnosisInput<'_> {
         let mut findings = if all.is_empty() { findings } else { all.remove(0) };
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
-            // A long delay can cause a misfit as large as that of another robot.
+            // A long delay can cause a misfit (error of the description) as large as the misfit of a log of another robot.
             let lag = self.delay().filter(|lag| !is_foreign || lag.share > SMALLEST_DELAY_SHARE_IF_FOREIGN);
             if let Some(lag) = lag {
                 findings = vec![late(&lag)];
@@ -96,7 +97,8 @@ impl DiagnosisInput<'_> {
         log_check: &LogCheck,
     ) -> Vec<Finding> {
         let mut findings = signals.to_vec();
-        // An exchange of columns also separates velocities from their positions. Then only the exchange is reported.
+        // If position or velocity columns are exchanged, velocities also do not fit their positions. Then only the exchange is
+        // reported.
         let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
         if !found.iter().any(is_exchange) {
             findings.extend(velocities.iter().map(|v| v.2.clone()));
@@ -175,8 +177,8 @@ impl DiagnosisInput<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
             );
         }
-        // If one explanation needs faults, explanations without findings are dropped. The one with the fewest faults comes
-        // first.
+        // If at least one explanation has findings, explanations without findings are dropped. The one with the fewest findings
+        // comes first.
         let is_needed = |found: &Vec<Finding>| !found.is_empty();
         if all.iter().any(is_needed) {
             all.retain(is_needed);
@@ -193,7 +195,7 @@ impl DiagnosisInput<'_> {
         all
     }
 
-    /// The findings of one explanation, after the findings `common` to all joints.
+    /// The findings of one explanation of the log. They are preceded by `common`, the findings that concern all joints.
     fn explained(
         &self,
         search: &ChangeSearch,
@@ -205,7 +207,7 @@ impl DiagnosisInput<'_> {
     ) -> Vec<Finding> {
         let mut found = common.to_vec();
         let is_plain = changes.is_empty();
-        // In a short motion, an explanation that removes only a part of the misfit may be chance.
+        // In a short motion, an explanation that removes only a part of the misfit (error of the description) may be chance.
         if log_check.is_short {
             let runs_back = |change: &Change| {
                 let of_sign = matches!(change.of, TorqueSign(_) | MotionSign(_));
@@ -223,13 +225,13 @@ impl DiagnosisInput<'_> {
         if is_plain {
             let exchanged: Vec<Suspicion> = search.exchanged(slopes, &log_check.hidden_exchanges).into_iter().collect();
             found.extend(self.findings_of_suspicions(&exchanged, list, log_check));
-            // If no fault was found, exchanged columns and another robot are tested.
+            // If no fault was found: tests exchanged columns, and whether the log is of another robot.
             found.extend(self.other_robot(&misfits, slopes, search.scale, log_check, list.into()));
         }
         found
     }
 
-    /// Findings of the suspected faults that are needed, because no other bodies explain the log. The other suspicions are
+    /// Findings of those suspected faults that are needed: no other bodies explain the log without them. The other suspicions are
     /// added to `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
@@ -269,7 +271,7 @@ impl DiagnosisInput<'_> {
     }
 
     /// The common scale of the torques: the median magnitude of the meaningful slopes. It is 1 if there are too few slopes,
-    /// because then a single joint may be wrong, or if less than two thirds of them are near the median.
+    /// because then a single joint may be wrong. It is also 1 if less than two thirds of the slopes are near the median.
     fn common_scale(&self, meaningful: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);

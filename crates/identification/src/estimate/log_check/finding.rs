@@ -10,7 +10,8 @@ use crate::estimate::log_check::change::Change;
 /// A fault of a log, or a contradiction between a log and a description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A fault that a change of the log can undo. The number is its size: angle, rad, delay, s, or scale error; otherwise 0.
+    /// A fault that a change of the log can undo. The number is its size: an angle, rad; a delay, s; or a relative scale error.
+    /// It is 0 for a fault without a size.
     Of(Hypothesis, f64),
     /// Torques are in another unit. The number is the power of ten by which they are too large.
     TorqueUnit(i32),
@@ -26,7 +27,7 @@ pub enum Fault {
     FrictionSign,
     /// The base is rotated relative to its described orientation by this angle, rad.
     Mount(f64),
-    /// The columns of this kind are not in the order of the joints.
+    /// The columns of this kind are in another order than the joints.
     Permuted(ColumnKind),
     /// The velocity column is not the derivative of the position.
     Velocity,
@@ -67,8 +68,8 @@ pub enum Fault {
     Short(f64),
 }
 
-/// If the slope (measured / nominal torque) of all joints is in this range, wrong nominal inertials explain it; outside, the
-/// torques are in another unit.
+/// If the slopes (measured / nominal torque) of all joints are in this range, wrong nominal inertials explain them. Outside this
+/// range, the torques are in another unit.
 pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
 /// Wrong nominal inertials explain slopes (measured / nominal torque) in this range, even if the slopes of all joints are
@@ -79,7 +80,7 @@ pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
 
 impl Fault {
-    /// Whether the fault is so gross that estimates from the log are unusable.
+    /// Whether the fault is gross: it makes estimates from the log unusable.
     pub fn is_gross(self) -> bool {
         !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
     }
@@ -101,8 +102,8 @@ pub struct Finding {
     /// Squared relative residual of the description, mean over the joints: [without, with] the remedy. `None` if the remedy
     /// was not tried or did not remove all contradictions.
     pub tried: Option<[f64; 2]>,
-    /// 0 for the first explanation, 1, 2, .. for alternative explanations. The findings of an alternative replace those of
-    /// the first one; the log does not determine which is right.
+    /// 0 for the findings of the first explanation of the log; 1, 2, .. for alternative explanations. Only one explanation is
+    /// right, but the log does not determine which.
     pub instead: usize,
 }
 

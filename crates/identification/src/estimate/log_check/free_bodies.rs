@@ -2,9 +2,9 @@
 //! unchanged log.
 //!
 //! The search for faults (`search`) uses the nominal bodies. Other bodies may explain the log without a fault: for example, a
-//! wrong zero of the last joint is equivalent to a rotation of its body. So the following equations are fitted to the
-//! unchanged log, and to the log with the fault undone. X: free parameters of the bodies; a_j, b_j, c_j, d_j: rotor,
-//! friction, offset.
+//! wrong zero of the last joint is equivalent to a rotation of its body. So the following equations are fitted twice: to the
+//! unchanged log, and to the log with the fault undone. X: free parameters of the bodies; a_j: rotor inertia; b_j, c_j: viscous
+//! and Coulomb friction; d_j: offset.
 //! ```text
 //! tau_j = Y_j(q, dq, ddq) X + a_j ddq_j + b_j dq_j + c_j direction_j + d_j
 //! ```
@@ -30,15 +30,15 @@ use crate::estimate::log_check::search::Suspicion;
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::Observation;
 
-/// Number of samples to which bodies are fitted (up to twice as many; all samples of a shorter log). This gives about ten
-/// times as many rows as an arm has parameters.
+/// Least number of samples to which bodies are fitted (if the log has so many); the largest number is twice this. This gives
+/// about ten times as many rows as an arm has parameters.
 const FITTED_SAMPLES: usize = 1000;
 /// Number of blocks of the record. Cross-validation leaves out two blocks at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
 /// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
 /// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this. The limit is
-/// stricter, because some scale reduces the error of any other fault too.
+/// stricter than for other faults: if the log has another fault, some wrong scale also reduces the error.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
 /// Half width of the search interval of ln(scale). A scale found with nominal bodies is right within a factor of 1.5.
@@ -48,8 +48,8 @@ const LOG_SCALE_TOLERANCE: f64 = 0.01;
 /// Golden section, (sqrt(5) - 1) / 2.
 const GOLDEN_STEP: f64 = 0.618_033_988_749_894_9;
 
-/// A fault is sure if undoing it multiplies the misfit by less than this, because other bodies rarely explain a log that
-/// well. Zeros are excluded, because some angle may fit by chance.
+/// A fault is sure if undoing it multiplies the misfit (error of the description) by less than this, because other bodies rarely
+/// explain a log that well. Wrong zeros of positions are excluded, because some angle may fit by chance.
 const SURE_MISFIT_SHARE: f64 = 0.04;
 
 /// Friction and rotor terms that are fitted for each joint, because the description does not contain them.
@@ -64,8 +64,8 @@ pub(super) struct FreeBodies<'a> {
 }
 
 impl FreeBodies<'_> {
-    /// For each suspicion, whether its fault is needed to explain the log. The suspicions are tested one after the other;
-    /// those that are not needed are dropped.
+    /// For each suspicion (suspected fault), whether the fault is needed to explain the log. The suspicions are tested one after
+    /// the other. A fault that is not needed is left out in the tests of the next ones.
     pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
         let mut needed = vec![true; suspicions.len()];
         let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
@@ -87,8 +87,8 @@ impl FreeBodies<'_> {
                 with = without;
             }
         }
-        // If one zero of a description is wrong by quarter turns, others often are too. So if one of them is needed, all of
-        // them are kept.
+        // If the description has one zero that is wrong by quarter turns, other zeros are often wrong too. So if one such zero is
+        // needed, all such zeros are kept.
         let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
         let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
         if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
@@ -97,8 +97,9 @@ impl FreeBodies<'_> {
         needed
     }
 
-    /// Re-estimates the scales of suspicions with free bodies, because scales found with nominal bodies contain the errors of
-    /// these bodies. The criterion is the error of cross-validation (golden-section search in ln(scale)).
+    /// Estimates the scales of suspected faults again, with free bodies, because scales found with nominal bodies contain the
+    /// errors of these bodies. The scale with the smallest error of cross-validation is taken (golden-section search in
+    /// ln(scale)).
     pub(super) fn with_scales(&self, mut suspicions: Vec<Suspicion>) -> Vec<Suspicion> {
         let places: Vec<(usize, usize)> = (0..suspicions.len())
             .flat_map(|i| (0..suspicions[i].changes.len()).map(move |c| (i, c)))
@@ -131,7 +132,8 @@ impl FreeBodies<'_> {
         suspicions
     }
 
-    /// Whether physically consistent bodies may explain the unchanged log. If not, the fault is needed without a test.
+    /// Whether physically consistent bodies may explain the log without the suspected fault. If not, the fault is needed without
+    /// a test.
     fn may_be_bodies(&self, suspicion: &Suspicion) -> bool {
         let brakes = |k: usize| self.joints[k].friction.is_some_and(|f| f.brakes > f.deviation);
         let is_sure = suspicion.after < SURE_MISFIT_SHARE * suspicion.before;

@@ -71,7 +71,7 @@ pub(crate) fn own_friction(
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
     let deviation = unexplained * (spread / MAX_INDEPENDENT_SAMPLES).sqrt();
-    // Whether a friction coefficient x is positive by more than its standard deviation.
+    // Whether a friction coefficient x exceeds its standard deviation, so that it is clearly positive.
     let above = |x: f64, other: f64| x > unexplained * (other / (MAX_INDEPENDENT_SAMPLES * determinant)).sqrt();
     let found = JointFriction {
         brakes: product(&friction, &dq) / (size * speed),

@@ -8,8 +8,8 @@
 //! ([`crate::estimators::payload`]). The equation is solved for X and phi_L by normal equations, for many intervals with s =
 //! 1.
 //!
-//! The load is reported if it multiplies the relative error by less than `NAMED_ERROR_RATIO`; no other fault is explained so
-//! well by ten columns during an interval. For a load during the whole log, X is nominal and only friction is fitted.
+//! The load is reported if it multiplies the relative error by less than `NAMED_ERROR_RATIO`. No other fault is explained so well
+//! by the ten columns of a load during an interval. For a load during the whole log, X is nominal and only friction is fitted.
 
 use linear_model::linear_model::Model;
 use linear_model::standard_map::StandardMap;
@@ -25,8 +25,8 @@ use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
 /// No load is searched if the relative error without a load is below this.
 const SMALL_ERROR: f64 = 0.02;
-/// A load is reported if it multiplies the relative error by at most this. A drift of the torque is no load: a step of the
-/// load reduces its error only to a half.
+/// A load is reported if it multiplies the relative error by at most this. So a drift of the torque is not reported as a load: a
+/// load that is fitted to a drift halves the error only.
 const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
 /// No constant load is searched if the relative error of the description (with fitted friction) is below this, because wrong
 /// nominal bodies explain such an error.
@@ -94,7 +94,8 @@ fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str)
     Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
 }
 
-/// Products [W tau]' [W tau] of the weighted rows W and torques tau: of all rows, and of the blocks of each record.
+/// Products [W tau]' [W tau] of the weighted rows W and torques tau. `all`: over all rows; `records`: over the blocks of each
+/// record.
 struct Sums {
     base: usize,
     rows: usize,
@@ -197,7 +198,7 @@ impl Sums {
         }
         let (fault, link, (from, to)) = best?;
         let remedy = match self.records.as_slice() {
-            // The remedy is this time window, if a fit to its rows alone has a small error too.
+            // A time window is proposed as remedy only if a fit to the rows inside this window also has a small error.
             [record] if self.within(record, from, to).is_some_and(|error| error < NAMED_ERROR_RATIO * without) => {
                 let [from, to] = [from, to].map(|part| record.times[part]);
                 format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}")
@@ -240,7 +241,7 @@ impl Sums {
         rows.columns(0, load.nrows()) * load
     }
 
-    /// Relative residual of a fit, without a load, to the blocks `from` to `to` of a record.
+    /// Relative residual of a fit, without a load, to the rows of the blocks from `from` to `to` of a record.
     fn within(&self, record: &Record, from: usize, to: usize) -> Option<f64> {
         let all = &record.before[to] - &record.before[from];
         Sums { all, records: Vec::new(), ..*self }.parameters().map(|found| found.error())

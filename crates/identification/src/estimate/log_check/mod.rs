@@ -5,10 +5,10 @@
 //! ```text
 //! tau_j = s_j (Y(q, dq, ddq) X)_j + a ddq_j + b dq_j + c direction_j + d
 //! ```
-//! Y: regressor; X: nominal base parameters. The slope s_j is near 1 if log and description belong to one robot and have the
-//! same units. b and c are positive, because friction dissipates. If a slope is not near 1, common faults are undone in the
-//! log one by one. The fault with which the description predicts the torques is the finding (`search`). Without inertials in
-//! the description there are no slopes, and the log check lists what it cannot determine.
+//! Y: regressor; X: nominal base parameters. The slope s_j is near 1 if log and description belong to one robot and have the same
+//! units. b and c are positive, because friction dissipates. If a slope is not near 1, common faults are tried: each is undone in
+//! the log. The fault is found if the description then predicts the torques (`search`). Without inertials in the description
+//! there are no slopes, and the log check lists what it cannot determine.
 //!
 //! The log check does not estimate parameters. Nominal inertials are wrong by tens of per cent, so a slope of 0.6 in a wrist
 //! is no fault of a log.
@@ -58,15 +58,15 @@ use crate::signals::records::Records;
 /// A velocity column is in time if its lag behind the derivative of the position is below this, s.
 pub const TIMELY_S: f64 = 1e-3;
 
-/// Number of samples, at least, from which slopes are computed; all samples of a shorter log.
+/// Least number of samples from which slopes are computed (if the log has so many).
 const MIN_TRIED_SAMPLES: usize = 400;
-/// Number of samples, at least, on which many changes are tried; all samples of a shorter log.
+/// Least number of samples on which many changes of the log are tried (if the log has so many).
 const FEW_TRIED_SAMPLES: usize = 150;
 
 /// Checks a log before any fit. `suspects`: suspect columns of the log; `described`: nominal base parameters, `None` if the
 /// description has no inertials.
 ///
-/// If the log has gross faults, they are undone and the log is checked again.
+/// If the log has gross faults (they make estimates unusable), they are undone and the log is checked again.
 ///
 /// Fails when a record cannot be read.
 pub fn log_check<R: Records + ?Sized>(
@@ -87,7 +87,7 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
-    // Detection limits of zeros need ten angles per joint, so they are computed from fewer samples.
+    // The detection limit of a zero offset needs trials with ten angles per joint. So it is computed from fewer samples.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));

@@ -1,5 +1,5 @@
-//! Searches for an order (permutation) of the columns of a log with which the description predicts the torques. It is
-//! searched for all signals together, for the motions alone, and for the torques alone.
+//! Searches for an order (permutation) of the columns of a log with which the description predicts the torques. Three
+//! permutations are searched: of all columns, of the motion columns alone, and of the torque columns alone.
 //!
 //! For few joints all permutations are tried. For more joints only common mistakes are tried: joints in alphabetical order,
 //! from the tip to the base, or rotated by some places; two to four limbs in any order; any cycle of three joints. The
@@ -22,26 +22,28 @@ const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 /// Number of samples on which permutations are ranked.
 const RANKING_SAMPLES: usize = 100;
 
-/// A permutation counts as equally good if its sum of misfits is at most this times the smallest sum.
+/// A permutation counts as equally good if its sum of misfits (relative squared residuals) is at most this times the smallest
+/// sum.
 const AS_GOOD_ORDER_RATIO: f64 = 1.2;
 
-/// A hidden exchange is not reported if the mean misfit of the unchanged log is below this (a relative error of 10 % of the
-/// torque).
+/// An exchange that the search does not detect (`hidden_exchanges`) is not reported if the mean misfit of the unchanged log is
+/// below this (a relative error of 10 % of the torque).
 const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 
-/// Largest number of limbs of equal length for which all orders of the limbs are tried.
+/// Largest number of limbs (chains of joints, such as legs) of equal length for which all orders of the limbs are tried.
 const MAX_LIMBS: usize = 4;
 
 /// A function from the numbers of two joints to the hypothesis that their columns are exchanged.
 type Exchange = fn(usize, usize) -> Hypothesis;
 
-/// The kinds of exchanges: all signals, motions only, torques only. `order` relies on this sequence.
+/// The kinds of exchanges: all signals, motions only, torques only. The function `order` relies on this sequence.
 const EXCHANGE_KINDS: [Exchange; 3] =
     [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl ChangeSearch<'_> {
-    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit of each joint with it; `None`
-    /// for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the misfits of the joints that count.
+    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit (error of the description, 0 to
+    /// 1) of each joint with it; `None` for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the misfits
+    /// of the joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -61,7 +63,7 @@ impl ChangeSearch<'_> {
                 .extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
             Ok::<(), Infallible>(())
         });
-        // With equal limbs, several permutations have nearly equal misfits. The one with the fewest exchanges is the most
+        // With equal limbs, several permutations have nearly equal misfits. The permutation with the fewest exchanges is the most
         // likely.
         let least = ranked.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
         ranked.retain(|(left, _)| *left <= AS_GOOD_ORDER_RATIO * least);
@@ -72,7 +74,7 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, as a suspicion; `None` if none reduces the misfit by far. The search does not
+    /// The best of the exchanges in `hidden`, as a suspicion; `None` if none reduces the misfit by enough. The search does not
     /// detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
@@ -88,8 +90,8 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Pairs of joints, or of limbs of equal length, whose exchange would not be detected in this log. Each member of a pair is a
-/// list of joints.
+/// Pairs of joints, or of limbs (chains of joints) of equal length, whose exchange would not be detected in this log. Each member
+/// of a pair is a list of joints.
 pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<usize>; 2]> {
     let n = slopes.len();
     let lengths = (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs) && n > *limbs).map(|limbs| n / limbs);
@@ -144,7 +146,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     sorted.iter().enumerate().for_each(|(place, &k)| inverse[k] = place);
     let mut found = vec![sorted, inverse, (0..n).rev().collect()];
     found.extend((1..n).map(|by| (0..n).map(|k| (k + by) % n).collect()));
-    // Limbs of equal length in all orders, because messages of legged robots often have another order of legs.
+    // Limbs of equal length are tried in all orders, because messages of legged robots often have another order of legs.
     for limbs in (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs)) {
         let length = n / limbs;
         let joints = |order: &Vec<usize>| order.iter().flat_map(|limb| limb * length..(limb + 1) * length).collect();
@@ -166,7 +168,7 @@ fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // A permutation contains every joint once. So if a joint is not at its place, it is at a later place.
+        // A permutation contains every joint once. So if joint `order[k]` is not at place k, it is at a later place.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);

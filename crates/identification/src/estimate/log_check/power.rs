@@ -1,9 +1,9 @@
 //! Computes, for a joint, the smallest zero offset that the search for faults would have detected, and the zero offset with
 //! which the description fits best.
 //!
-//! An offset is detectable if it raises the misfit of the description by enough; the search would then have found and undone
-//! it. A smaller offset u_k of joint k may still make the description fit better. It is the minimum of e(u), the relative
-//! error of the description after joint k is turned by u, rad (friction and rotors are fitted):
+//! An offset is detectable if it raises the misfit (error) of the description by enough. The search would then have found and
+//! undone it. With a smaller offset u_k of joint k, the description may still fit better. u_k is the minimum of e(u), the
+//! relative error of the description after joint k is turned by u, rad (friction and rotors are fitted):
 //! ```text
 //! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
 //! ```
@@ -22,7 +22,7 @@ use super::change::misfits;
 /// Zero offsets for which detection is tested, degrees.
 const TRIED_OFFSETS_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
 
-/// Whether the search would have detected these faults, because they raise the sum of misfits by enough.
+/// Whether the search would have detected these faults: they raise the sum of misfits (errors of the description) by enough.
 pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> bool {
     let sum = |changes: &[Change], partials: &[Partial]| {
         let left = misfits(partials, slopes, changes, 1.0);
@@ -49,7 +49,7 @@ pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
 pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
     let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
     let tried = TRIED_OFFSETS_DEG.map(f64::to_radians);
-    // From the largest offset down, as long as offsets of both signs are detected.
+    // Starts from the largest offset and continues to smaller ones, as long as offsets of both signs are detected.
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
 }
 

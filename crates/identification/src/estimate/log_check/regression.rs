@@ -7,8 +7,8 @@
 /// torque. Otherwise it is printed in brackets.
 pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 
-/// A column is linearly dependent on others if its projection onto their complement has a smaller share of its norm than
-/// this.
+/// A column is linearly dependent on others if less than this share of its norm remains after projection onto their orthogonal
+/// complement.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
 /// An orthonormal basis; the columns have equal length.

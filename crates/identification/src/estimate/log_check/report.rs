@@ -18,8 +18,8 @@ pub struct JointCheck {
     /// Regression slope of the measured on the nominal torque, with rotor, friction and offset projected out; near 1 in
     /// agreement. `None` without inertials, or if the joint has too few samples.
     pub slope: Option<f64>,
-    /// Share of the squared residual of a fit by rotor, friction and offset that the nominal torque explains, 0 to 1. The
-    /// slope is meaningful only if it is large. `None` like `slope`.
+    /// Share of a squared residual that the nominal torque explains, 0 to 1. The residual is from a fit by rotor, friction and
+    /// offset. The slope is meaningful only if this share is large. `None` in the same cases as `slope`.
     pub share: Option<f64>,
     /// Share of the variance of the torque that nominal torque, rotor, friction and offset explain together, 0 to 1; `None`
     /// if unknown.
@@ -76,7 +76,8 @@ pub struct LogCheck {
     pub load: Option<Finding>,
     /// Sentences on properties that could not be checked.
     pub not_checked: Vec<String>,
-    /// Whether the motion is short. If it is, a fault is reported only if it explains nearly all of the misfit.
+    /// Whether the motion is short. If so, a fault is reported only if it explains nearly the whole misfit (error of the
+    /// description).
     pub is_short: bool,
     /// The states (positions and velocities) that the robot visited.
     pub visited: VisitedStates,
@@ -84,7 +85,8 @@ pub struct LogCheck {
     pub measured: Measured,
     /// The joint whose zero offset makes the description fit far better; `None` if there is none.
     pub turned: Option<MisplacedJoint>,
-    /// Pairs of joints, or of limbs, whose exchange would not be detected. Each member of a pair is a list of joints.
+    /// Pairs of joints, or of limbs (chains of joints), whose exchange would not be detected. Each member of a pair is a list of
+    /// joints.
     pub hidden_exchanges: Vec<[Vec<usize>; 2]>,
     /// Whether columns are assigned to joints by their place, not by their names.
     pub is_by_place: bool,
@@ -115,11 +117,11 @@ fn by_description(gains: &[String]) -> String {
 }
 
 impl LogCheck {
-    /// Replaces the results on velocity and acceleration columns by those of `other`, another check of the same log.
+    /// Replaces the results on velocity and acceleration columns by the results of `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // A velocity without a lag is not a late derivative of the position. It belongs to another joint, or is another
-        // signal.
+        // If a velocity has a lag, it is a late derivative of the position. If it has none, it belongs to another joint, or is
+        // another signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
         let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();

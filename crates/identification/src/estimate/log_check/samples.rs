@@ -39,7 +39,8 @@ const FEW_PERIODS: f64 = 1.5;
 pub(crate) struct Samples {
     /// The kept samples of all records, one after the other.
     pub kept: States,
-    /// The samples directly before and after each kept sample. `span`: time from the one to the other, s.
+    /// The sample directly before each kept sample, and the sample directly after it. `span`: time from the first to the second,
+    /// s.
     pub before: States,
     pub after: States,
     pub span: Vec<f64>,
@@ -69,7 +70,7 @@ pub(crate) struct RateSums {
     lag: f64,
     bend: f64,
     off: f64,
-    /// Sums of ddq dq', ddq^2 and dq'^2. dq': difference quotient of the velocity.
+    /// Sums of ddq dq', ddq^2 and dq'^2 over the samples. ddq: acceleration; dq': difference quotient of the velocity.
     both: f64,
     acceleration: f64,
     slope: f64,
@@ -94,8 +95,8 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
-        // A sample is used if it has a neighbour before and after it. The sums include all used samples, the kept ones only
-        // every m-th.
+        // A sample is used if it has a neighbour before and after it. The sums include all used samples. Only every m-th used
+        // sample is kept.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);
@@ -238,8 +239,8 @@ impl Samples {
         (moves && self.alike(k, k) > SAME_VELOCITY_CORRELATION).then(|| sums.lag / sums.bend)
     }
 
-    /// Standard deviation of the velocity lag of joint k, s. The difference of velocity and derivative, without the lag, is
-    /// taken as filtered noise with correlated rows.
+    /// Standard deviation of the velocity lag of joint k, s. Velocity minus derivative of the position, without the effect of the
+    /// lag, is treated as filtered noise with correlated rows.
     pub(crate) fn velocity_lag_deviation(&self, k: usize) -> f64 {
         let sums = &self.rates[k];
         let left = (sums.off - sums.lag * sums.lag / sums.bend).max(0.0);

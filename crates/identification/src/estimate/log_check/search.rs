@@ -29,7 +29,8 @@ pub(super) struct ChangeSearch<'a> {
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A suspected fault. `before`, `after`: mean misfit (0 to 1) of the counted joints without and with the fault undone.
+/// A suspected fault. `before`, `after`: mean misfit (0 to 1) without and with the fault undone, over the joints above
+/// `COUNTED_JOINT_SHARE`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspicion {
     /// The change that undoes the fault; several exchanges if the fault is a permutation of columns.
@@ -38,35 +39,36 @@ pub(super) struct Suspicion {
     pub after: f64,
 }
 
-/// A set of suspected faults, and the misfit of each joint after all of them are undone.
+/// A set of suspected faults, and the misfit of each joint (error of the description, 0 to 1) after all of them are undone.
 pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search starts from the best change, and also from up to this many other changes.
+/// The search starts from the best change (smallest sum of misfits), and also from up to this many other changes.
 const FIRST_STEPS: usize = 6;
-/// The search also starts from a change if its sum of misfits is at most this times that of the best change.
+/// The search also starts from a change if its sum of misfits is at most this times the sum of the best change.
 const FIRST_STEP_RATIO: f64 = 2.0;
 /// Largest number of joints of a robot for which the search starts from other changes than the best one.
 const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
-/// An explanation must reduce the sum of misfits to at most this share.
+/// An explanation (a set of suspected faults) must reduce the sum of misfits to at most this share.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
-/// Each change of an explanation must reduce the sum of misfits by at least this (each misfit is between 0 and 1).
+/// Each change of an explanation must reduce the sum of misfits (one per joint, 0 to 1) by at least this.
 pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
-/// A zero offset with a free angle is preferred to the best change without a free number only if it multiplies its sum of
-/// misfits by less than this.
+/// A zero offset with a fitted angle is preferred to the best change without a fitted number only if its sum of misfits is below
+/// this times the sum of that change.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
-/// A fault is likely if undoing it multiplies the misfit by less than this: the square of `power::TURNED_ERROR_RATIO`,
-/// because misfits are squares.
+/// A fault is likely if undoing it multiplies the misfit (relative squared residual) by less than this. It is the square of
+/// `power::TURNED_ERROR_RATIO`, because a misfit is a square of an error.
 pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
-/// A permutation explains the log if the mean misfit with it is below this. The limit is strict, because thousands of
-/// permutations are tried.
+/// A permutation explains the log if it lowers the mean misfit (relative squared residual, 0 to 1) below this. The limit is
+/// strict, because thousands of permutations are tried.
 const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
-/// If velocities belong to the positions of other joints, an exchange must reduce the sum of misfits by at least this share.
+/// If velocities belong to the positions of other joints, an exchange of columns must reduce the sum of misfits by at least this
+/// share.
 const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
 /// A joint counts in the sum of misfits if the ratio squared nominal torque / squared measured torque exceeds this. So a
@@ -96,13 +98,13 @@ const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 /// The coarse search for a zero offset uses every fourth sample only.
 const COARSE_SAMPLE_STEP: usize = 4;
 
-/// Function that sums the misfits of the joints that count, from the misfits of all joints.
+/// Function that sums the misfits of those joints that count. Its argument contains the misfits of all joints.
 pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl ChangeSearch<'_> {
-    /// Finds sets of faults that explain the log, each with the misfits of the joints after it is undone. The set with the
-    /// best first fault comes first. If no faults explain the log, the result is one empty set. `as_it_is`: regression of the
-    /// unchanged log.
+    /// Finds sets of faults that explain the log, each with the misfits of the joints after its faults are undone. The set that
+    /// starts with the best single fault comes first. If no faults explain the log, the result is one empty set. `as_it_is`:
+    /// regression of the unchanged log.
     pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
         let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
@@ -139,7 +141,8 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The changes from which the search starts, each with the misfits of the joints; the best change first.
+    /// The changes from which the search starts (each undoes one fault), the best first. Each comes with the misfits of the
+    /// joints.
     fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
         let n = as_it_is.len();
         if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
@@ -157,8 +160,8 @@ impl ChangeSearch<'_> {
         best.into_iter().chain(others).collect()
     }
 
-    /// Builds the explanation that starts with the change `first`. Further changes are added as long as each of them reduces
-    /// the misfits by enough.
+    /// Builds the explanation (set of faults) that starts with the change `first`. Further changes are added as long as each of
+    /// them reduces the misfits by enough.
     fn from(
         &self,
         first: (Change, Vec<f64>),
@@ -183,7 +186,7 @@ impl ChangeSearch<'_> {
         (found, current)
     }
 
-    /// The change with the smallest sum of misfits, if it is applied after the changes `undone`.
+    /// The change with the smallest sum of misfits, if it is applied after the changes `undone`; and the misfits of the joints.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -206,14 +209,14 @@ impl ChangeSearch<'_> {
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
-    /// Exchanges of positions or of velocities that are possible: for pairs of joints whose velocities belong to each other's
-    /// position.
+    /// The possible exchanges of position or of velocity columns: of those pairs of joints where each velocity is the derivative
+    /// of the other joint's position.
     fn pairs(&self) -> Vec<Change> {
         let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
     }
 
-    /// All changes without a free number that are tried. n: number of joints.
+    /// All changes that are tried and have no fitted size (zero offsets: quarter turns only). n: number of joints.
     fn plain(&self, n: usize) -> Vec<Change> {
         let mut all = [Degrees, GravityCompensated].map(Change::of).to_vec();
         for k in 0..n {
@@ -233,8 +236,8 @@ impl ChangeSearch<'_> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest sum of misfits, as a change. It is applied after the changes
-    /// `undone`.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns it as a change. The changes `undone` are
+    /// applied before it.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -292,7 +295,7 @@ impl ChangeSearch<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            // The slope must differ from the median and from 1, because the median is wrong if half of the joints are.
+            // The slope must differ from the median and from 1: if half of the joints are wrong, the median is wrong too.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
             let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;
@@ -309,7 +312,7 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// If all suspicions are exchanges of one kind, they are merged into one permutation.
+/// If all suspected faults are exchanges of one kind of columns, they are merged into one permutation.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
     let kind = all.first().and_then(|change| change.of.exchanges());

@@ -1,7 +1,7 @@
 //! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
 //!
-//! If this reveals another fault, it is undone too. If no contradiction remains in the end, the faults are reported.
-//! Otherwise the report says that the cause is not identified.
+//! If the second check reveals another fault, it is undone too. If no contradiction remains in the end, all these faults are
+//! reported. Otherwise the report says that the cause is not identified.
 
 use crate::estimate::digits::percent;
 use crate::estimate::log_check::change::Change;
@@ -29,11 +29,12 @@ const PLAUSIBLE_SLOPES: (f64, f64) = (0.5, 2.0);
 /// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this.
 pub const AS_WELL_RATIO: f64 = 1.5;
 
-/// Tries the findings of the log check `first` and returns it with the confirmed ones. `again`: checks the log with changes
-/// applied.
+/// Tries the findings of the log check `first`, and returns the check with the confirmed findings. `again`: checks the log with
+/// changes applied.
 ///
-/// An explanation is confirmed if no contradiction remains after it is undone. Only explanations with the fewest faults are
-/// kept; the one with the smallest residual comes first, and equivalent ones are reported as alternatives.
+/// An explanation (a list of findings) is confirmed if no contradiction remains after its faults are undone. Only explanations
+/// with the fewest faults are kept. The one with the smallest residual comes first, and equivalent ones are reported as
+/// alternatives.
 pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) -> LogCheck {
     if !first.is_gross() {
         return first;
@@ -48,7 +49,7 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of these, the explanation with the smallest residual is kept, and those that are equivalent to it.
+    // Of the confirmed explanations, the one with the smallest residual is kept, with all explanations that are equivalent to it.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);
@@ -71,13 +72,14 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
     first
 }
 
-/// Number of faults as which a finding counts. If each joint has a free gain, it counts as the largest allowed number.
+/// Number of faults for which a finding counts. `NoTorque` gives each joint a free gain, so it counts as the largest allowed
+/// number.
 fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
 
-/// Tries one explanation: its gross findings are undone, and then the findings that this reveals. `None` if a contradiction
-/// remains, or if more than `most` faults are needed. `again`: checks the log with changes applied.
+/// Tries one explanation: undoes its gross findings, and then the findings of the next check. `None` if a contradiction remains,
+/// or if more than `most` faults are needed. `again`: checks the log with changes applied.
 fn mends(
     first: &LogCheck,
     findings: Vec<Finding>,
@@ -87,7 +89,7 @@ fn mends(
     let (mut found, mut new) = (Vec::<Finding>::new(), findings);
     for _ in 0..REPEATED_CHECKS {
         new.retain(|f| f.fault.is_gross());
-        // A finding that no change of the log can undo is reported without a trial.
+        // A finding that no change of the log can undo cannot be tried. So the explanation is not confirmed.
         let count = found.iter().chain(&new).map(mistakes).sum::<usize>();
         if new.iter().any(|f| f.undo.is_empty()) || count > most {
             return None;
@@ -113,8 +115,8 @@ impl LogCheck {
         all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
-    /// Inserts an explanation before the others. The previous gross findings become alternatives; the other findings are
-    /// dropped.
+    /// Inserts an explanation before the others. The previous gross findings (they make estimates unusable) become alternatives;
+    /// all other previous findings are dropped.
     pub fn put_before(&mut self, explanation: Vec<Finding>) {
         let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
         let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();

@@ -1,8 +1,8 @@
 //! Compares nominal torques with the torques of a log, for many changes of the log.
 //!
-//! A change determines which motion and which torque of the log belong to a joint. The joint's own columns (rotor, friction,
-//! offset), and the torque projected onto their complement, depend only on this pair of motion and torque. They are computed
-//! once per pair, so thousands of trials are fast.
+//! A change determines which motion columns and which torque column of the log belong to a joint. The joint's own columns (rotor,
+//! friction, offset) depend only on this motion. The torque projected onto their complement depends only on this motion and
+//! torque. So both are computed once for each pair of motion and torque, and thousands of trials are fast.
 
 use std::sync::OnceLock;
 

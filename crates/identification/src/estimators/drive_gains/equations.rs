@@ -30,11 +30,11 @@ pub struct NoiseEvidence {
     pub equations: f64,
 }
 
-/// Least mean square residual that is used for the noise, divided by the mean square current. The rounding is 1e-10 of the
-/// currents.
+/// Least mean square residual that is used for the noise, divided by the mean square current. It is the square of the relative
+/// rounding error of currents, 1e-10.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
-/// Least number of degrees of freedom for the noise, divided by the number of equations. It applies if there are nearly as many
-/// unknowns as equations.
+/// Least number of degrees of freedom for the noise, as a share of the number of equations. It is used if there are nearly as
+/// many unknowns as equations.
 const LEAST_EQUATIONS_SHARE: f64 = 0.1;
 
 impl JointEquations {
@@ -115,7 +115,7 @@ mod tests {
             // The allowed error is the rounding of forty rows.
             assert!((torque - i).abs() < 1e-12);
         }
-        // The residual sum of squares is at most the square of this rounding.
+        // The residual sum of squares is at most the square of the rounding error above.
         assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 }

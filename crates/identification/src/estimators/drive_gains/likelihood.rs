@@ -141,8 +141,8 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// Number of unknowns that each joint j determines: tr J_j C J_j'. J_j: its linearised rows, C: covariance of the unknowns. The
-/// sum over the joints is the number of unknowns.
+/// Number of unknowns that each joint j determines (its degrees of freedom): tr J_j C J_j'. J_j: its linearised rows, C:
+/// covariance of the unknowns. The sum over the joints is the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -309,7 +309,7 @@ pub(crate) mod tests {
             let ml = drive_gains(&joints, &known).unwrap();
             assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
             for j in 0..3 {
-                // Allowed error: the noise is 1e-6, and the torques are some hundred.
+                // The allowed error follows from the noise of 1e-6; the torques are some hundred.
                 assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
             }
             for c in 0..5 {
@@ -333,8 +333,8 @@ pub(crate) mod tests {
                 sigma = ml.gain_deviation[0] / GAINS[0];
             }
             assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-            // Bounds of the mean and the variance of 400 unit normal numbers: five standard errors. The bias of second order
-            // (sigma) is added.
+            // Bounds of the mean and the variance of 400 standard normal numbers: five standard errors. A maximum-likelihood
+            // estimate also has a bias of second order, about sigma, which is added.
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }

@@ -1,12 +1,12 @@
 //! Computes the drive gains of `likelihood` by mixed least squares and total least squares.
 //!
 //! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains are
-//! known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the complement of the
-//! exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel, Vandewalle 1991],
-//! after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis of the exact
-//! columns. It is the variance of the noise in the projected column. Without scaling the solution is biased, because the
-//! parameters use up unequal shares of the rows of the joints. If a gain is known, t is part of y. If none is known, t is an
-//! exact column and its coefficient fixes the scale.
+//! known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the orthogonal
+//! complement of the exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel,
+//! Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis
+//! of the exact columns. It is the variance of the noise in the projected column. Without scaling the solution is biased, because
+//! the parameters take unequal shares of the degrees of freedom of the joints. If a gain is known, t is part of y. If none is
+//! known, t is an exact column and its coefficient fixes the scale.
 //!
 //! Maximum likelihood needs no scaling and gives standard deviations; this file is an independent check of it.
 
@@ -128,7 +128,7 @@ mod tests {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
             let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
             let (gains, x) = gains_by_total_least_squares(&joints, &known, Scaling::Noise).unwrap();
-            // Allowed error: the noise is 1e-6, and the torques are some hundred.
+            // The allowed error follows from the noise of 1e-6; the torques are some hundred.
             assert!(gains.iter().zip(GAINS).all(|(k, truth)| (k - truth).abs() < 1e-7), "{gains:?}");
             assert!(x.iter().zip(TRUTH).all(|(x, truth)| (x - truth).abs() < 1e-7), "{x:?}");
         }
@@ -151,7 +151,8 @@ mod tests {
                 unscaled += error(Scaling::None);
                 sigma = deviation / GAINS[0];
             }
-            // Bounds of the bias: five standard errors of 400 unit normal numbers. The bias of second order (sigma) is added.
+            // Bounds of the bias: five standard errors of the mean of 400 standard normal numbers, plus a bias of second order,
+            // about sigma.
             assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
             assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
         }

@@ -1,10 +1,12 @@
 //! The effect that the model most likely lacks: late torques, ripple, springs, eccentric encoders, elastic joints, play.
 //!
-//! Each candidate is added to the fit with its columns (`effects`), for all joints at once. Friction and weights are then chosen
-//! again. Two numbers decide, both with the measured noise. The first is the share of the excess of chi^2 per degree of freedom
-//! over 1 (the value for noise alone) that the candidate explains (0: without, 1: with the candidate; nu: degrees of freedom),
+//! Each candidate is added to the fit with its columns (`effects`), for all joints at once. Friction and weights are then
+//! chosen again. Two numbers decide, both with the measured noise. The misfit of a fit is chi^2 per degree of freedom minus 1,
+//! its value for noise alone. The first number is the share of the misfit that the candidate explains (0: without, 1: with the
+//! candidate; nu: degrees of freedom),
 //!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1).
-//! The second is the probability that its m columns explain as much of an independent residual by chance, from
+//! The second number is the probability that the m columns of the candidate explain as much of an independent residual by
+//! chance, from
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
 //! The candidate with the largest share is the cause, if the share is at least `NAMED_CAUSE_SHARE` and F is significant at
 //! `SIGNIFICANCE_LEVEL`.
@@ -31,15 +33,15 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// A cause is named if it explains at least this share of the excess of chi^2 per degree of freedom over noise. With half it
-/// explains more than all other effects together.
+/// A cause is named if it explains at least this share of the misfit, that is, of chi^2 per degree of freedom minus 1 (1: its
+/// value for noise alone). With half it explains more than all other effects together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
 /// Columns are significant if the probability of their F statistic by chance is below this.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Largest number of ripple periods per turn that is tried. No encoder resolves more periods.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named if the size of its effect exceeds this many standard deviations. For a normal error this corresponds to
-/// `SIGNIFICANCE_LEVEL`.
+/// A joint is named if an unknown of its effect exceeds this many standard deviations. For a normal error, the probability to
+/// exceed it by chance is `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
 /// smaller torque is caused by the effect at another joint.
@@ -50,10 +52,10 @@ const LEAST_SQUARE_SHARE: f64 = 0.02;
 pub struct Cause {
     /// The effect at each joint, with its size. Only joints with a significant size are listed.
     pub effects: Vec<EffectSize>,
-    /// For each entry of `effects`: natural frequency of an elastic joint with the inertia behind it, with locked motor, Hz.
-    /// `None` for other effects.
+    /// For each entry of `effects`: natural frequency of an elastic joint, Hz, where the motor is locked and the inertia behind
+    /// the joint oscillates. `None` for other effects.
     pub frequency: Vec<Option<f64>>,
-    /// Share of the excess of chi^2 per degree of freedom over noise that the effect explains.
+    /// Share of the misfit (chi^2 per degree of freedom minus 1, its value for noise alone) that the effect explains.
     pub explained: f64,
     /// Change of each base parameter when the effect is added to the model.
     pub shift: Vec<f64>,
@@ -147,9 +149,9 @@ impl HarmonicData<'_> {
 
     /// The joints with ripple, each with its number of periods per turn.
     ///
-    /// Ripple is searched with asymmetric viscous and Coulomb friction only, because drift and load are correlated with it.
-    /// Joints are selected one after the other: in each step the joint and the number of periods that explain most. Then each
-    /// joint is searched again, with the ripple of the other joints included.
+    /// In this search, friction is only asymmetric viscous and Coulomb friction, because other friction terms (drift, load) are
+    /// correlated with ripple. Joints are selected one after the other: in each step, the joint and the number of periods that
+    /// explain most of the residual. Then each joint is searched again, with the ripple of the other joints included.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };

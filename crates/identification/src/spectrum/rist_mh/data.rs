@@ -8,7 +8,7 @@ use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
 use crate::spectrum::rist_mh::effects::Effect;
 
-/// The options of RIST-MH: the unknowns in addition to the parameters, and the choices of the search.
+/// The options of RIST-MH: which unknowns are estimated in addition to the parameters, and what the search tries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
     /// The frequency band of the equations and of the motion.
@@ -48,8 +48,9 @@ impl Default for HarmonicOptions {
 /// Highest frequency of the equations if links are behind springs or gaps, Hz.
 ///
 /// At higher frequencies the motion of a link depends more on the deflection than on the motor. Largest error of the parameters
-/// of R3G (`tests/benches/misfit.rs`, six draws) with this limit, and with 20 Hz: joints of 12 Hz 0.08 % and 0.19 % (chi^2 5 and
-/// 28), joints of 15 Hz 0.14 and 0.13 %, joints of 25 Hz 0.10 and 0.08 %.
+/// of the benchmark robot R3G with a limit of 10 Hz, and with 20 Hz (`tests/benches/misfit.rs`, six simulated data sets):
+/// joints with a natural frequency of 12 Hz 0.08 % and 0.19 % (chi^2 5 and 28), joints of 15 Hz 0.14 % and 0.13 %, joints of 25
+/// Hz 0.10 % and 0.08 %.
 const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {
@@ -91,7 +92,7 @@ pub struct HarmonicData<'a> {
     /// For each sweep, the column of a spring of 1 N m/rad in its gravity rows.
     pub(crate) swept_springs: Vec<Vec<f64>>,
     pub(crate) noise: NoiseLevels,
-    /// The noise of the harmonics that are in the band of the equations.
+    /// The noise that is measured only in the harmonics of the frequency band of the equations.
     pub(crate) noise_of_band: NoiseLevels,
     pub(crate) gain: Vec<f64>,
     /// The effects of the fit, and their columns `effect_rows[spectrum][row][column]`, N m per unit.

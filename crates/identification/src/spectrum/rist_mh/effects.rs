@@ -9,7 +9,7 @@
 //! | `Eccentric` joint k | q_k = theta_k - a cos theta_k - b sin theta_k, theta_k measured: the encoder's disc is off its axis | a, b, rad |
 //! | `Elastic` joint k | the links move by q_k = theta_k - c tau_k + b dtau_k/dt, theta_k measured at the motor | c = 1/K, rad/(N m); b = D/K^2, rad s/(N m), of a spring with damping D |
 //! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w): the torque holds the link at one side of its gap | b, rad |
-//!
+//! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w), w: 10 % of the rms of tau_k: the torque holds the link at one side of its gap b | b, rad |
 //! Delay, ripple and springs are linear; `yielding` linearises the other effects. For a damped spring with deflection s, tau = K
 //! s + D ds/dt gives s = c tau - b dtau/dt with a relative error of (w D/K)^2 at the angular frequency w. This is 2e-4 for a
 //! spring of 12 Hz with 2 % of the critical damping in equations up to 10 Hz.
@@ -66,7 +66,7 @@ impl Effect {
         }
     }
 
-    /// Whether only the first unknown is the size of the effect. It must be positive.
+    /// Whether the size of the effect is its first unknown alone. Such a size must be positive.
     pub(crate) fn is_positive(self) -> bool {
         matches!(self, Effect::Elastic { .. } | Effect::Play { .. } | Effect::Spring { .. })
     }
@@ -77,8 +77,8 @@ impl Effect {
 pub struct EffectSize {
     /// The effect, with its joint.
     pub effect: Effect,
-    /// Values of the unknowns of the effect. A delay is in addition to the delay of the band.
+    /// Values of the unknowns of the effect. A delay does not include `delay` of [`Band`](crate::spectrum::harmonics::Band).
     pub values: Vec<f64>,
-    /// Standard deviations of the unknowns, computed for the noise from which the weights follow.
+    /// Standard deviations of the unknowns. They assume the noise that the weights of the fit contain.
     pub deviations: Vec<f64>,
 }

@@ -1,8 +1,9 @@
 //! Gauss-Newton iteration of RIST-MH for one choice of friction columns (shape): rows, weights, drift.
 //!
-//! The model of experiment e and joint j is tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise, u: drift, f: friction
-//! coefficients. It is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u' with the new f',
-//! u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
+//! The model of experiment e and joint j is tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise. D: rows of the regressor; X:
+//! base parameters; C: friction columns; f: friction coefficients; u: drift of friction; ends: torque of the jumps from the end
+//! of the record to its start. It is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u'
+//! with the new f', u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -27,12 +28,13 @@ const LEAST_DETERMINED_DRIFTS: f64 = 1e-3;
 /// Least number of degrees of freedom, divided by the number of rows.
 const LEAST_FREE_SHARE: f64 = 0.1;
 
-/// The joint and the cluster to which an equation belongs.
+/// The joint of an equation, and its cluster: the group of rows whose residuals may be correlated.
 #[derive(Clone, Copy, Debug)]
 pub struct Owner {
     /// Index of the joint.
     pub joint: usize,
-    /// Index of the spectrum, or number of spectra plus index of the sweep.
+    /// Number of the cluster: index of the spectrum of the row. For a gravity row of a sweep: number of spectra plus index of
+    /// the sweep.
     pub cluster: usize,
 }
 
@@ -97,7 +99,7 @@ impl IterationState {
         // The first fit is without drift. Its friction f is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
-            // The standard deviation s of the drifts is estimated until it converges or vanishes.
+            // The standard deviation s of the drifts is iterated until it converges or is practically zero.
             fit.spread = INITIAL_DRIFT_SIGMA;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
@@ -208,8 +210,8 @@ impl IterationState {
             take(owner, row, known, y);
             row.fill(0.0);
         };
-        // A harmonic of a spectrum has the rows tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects; f', u': new
-        // friction and drift.
+        // The rows of each harmonic of a spectrum: tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects (symbols: see
+        // the module). f', u': new friction and drift.
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
             let of_joint = at.friction(s.joint);
@@ -259,10 +261,12 @@ impl IterationState {
         }
     }
 
-    /// The equations with the gains as additional unknowns, linearised about the present gains. Rows of expected gains are last.
+    /// The equations with the gains as additional unknowns, linearised about the present gains. The last rows contain the prior
+    /// knowledge of gains that are only expected.
     ///
-    /// In currents a row is w k (I - m / k), with the weight w, the gain k, the current I and the torque m of the model. Up to
-    /// the residual, m equals k I.
+    /// The residual of a row in currents is w k0 (I - m / k), with the weight w, the gain k, its present value k0, the current
+    /// I and the torque m of the model. The column of k is its derivative w m / k0, where m is replaced by k0 I, which is equal
+    /// up to the residual.
     pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
@@ -287,7 +291,7 @@ impl IterationState {
         all
     }
 
-    /// One Gauss-Newton step, and one step of the standard deviation s of drifts. If the drift vanishes, it is removed from the
+    /// One step for all unknowns and for the standard deviation s of the drifts. If s vanishes, the drifts are removed from the
     /// unknowns.
     pub(crate) fn solve(&mut self, data: &HarmonicData) {
         self.step(data);

@@ -1,13 +1,16 @@
-//! Drive gains by RIST-MH. Friction and its drift are chosen as for known gains, and the gains are estimated by
-//! `estimators::drive_gains`.
+//! Drive gains by RIST-MH. `search` chooses the friction columns as if the gains were known; `estimators::drive_gains`
+//! estimates the gains.
 //!
-//! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. From these rows,
-//! friction, drift and ends are eliminated, and the remaining equations give new gains. The initial gains are found with
-//! asymmetric viscous and Coulomb friction. The iteration ends if the choice of friction is unchanged and no gain changes by more
-//! than a hundredth of its standard deviation, which is below the printed digits.
+//! With the present gains, `search` finds the friction of each joint, its drift, and the weights of the rows. Friction, drift
+//! and ends (jumps from the end of the record to its start) are eliminated from these rows, and the remaining equations give
+//! new gains. The initial gains are found with asymmetric viscous and Coulomb friction. The iteration ends if the choice of
+//! friction is unchanged and no gain changes by more than a hundredth of its standard deviation, which is below the printed
+//! digits.
 //!
-//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: gain, I: current. Except for u, its
-//! right-hand side is proportional to k: with D and t times k it is the row in currents for `estimators::drive_gains`.
+//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: present gain, I: current, t: torque of a
+//! known load (other symbols: see `fit`). `estimators::drive_gains` needs a row (coefficients) X + (known) = k' (current) with
+//! the new gain k'. It is obtained from the row of `fit` as follows: D and t are multiplied by k, and the right-hand side, w k
+//! I except for u, is used as the current.
 
 use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
@@ -25,22 +28,22 @@ pub struct HarmonicGains {
     pub gains: DriveGains,
     /// The equations from which the gains were estimated, after elimination of friction.
     pub equations: Vec<JointEquations>,
-    /// The estimate whose friction is used in `equations`. It was computed with the gains of the previous round, which differ
-    /// from `gains` by at most a hundredth of a standard deviation after convergence. `None` if the gains are not determined or
-    /// not positive; friction is then asymmetric viscous and Coulomb friction.
+    /// The estimate whose friction is used in `equations`. It was computed with the gains of the previous round. After
+    /// convergence, these differ from `gains` by at most a hundredth of a standard deviation. `None` if the gains are not
+    /// determined or not positive; friction is then asymmetric viscous and Coulomb friction.
     pub friction: Option<HarmonicEstimate>,
     /// Number of rounds (choice of friction, then gains) of the iteration. `None` if it did not converge.
     pub rounds: Option<usize>,
 }
 
-/// Largest number of rounds. Each has a choice of friction, then an estimate of the gains.
+/// Largest number of rounds. A round chooses the friction, then estimates the gains.
 const MAX_FRICTION_CHOICES: usize = 8;
 /// Largest change of a gain after convergence, in its standard deviations.
 const SETTLED_GAIN_CHANGE_SIGMAS: f64 = 0.01;
 
 impl HarmonicData<'_> {
-    /// Estimates the drive gains if not all are known. Afterwards `self` has the gains with which the friction was chosen, so
-    /// that its residuals belong to that fit.
+    /// Estimates the drive gains if not all are known. Afterwards `self` has the gains with which the friction was chosen last.
+    /// So residuals that are computed from `self` belong to this fit.
     ///
     /// Fails if [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
@@ -84,8 +87,9 @@ impl HarmonicData<'_> {
 }
 
 impl IterationState {
-    /// The equations of each joint in currents. All unknowns except the parameters (friction, drift, ends, effects) are
-    /// eliminated.
+    /// The equations of each joint in currents. Their unknowns are the gain and the inertial parameters. The other unknowns of
+    /// the fit are eliminated: friction, its drift, jumps between end and start of a record (`ends`), and effects such as delay
+    /// or ripple.
     fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];

@@ -3,8 +3,9 @@
 //! ```text
 //! [ X | f_1 .. f_n | u_1 .. u_s | ends of 1 .. s | effects ]
 //! ```
-//! X: base parameters; f_j: friction coefficients of joint j; u_e: drift of spectrum e, if there is drift; two ends per
-//! spectrum, if the motion need not repeat; effects: delay, ripple, springs, eccentric encoders, elastic joints, play.
+//! X: base parameters; f_j: friction coefficients of joint j; u_e: drift of spectrum e, if there is drift; ends: the jumps of
+//! velocity and of position from the end of the record to its start, two unknowns per spectrum if the motion need not repeat;
+//! effects: delay, ripple, springs, eccentric encoders, elastic joints, play.
 
 use std::ops::Range;
 
@@ -19,7 +20,7 @@ pub struct Layout {
     pub friction_of_joint: usize,
     /// Number of drifts: one per spectrum, or 0 without drift.
     pub drift_count: usize,
-    /// Number of spectra with ends: all, or 0 if the motion repeats.
+    /// Number of spectra with two unknowns for the jumps at the ends of the record: all spectra, or 0 if the motion repeats.
     pub ended_spectra: usize,
     /// Number of columns of all effects.
     pub effect_columns: usize,
@@ -48,7 +49,8 @@ impl Layout {
         first..first + self.drift_count
     }
 
-    /// Indices of the two ends of a spectrum (jumps of velocity and position).
+    /// Indices of the two unknowns for the ends of a spectrum: jumps of velocity and position from the end of the record to its
+    /// start.
     pub fn ends(&self, spectrum: usize) -> Range<usize> {
         let first = self.drifts().end + 2 * spectrum;
         first..first + 2

@@ -7,16 +7,17 @@
 //! and another friction law repeat from period to period. So they do not raise the scatter between periods, but they raise
 //! chi^2.
 //!
-//! If chi^2 is large, the residual is not noise. Then each experiment and joint counts as one draw of it (a cluster g):
+//! If chi^2 is large, the residual is not noise. Then the rows of one experiment and one joint are a cluster g, and the
+//! clusters are treated as independent samples of the residual. The variance of the unknowns x is
 //!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
-//! A_g = W_g' W_g and rho_g belong to the rows of cluster g, A = sum_g A_g, in the columns of the parameters and the friction;
-//! G: number of clusters. The unknowns of a single experiment (drift, ends) are eliminated from its rows first. k is 19/20, as
-//! for the blocks of a log (`estimators::replicate_deviation`), so that a direction that only one experiment determines keeps a
-//! value.
+//! W_g: weighted rows of cluster g in the columns of the parameters and the friction; rho_g: their residuals; A_g = W_g' W_g; A
+//! = sum_g A_g; G: number of clusters. The unknowns of a single experiment (drift, ends of the record) are eliminated from its
+//! rows first. k is 19/20, as for the blocks of a log (`estimators::replicate_deviation`). With k < 1 a direction that only one
+//! experiment determines keeps a finite variance.
 //!
 //! a grows with chi^2 / freedom of the joint with the largest value. It is 0 up to `NOISE_CHI_SQUARE` and 1 from
 //! `LACKING_MODEL_CHI_SQUARE` on, so that an interval is a continuous function of chi^2. Each joint is evaluated separately,
-//! because chatter of other joints would hide its contribution to the total.
+//! because in the total, chatter of other joints would hide the misfit of one joint.
 
 use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -60,8 +61,8 @@ impl Misfit {
         self.total.is_finite() && self.total > NOISE_CHI_SQUARE
     }
 
-    /// Factor a of the variance from clusters: 0 if noise explains the residual, 1 if the model lacks an effect, between them
-    /// otherwise.
+    /// Factor a of the variance from clusters (see the module): 0 if noise explains the residual, 1 if the model lacks an
+    /// effect; between these limits it grows linearly with chi^2.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -77,7 +78,7 @@ impl HarmonicData<'_> {
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown of a gain is its change from the present gain, and this is zero now.
+            // The unknown that belongs to a gain is its change from the present gain. This change is zero now.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
@@ -89,8 +90,9 @@ impl HarmonicData<'_> {
         misfit
     }
 
-    /// For each experiment, the unknowns with parameters, friction and effects estimated from all other experiments. Other
-    /// unknowns, weights and linearisation are those of the whole fit `x`. Empty if there is only one experiment.
+    /// For each experiment, a copy of the unknowns `x` of the whole fit, in which parameters, friction and effects are
+    /// estimated from all other experiments. Weights and linearisation are those of the whole fit. Empty if there is only one
+    /// experiment.
     pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
         let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
@@ -126,7 +128,8 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Standard deviations of the unknowns `x` with experiments as clusters. `triangles`: rows of each cluster in the shared columns.
+/// Standard deviations of the unknowns `x` with experiments as clusters. `triangles`: for each cluster, R of the QR
+/// decomposition of its rows in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -149,8 +152,9 @@ impl IterationState {
         self.shared_columns().iter().map(|&c| self.x[c]).collect()
     }
 
-    /// One triangle per cluster, with the columns of the shared unknowns, then of the unknown gains. Clusters: each spectrum
-    /// (after elimination of its drift and ends), the gravity rows of each sweep, and each expected gain.
+    /// One triangle (R of a QR decomposition) per cluster, with the columns of the shared unknowns, then of the unknown gains.
+    /// A cluster is a spectrum (after elimination of its drift and of the jumps at its ends), the gravity rows of one sweep, or
+    /// one expected gain.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();

@@ -1,12 +1,12 @@
 //! Standard deviations of gains and parameters if the noise of a joint depends on frequency.
 //!
-//! Encoder noise causes torques through the controller, and the joint follows slow torques more than fast torques. The weights
-//! of `fit` have one scale per joint. With these weights alone, the standard deviations of gains, which depend on the slow rows,
-//! are up to 1.5 times as large as their errors. Here
+//! Encoder noise causes torques through the controller, and the joint follows low frequencies better than high frequencies. So
+//! the noise depends on frequency, but the weights of `fit` have only one scale per joint. With these weights, the standard
+//! deviations of the gains, which depend on the rows of low frequency, are up to 1.5 times as large as the true errors. Here
 //!
 //! ```text
-//! E z^2 = (1 - h) exp(a + b u)                                   z: residual over the deviation of its weight
-//! cov = A^-1 (sum exp(a + b u) d d') A^-1,   A = sum d d'        d: weighted rows, the gains in them
+//! E z^2 = (1 - h) exp(a + b u)                                   z: weighted residual of a row
+//! cov = A^-1 (sum exp(a + b u) d d') A^-1,   A = sum d d'        d: weighted row, with columns of the gains
 //! ```
 //! h is the leverage of the row, and u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion. The likelihood of
 //! normal z gives a and b of each joint [Harvey 1976]. The estimate itself is unchanged.
@@ -22,14 +22,15 @@ use crate::spectrum::rist_mh::fit::{GainEquation, IterationState};
 const MAX_SCORING_STEPS: usize = 30;
 /// The iteration ends if a step of Fisher scoring is smaller than this.
 const SETTLED_SCORING_STEP: f64 = 1e-6;
-/// If the determinant of the 2 x 2 information matrix, relative to its diagonal, is below this, b is not identifiable.
+/// b is not identifiable if the determinant of the 2 x 2 information matrix, divided by the product of its diagonal, is below
+/// this.
 const SMALLEST_RELATIVE_DETERMINANT: f64 = 1e-9;
 
-/// A row from which a and b of its joint are estimated, with E z^2 = (1 - h) exp(a + b u).
+/// A row for estimating how the noise of its joint depends on frequency: a and b of E z^2 = (1 - h) exp(a + b u).
 struct NoiseRow {
     /// The frequency of the row in octaves, log2(1 + f / f_1).
     u: f64,
-    /// z^2, the square of the residual divided by the standard deviation of its weight.
+    /// z^2, z: residual divided by the standard deviation that gives its weight.
     square: f64,
     /// 1 - h, h: leverage of the row.
     free: f64,
@@ -79,14 +80,14 @@ impl IterationState {
     }
 }
 
-/// The leverage h = d' A^-1 d of a weighted row d.
+/// The leverage h = d' A^-1 d of a weighted row d. A: normal matrix of all rows.
 fn leverage(row: &[f64], solution: &Solution) -> f64 {
     let live: Vec<usize> = (0..row.len()).filter(|&c| row[c] != 0.0).collect();
     let along = |a: usize| live.iter().map(|&b| solution.inverse[(a, b)] * row[b]).sum::<f64>();
     live.iter().map(|&a| row[a] * along(a)).sum()
 }
 
-/// Estimates (a, b) of E z^2 = (1 - h) exp(a + b u) by Fisher scoring, the solution of
+/// Estimates (a, b) of E z^2 = (1 - h) exp(a + b u) (symbols: see the module) by Fisher scoring. They solve
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///

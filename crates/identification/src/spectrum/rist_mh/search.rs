@@ -2,14 +2,15 @@
 //! imaginary part, and friction as nuisance.
 //!
 //! The method is weighted least squares on the rows of `harmonics` and on the gravity rows, equation (13) of the paper. The
-//! unknowns are the base parameters X and, for each joint j, the coefficients f_j of its friction columns C. For experiment e
+//! unknowns are the base parameters X and, for each joint j, the coefficients f_j of its friction columns C. D: rows of the
+//! regressor. For experiment e
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated too,
-//! by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. So drift adds no uncertainty if there is none.
-//! Gauss-Newton linearises the product u f. The weights first contain the noise of torque and position, measured from the scatter
-//! between periods, and then the residual of each joint.
+//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated
+//! too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. Without drift s becomes zero, so drift adds
+//! no uncertainty. Gauss-Newton linearises the product u f. The first weights follow from the noise of torque and position,
+//! measured from the scatter between periods. Later weights follow from the residual of each joint.
 //!
 //! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
 //! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance parameters.
@@ -33,7 +34,7 @@ use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::layout::Layout;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Largest number of linearisations about the sizes of springs and gaps.
+/// Largest number of linearisations about the sizes of springs and gaps (between motor and link).
 const MAX_YIELDING_ROUNDS: usize = 12;
 /// The sizes of springs and gaps have converged if no size changes by more than this share.
 const SETTLED_SIZE_CHANGE: f64 = 1e-4;
@@ -45,8 +46,8 @@ pub struct HarmonicEstimate {
     pub solution: Solution,
     /// The index ranges of the unknowns.
     pub layout: Layout,
-    /// For each experiment, the unknowns with parameters, friction and effects estimated from the other experiments. Empty if
-    /// there is only one experiment.
+    /// For each experiment, a copy of the unknowns in which parameters, friction and effects are estimated from the other
+    /// experiments. Empty if there is only one experiment.
     pub left_out: Vec<Vec<f64>>,
     /// The shape of friction that BIC selected.
     pub shape: FrictionShape,
@@ -102,8 +103,8 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // A gravity row is linear in the torque. With the positions in place of the torques, its right-hand side is the column of
-        // a spring.
+        // A gravity row is linear in the torque. If the positions replace the torques, its right-hand side is the column of a
+        // spring of 1 N m/rad.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
@@ -164,7 +165,7 @@ impl<'a> HarmonicData<'a> {
         Some(best)
     }
 
-    /// Repeats the linearisation of springs and gaps until their sizes converge.
+    /// Repeats the linearisation about the sizes of springs and gaps (between motor and link) until these sizes converge.
     fn settle(&mut self, fit: &mut IterationState, options: &HarmonicOptions) {
         let sizes = |fit: &IterationState| fit.x[fit.layout.effects()].to_vec();
         for _ in 0..MAX_YIELDING_ROUNDS {
@@ -200,7 +201,7 @@ impl<'a> HarmonicData<'a> {
             }
             let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
             if options.weights && tried.len() == options.rest_velocities.len() {
-                // Additional terms are compared with the weights that belong to the best rest velocity.
+                // Load and Stribeck terms are compared at the weights that belong to the best rest velocity.
                 let again = best.calibrated(self);
                 let shape = best.shape;
                 deviation = again;

@@ -22,7 +22,7 @@ use crate::spectrum::rist_mh::fit::IterationState;
 /// Largest deflection of a joint for a finite difference, rad: far above rounding, and small enough for linearity.
 const LARGEST_DIFFERENCE_STEP_RAD: f64 = 1e-5;
 
-/// Torque scale of tanh with which a link crosses its gap, divided by the rms torque.
+/// Width of tanh(torque / width), which describes how a link crosses its gap, divided by the rms torque.
 const GAP_CROSSING_TORQUE_SHARE: f64 = 0.1;
 
 impl HarmonicData<'_> {
@@ -104,7 +104,7 @@ impl HarmonicData<'_> {
         let torque = |columns: &[Vec<f64>]| -> Vec<f64> {
             (0..links.len()).map(|i| columns.iter().zip(&total).map(|(c, x)| c[i] * x).sum()).collect()
         };
-        // C_j = [Y_j(q - s e_k) - Y_j(q)] X / s at the motion of the links.
+        // Finite differences at the motion of the links: C_j = [Y_j(q - s e_k) - Y_j(q)] X / s (symbols: see the module).
         let at: Vec<Vec<f64>> = columns.iter().map(|c| torque(c)).collect();
         let mut slopes: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
         for (column, _, e) in &yields {
@@ -158,8 +158,8 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                // The deflection of a gap depends on the sign of the torque. The deflection of a spring depends on the torque and
-                // its rate.
+                // The unknown of a gap has one column, from the sign of the torque. A spring has two unknowns: one for the
+                // torque, one for its rate.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {

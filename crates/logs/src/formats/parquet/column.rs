@@ -42,7 +42,7 @@ pub(crate) struct ParquetColumn {
     width: usize,
     /// The reason why the column has no numbers; `None` if it has numbers.
     text: Option<String>,
-    /// Definition levels and repetition levels of the rows that were decoded last.
+    /// Definition levels and repetition levels (Parquet's encoding of nulls and lists) of the rows that were decoded last.
     definition: Vec<i16>,
     repetition: Vec<i16>,
 }

@@ -115,7 +115,7 @@ impl ParquetReader {
         let named = |column: &ParquetColumn, e: String| Error::at(file, 0, format!("column `{}`: {e}", column.name));
         let budget = &mut self.budget;
         self.columns.iter_mut().try_for_each(|column| column.begin(rows, budget).map_err(|e| named(column, e)))?;
-        // With more list elements, the table would exceed the largest number of cells.
+        // Largest number of elements of a list. With more elements, the table would exceed the largest number of cells.
         let room = MAX_CELLS / rows.max(1);
         let mut left = rows;
         while left > 0 {

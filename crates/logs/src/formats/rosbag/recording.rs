@@ -198,7 +198,8 @@ impl Recording {
         }
     }
 
-    /// Adds the messages of a file. `read`: passes the messages on; it gets a function that selects the channels.
+    /// Adds the messages of a file. `read`: reads the file; its arguments are a function that selects the channels, the memory
+    /// budget, and the receiver of the messages.
     fn take(
         &mut self,
         file: &str,

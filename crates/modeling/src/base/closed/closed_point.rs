@@ -86,7 +86,8 @@ impl ClosedPoints {
     }
 
     /// Finds a closed point by random draws of constants, variables and roots. With `other_roots`, the other root of each
-    /// quadratic equation is taken: equal draws then give another assembly of the loops.
+    /// quadratic equation is taken. So equal draws give another assembly of the loops (for example, elbow up instead of elbow
+    /// down).
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first
@@ -290,7 +291,8 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The values of the variables as inputs of a function along a curve; the variables are constant.
+    /// The values of the variables as inputs for a function along a curve. The variables do not change along this curve: each
+    /// series has only its constant term.
     pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
         let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),

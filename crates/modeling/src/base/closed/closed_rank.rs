@@ -1,9 +1,10 @@
 //! Determines the independent columns of the regressor of a robot with loops, at closed points of a finite field.
 //!
 //! The loops of a robot may have several assemblies with different ranks: the crossed four-bar has 8 base parameters, the
-//! parallelogram with the same lengths has 3. So points are evaluated until two of them have columns that are also clearly
-//! independent numerically. If all points have the same columns, but these are not numerically independent, the numbers of the
-//! file are special. If the columns of the points differ, and no point has the numeric columns, there is no result.
+//! parallelogram with the same lengths has 3. So points are evaluated until at two of them the independent columns are also
+//! clearly independent numerically. If all points have the same independent columns, but these are numerically dependent, the
+//! lengths in the robot's file are a special case. If the columns of the points differ, and no point has the numeric columns,
+//! there is no result.
 
 use expr::Function;
 
@@ -21,7 +22,7 @@ use random::SplitMix;
 const MAX_CLOSED_POINTS: u64 = 12;
 /// Smallest number of closed points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// Number of closed points that must have the same independent columns.
+/// The search can end when this number of closed points have the same independent columns.
 const AGREEING_RANKS: usize = 2;
 /// Number of curves through each closed point. With one coordinate, up to three rows of each order are independent: the rows of
 /// its acceleration, of its squared rate, and of gravity.
@@ -30,7 +31,7 @@ const CURVES_PER_POINT: usize = 4;
 const SETTLED_ORDERS: usize = 2;
 /// Largest order of a power series along a curve.
 const MAX_SERIES_ORDER: usize = 200;
-/// Number of rows beyond the expected rank that the first series provides, in addition to a third of that rank.
+/// The first series provides this number of rows more than 4/3 of the expected rank.
 const SPARE_ROWS: usize = 8;
 /// Seed of the random draws for the first pair of closed points.
 const FIRST_SEED: u64 = 1979;
@@ -56,8 +57,9 @@ impl ClosedRank {
     }
 }
 
-/// Determines the independent columns of the assemblies for which `agrees(columns)` holds (columns also independent numerically).
-/// If there are none, all points must have the same columns. `expected`: about how many columns are expected.
+/// Determines the independent columns of a regressor at closed points. `agrees(columns)`: whether given columns are also
+/// independent numerically. Only the assemblies of the loops for which this holds are used. If there are none, all points must
+/// have the same independent columns. `expected`: about how many columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
     regressor: &Function,

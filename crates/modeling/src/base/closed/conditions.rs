@@ -35,8 +35,8 @@ impl ClosedPoints {
     }
 
     /// Changes the constant angles of planar loops so that orientations close. If the orientation of a loop depends on no
-    /// variable, its constant angles must add up to zero. In the file, numbers that are no symbols ensure this, such as the
-    /// constant of a relation between passive angles: one of these constants is changed.
+    /// variable, its constant angles must add up to zero. In the robot's file, plain numbers (not symbols) ensure this, such as
+    /// the constant of a relation between passive angles. One of these numbers is changed.
     pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);

@@ -56,7 +56,7 @@ impl Orientation {
         }
     }
 
-    /// The same product with the angles that `state` knows multiplied into the constant matrices.
+    /// The same product in another form: the angles that `state` knows are multiplied into the constant matrices.
     fn reduced(&self, state: &State) -> Orientation {
         let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
         for (before, powers) in &self.letters {

@@ -3,9 +3,10 @@
 //! If all variables except two are known, the sides of a loop form groups: the sides of a group turn with the same combination of
 //! the unknown angles. The sum of all groups is zero. The unknown variables are
 //!
-//! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. From
-//!   |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1 = c;
-//! - one angle, one length, two groups: |a_0 + s u_0|^2 = |a_1 + s u_1|^2, quadratic in s;
+//! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. v_k: sum of group k;
+//!   psi_k: its unknown angle relative to group 0. From |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1
+//!   = c;
+//! - one angle, one length s, two groups a_k + s u_k: |a_0 + s u_0|^2 = |a_1 + s u_1|^2, quadratic in s;
 //! - two lengths: linear.
 
 use crate::base::closed::variables::{State, on_the_circle, quotient, raised};

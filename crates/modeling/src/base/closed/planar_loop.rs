@@ -7,7 +7,8 @@
 //! sum_k (a_k + sum_j s_j u_kj) exp(i Phi_k) = 0,      Phi_cut - Phi_twin = delta
 //! ```
 //! a_k is side k at zero variables, s_j the position of a sliding joint along u_kj, Phi_k the sum of the angles before side k,
-//! and delta a constant angle. The second equation gives one angle as a sum. The first equation gives the last two variables
+//! and delta a constant angle. Phi_cut and Phi_twin are the sums of all angles of the two branches of the loop. The second
+//! equation gives one angle as a sum of the others. The first equation gives the last two variables
 //! ([`crate::base::closed::planar_closing`]).
 
 use std::collections::BTreeMap;

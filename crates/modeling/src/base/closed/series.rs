@@ -231,8 +231,8 @@ impl Algebra for SeriesAlgebra<'_> {
         inverse.map_or_else(TaylorSeries::default, |inverse| a.times(&inverse, self.order))
     }
     fn sqrt(&mut self, a: &TaylorSeries) -> TaylorSeries {
-        // The square root of a named constant counts as another random constant. Its value is the cube of the constant, as in the
-        // field algebra.
+        // A named constant need not have a square root in the field. So its root is treated as another random constant, with
+        // the cube of the constant as its value, as in the field algebra.
         self.broken |= a.0.len() > 1;
         TaylorSeries::number(a.at(0).power(3))
     }

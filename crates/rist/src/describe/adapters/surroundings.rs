@@ -1,4 +1,5 @@
-//! Gaps between the bodies of a model, and from bodies to floors and walls. The search and the proof of a motion use them.
+//! Gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall. The search and
+//! the proof of a motion use them.
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -20,12 +21,12 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::output::directory_of;
 
-/// The gaps between the bodies of a model, and from them to floors and walls.
+/// The gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall.
 pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     /// The gaps, in a fixed order.
     pub(crate) gaps: Vec<Gap>,
-    /// Requirements that no gap covers, each with its reason.
+    /// Requirements on distances, floor and regions for which no gap could be made, each with its reason.
     pub(crate) left_out: Vec<LeftOut>,
 }
 
@@ -198,7 +199,7 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user asked for the requirement `matter`. No gap covers it.
+/// Whether the user's limits `user` contain the requirement `matter`. It is called for requirements that no gap covers.
 fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
         LeftOutTopic::Distance => user.distance.is_some(),

@@ -1,4 +1,4 @@
-//! Inertia matrix A and bias torque h of a robot, evaluated by tapes.
+//! Inertia matrix A and bias torque h of a robot, evaluated by tapes (functions compiled to lists of operations).
 //!
 //! A and h could also be computed from the regressor Y, with n + 1 evaluations of Y. The functions derived for A and h take a
 //! tenth of that time.

@@ -1,5 +1,5 @@
-//! Interval bounds of the torques of a robot along a motion: each node of the model's function is evaluated with jets (value
-//! and derivatives in time) of intervals.
+//! Interval bounds of the torques of a robot along a motion: each node of the function's expression graph is evaluated with jets
+//! (value and two time derivatives, each an interval).
 //!
 //! The function is tau(q, dq, ddq, X) with the standard parameters of the description, or Y(q, dq, ddq) times identified base
 //! parameters X.

@@ -1,4 +1,4 @@
-//! Identifies unknowns in addition to the parameters: mount of the base, encoder zeros, torque scales, springs.
+//! Identifies unknowns in addition to the parameters: mount (orientation) of the base, encoder zeros, torque scales, springs.
 //!
 //! Method: Gauss-Newton. The model and the options hold a guess of the unknowns. A step of
 //! [`step`](identification::estimate::claims::unknowns::step) estimates the error of the guess, and the logs are evaluated
@@ -34,7 +34,7 @@ use crate::request::{SamplesRequest, UnknownKind, WordChoice};
 
 /// Largest number of Gauss-Newton steps. Initial errors of 30 degrees took five.
 const MOST_STEPS: usize = 12;
-/// A step below this share of its standard deviation counts as zero: the iteration then ends.
+/// A step below this share of its standard deviation counts as zero. If all steps count as zero, the iteration ends.
 const SETTLED_SHARE: f64 = 0.1;
 /// For a log without noise: a step below this share of the unknown (1, or the spring's stiffness) counts as zero, because
 /// derivatives by differences have rounding errors.

@@ -11,7 +11,7 @@ use crate::format::shown::shown;
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// The actuator of a joint: whether it exists, its gear ratio and its largest effort.
+/// The actuators of a joint: whether there is one, the gear ratio, and the largest effort.
 #[derive(Clone, Debug)]
 pub(super) struct MjcfActuator {
     pub is_driven: bool,
@@ -21,7 +21,7 @@ pub(super) struct MjcfActuator {
     pub effort: Option<f64>,
 }
 
-/// The actuator data of each joint, in the order of `joints`. Adds the armature and damping of the actuators to the joints.
+/// The actuator data of each joint, in the order of `joints`. Armature and damping of the actuators are added to the joints.
 pub(super) fn drives(
     root: &MjcfElement,
     defaults: &Defaults,
@@ -46,7 +46,7 @@ pub(super) fn drives(
                     shown(name)
                 )));
             }
-            // A free joint is not driven by a measured torque.
+            // The actuator drives a free joint: its torque is not measured, so its data are not used.
             if armature != 0.0 || damping.iter().any(|d| *d != 0.0) {
                 left_out("moves no hinge and no slide: its `armature` and `damping` are not read");
             }
@@ -73,7 +73,8 @@ pub(super) fn drives(
     Ok(drives)
 }
 
-/// A note on gear ratios other than one. It contains a line that the user can add for a log of motor positions and torques.
+/// A note on gear ratios other than one. It shows the line that the user adds to the options of a log if the log has positions
+/// and torques of the motors.
 pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a MjcfActuator)>) -> Option<Note> {
     let all: Vec<(&str, f64)> = coordinates.map(|(name, drives)| (name, drives.gear)).collect();
     let geared: Vec<String> =
@@ -96,7 +97,7 @@ fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
         Ok(given.filter(|_| is_limited).map(|[low, high]| low.abs().max(high.abs())))
     };
     let force = within("forcerange", "forcelimited")?;
-    // For a `motor`, the force equals the control, so the control range is also a limit of the force.
+    // The force of a `motor` equals its control signal, so the control range also limits the force.
     let control = if view.element.tag == "motor" { within("ctrlrange", "ctrllimited")? } else { None };
     let least = match (force, control) {
         (Some(a), Some(b)) => Some(a.min(b)),

@@ -1,7 +1,7 @@
 //! Reads the bodies of a model: the pose of each body in its parent, and its joints, shapes and inertial.
 //!
-//! A `<frame>` is not a body: it moves the elements inside it. The world is the first body. The others follow depth first in
-//! the order of the file, which is also the order of MuJoCo's coordinates.
+//! A `<frame>` is not a body: its pose applies to the elements inside it. The world is the first body. The other bodies follow
+//! depth first in the order of the file, which is also the order of MuJoCo's coordinates.
 
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
@@ -19,7 +19,7 @@ pub(super) struct MjcfBody<'a> {
     pub element: &'a MjcfElement,
     /// Index of the parent body; `None` for the world.
     pub parent: Option<usize>,
-    /// Pose of the body's frame in the parent's frame, at the joint positions of the file.
+    /// Pose of the body's frame in the parent's frame, with the joints at their positions in the file.
     pub pose: Pose,
     /// The joints of the body. Each has the pose of the `<frame>` around it, relative to the body.
     pub joints: Vec<(View<'a>, Pose)>,
@@ -32,9 +32,9 @@ pub(super) struct MjcfBody<'a> {
 /// The elements that may occur inside a body.
 const CHILDREN: [&str; 10] =
     ["body", "frame", "joint", "freejoint", "inertial", "geom", "site", "camera", "light", "plugin"];
-/// Elements that generate bodies from other files or by rules. They are refused.
+/// Elements that generate bodies from other files, or by copying. The reader refuses them.
 const MAKERS: [&str; 4] = ["attach", "replicate", "composite", "flexcomp"];
-/// The valid attributes of some elements, by which misspelt attributes are found.
+/// The valid attributes of some elements. An attribute that is similar to one of them, but not equal, is misspelt.
 const ATTRIBUTES: [(&str, &str); 4] = [
     ("body", "name childclass pos quat axisangle euler xyaxes zaxis mocap gravcomp user sleep"),
     ("inertial", "pos quat axisangle euler xyaxes zaxis mass diaginertia fullinertia"),

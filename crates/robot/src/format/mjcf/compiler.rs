@@ -26,7 +26,7 @@ const SMALLEST_DIRECTION_NORM: f64 = 1e-9;
 /// Two directions count as parallel if the sine of the angle between them is below this.
 const PARALLEL_SINE: f64 = 1e-10;
 
-/// The settings of all `<compiler>` elements together.
+/// The settings of all `<compiler>` elements together; a later element replaces the settings of earlier ones.
 #[derive(Clone, Debug)]
 pub(super) struct Compiler {
     pub angles: AngleSnapping,
@@ -109,8 +109,8 @@ impl Compiler {
         if self.degrees { angle * PI / 180.0 } else { angle }
     }
 
-    /// Sine and cosine of an angle of the file. They are exact if the angle is a rounded multiple of pi. A replaced angle
-    /// gets a note.
+    /// Sine and cosine of an angle of the file. If the angle is a rounded multiple of pi, it is replaced by this multiple with a
+    /// note, and sine and cosine are exact.
     fn turn(&self, view: View, angle: f64, snapped: &mut Vec<Note>) -> (f64, f64) {
         let given = self.angle(angle);
         let taken = angle_snap::given_angle(given, self.angles);

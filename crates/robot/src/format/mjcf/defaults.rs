@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// The attributes that can give an orientation. If an element has one of them, it replaces all orientations of the class.
+/// The attributes that can give an orientation. If an element has one of them, the orientations of its class do not count.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
 type Attributes = BTreeMap<String, String>;

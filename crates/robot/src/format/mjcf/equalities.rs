@@ -42,7 +42,7 @@ pub(super) fn equalities(
     mimic: Mimic,
     notes: &mut Vec<Note>,
 ) -> Result<Equalities, Error> {
-    // A last joint is added that never moves. It is the leader of locked joints.
+    // An additional joint that never moves is appended to the list. It is the leader of locked joints.
     let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
     let mut connects = Vec::new();
     let is_off = ["equality", "constraint"].into_iter().find(|flag| root.disables(flag));
@@ -77,7 +77,8 @@ pub(super) fn equalities(
     let name = |k: usize| moved.joints.get(k).map_or("", |joint| joint.name.as_str());
     let mut follows = resolved(&next, name).map_err(|(k, what)| moved.joints[k].view.element.error(what))?;
     for (follows, joint) in follows.iter_mut().zip(&moved.joints) {
-        // Converts the offset from joint positions to displacements from the position in the file.
+        // The equality gives the offset between joint positions; here the offset is between displacements from the pose in the
+        // file.
         follows.offset -= joint.reference;
     }
     let closing = Closing { bodies, moved, drives, follows: &follows };
@@ -100,7 +101,7 @@ fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
     let coefficients = view.numbers("polycoef", 1, 5)?.unwrap_or_default();
     let a = |k: usize| coefficients.get(k).copied().unwrap_or(if k == 1 { 1.0 } else { 0.0 });
     let Some(leader) = find("joint2")? else {
-        // The joint is locked at the constant term of the polynomial.
+        // The equality has no second joint: the joint is locked at the constant term of the polynomial.
         let offset = moved.joints[follower].reference + a(0);
         return Ok(Some((follower, Follows { leader: moved.joints.len(), multiplier: 0.0, offset })));
     };
@@ -129,7 +130,7 @@ struct Closing<'a, 'b> {
 /// A `<connect>` between links that move in one plane, as a hinge.
 struct Hinge {
     one: FileLoop,
-    /// Indices of the undriven joints around the loop, the nearest to the base first.
+    /// Indices of the joints around the loop that have no actuator; the nearest to the base is first.
     undriven: Vec<usize>,
 }
 
@@ -147,7 +148,8 @@ impl Closing<'_, '_> {
         let mut passive: Vec<usize> = hinges.iter().flat_map(|(hinge, _)| hinge.undriven.clone()).collect();
         passive.sort_unstable();
         passive.dedup();
-        // A single loop has two passive joints. If it has more undriven joints, those nearest to the base become coordinates.
+        // A single loop in a plane has two passive joints. If it has more undriven joints, those nearest to the base become
+        // coordinates.
         if let (1, Some(surplus)) = (hinges.len(), passive.len().checked_sub(2)) {
             passive.drain(..surplus);
         }
@@ -163,7 +165,8 @@ impl Closing<'_, '_> {
         Ok((hinges.into_iter().map(|(hinge, _)| hinge.one).collect(), passive))
     }
 
-    /// Converts a `<connect>` to a hinge normal to the plane of its loop. `None` if the loop does not move in a plane.
+    /// Converts a `<connect>` to a hinge whose axis is normal to the plane of the loop. `None` if the links of the loop do not
+    /// move in one plane.
     fn hinge(&self, view: View) -> Result<Option<Hinge>, Error> {
         let Some(ends) = self.ends(view)? else { return Ok(None) };
         let above = ends.map(|(body, _)| self.above(body));
@@ -192,8 +195,8 @@ impl Closing<'_, '_> {
         Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
     }
 
-    /// The two bodies of a `<connect>`, each with its point in the base frame at the joint positions of the file, m. `None`
-    /// if a body is not part of the robot.
+    /// The two bodies of a `<connect>`. Each has its point in the base frame, m, with the joints at their positions in the file.
+    /// `None` if a body is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
         let body = |key: &str| -> Result<usize, Error> {
@@ -234,7 +237,7 @@ impl Closing<'_, '_> {
         joints
     }
 
-    /// Pose of a joint's frame in the base frame, at the joint positions of the file.
+    /// Pose of the frame of joint k in the base frame, with the joints at their positions in the file.
     fn joint_pose(&self, k: usize) -> Pose {
         let given = &self.moved.joints[k].given;
         given.antecedent.map_or(given.pose, |i| self.joint_pose(i).compose(&given.pose))

@@ -38,7 +38,7 @@ const KINDS: [(&str, usize); 9] = [
 
 /// Density of a shape for which the file gives neither mass nor density, kg/m^3.
 const WATER_DENSITY: f64 = 1000.0;
-/// The two ends of `fromto` must have at least this distance, m.
+/// The two end points in the attribute `fromto` of a shape must have at least this distance, m.
 const SMALLEST_FROMTO_M: f64 = 1e-12;
 
 impl<'a> MjcfShape<'a> {
@@ -70,7 +70,7 @@ impl<'a> MjcfShape<'a> {
             let half = length / 2.0;
             size = match kind {
                 "capsule" | "cylinder" => [size[0], half, 0.0],
-                // The first size is used for both width and depth.
+                // The first size of a box or an ellipsoid is used for both width and depth.
                 _ => [size[0], size[0], half],
             };
             has = has.max(if has > 0 { 3 } else { 0 });
@@ -203,7 +203,8 @@ fn explicit(view: View, compiler: &Compiler, snapped: &mut Vec<Note>) -> Result<
     Ok(Part { name: String::new(), pose: Pose { rotation, position }, mass, inertia })
 }
 
-/// Applies the bounds of `<compiler>` to an inertial: least mass, least principal moments, balanced principal moments.
+/// Applies the bounds of `<compiler>` to an inertial: the least mass and the least principal moments. With `balanceinertia`,
+/// moments that violate the triangle inequality are replaced by their mean.
 fn bounded(mut part: Part, compiler: &Compiler) -> Part {
     part.mass = part.mass.max(compiler.least_mass);
     if compiler.least_inertia <= 0.0 && !compiler.balances {

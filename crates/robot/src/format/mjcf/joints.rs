@@ -32,16 +32,16 @@ pub(super) struct MjcfJoint<'a> {
 /// Text of the note on a joint with several numbers in `damping`.
 pub(super) const POLYNOMIAL_DAMPING: &str = "is damped by a polynomial of its speed; the first coefficient is read";
 
-/// All joints of the model, and the bodies relative to the frames of these joints.
+/// All joints of the model, and for each body the joint that carries it.
 pub(super) struct Moved<'a> {
-    /// The joints, antecedents first, in the order of MuJoCo's coordinates.
+    /// The joints in the order of MuJoCo's coordinates. An antecedent (parent) precedes its successors.
     pub joints: Vec<MjcfJoint<'a>>,
     /// For each body: index of the joint that carries it (`None`: the base), and pose of the body in the frame of this joint.
     pub carriers: Vec<(Option<usize>, Pose)>,
     /// Index of the body with the free joint that is the floating base; `None` for a fixed base.
     pub floating: Option<usize>,
-    /// For each body, whether it belongs to the robot. A separate floating body does not, and neither does the world around
-    /// a floating robot.
+    /// For each body, whether it belongs to the robot. A separate floating body does not belong to it. If the robot itself
+    /// floats, the world and the bodies fixed to the world do not belong to it.
     pub is_part: Vec<bool>,
 }
 
@@ -82,7 +82,8 @@ pub(super) fn moved<'a>(
         place.rotation = crate::angle_snap::exact(&place.rotation);
         for (view, frame) in &body.joints {
             let joint = joint(*view, frame, b, (carrier, place), body, compiler, notes)?;
-            // The origin of the joint frame is at the point of the joint, so the body is at -point in this frame.
+            // The origin of the joint frame is the point of the joint. So in this frame the body is at the negative of this
+            // point.
             place = Pose { position: joint.1.map(|x| -x), ..Pose::IDENTITY };
             carrier = Some(all.joints.len());
             all.joints.push(joint.0);
@@ -93,9 +94,9 @@ pub(super) fn moved<'a>(
     Ok(all)
 }
 
-/// The bodies that have a free joint: index of the body, and the free joint.
+/// The index of each body that has a free joint, and this joint.
 ///
-/// Fails if there is a ball joint, or a free joint that is not the only joint of a child of the world.
+/// Fails if there is a ball joint, or a free joint whose body has other joints or is not a child of the world.
 fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     let mut free = Vec::new();
     for (b, body) in bodies.iter().enumerate() {
@@ -121,10 +122,10 @@ fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     Ok(free)
 }
 
-/// The index of the body that is the floating base, and for each body whether it belongs to the robot.
+/// Two results: the index of the body that is the floating base, and for each body whether it belongs to the robot.
 fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
     let free = free(bodies)?;
-    // For each body, the child of the world that carries it.
+    // For each body, the child of the world that carries it (itself, if the body is such a child).
     let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
     for (b, body) in bodies.iter().enumerate() {
         top.push(match body.parent {

@@ -6,10 +6,10 @@ use super::joints::MjcfJoint;
 use crate::error::Error;
 use crate::robot::Note;
 
-/// Sections without a note: they are read elsewhere, or do not matter for the mechanism.
+/// Sections of the file that get no note: other functions read them, or they do not change the mechanism.
 const SILENT: &str = "compiler option size visual statistic default asset worldbody custom keyframe equality actuator";
 
-/// Adds a note on sections that are not read, a note on `gravcomp`, and a note on springs, if the model has them.
+/// Adds notes on data of the model that are not read: unknown sections, `gravcomp` of bodies, and springs of joints.
 pub(super) fn note(
     root: &MjcfElement,
     bodies: &[MjcfBody],

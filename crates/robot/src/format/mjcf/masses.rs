@@ -1,7 +1,7 @@
 //! Mass properties of shapes at unit density: volume, and inertia about the centre of mass.
 //!
-//! Lengths are half lengths, as in MJCF. For a density rho, mass and inertia are rho times these values. A capsule of radius
-//! r is a cylinder (volume V_c) of half length h with a half ball at each end (together V_b):
+//! Sizes are half lengths and radii, as in MJCF. With a density rho, mass and inertia are rho times these values. A capsule of
+//! radius r is a cylinder (volume V_c) of half length h with a half ball at each end (together V_b):
 //!
 //! ```text
 //! I_zz = V_c r^2/2 + 2/5 V_b r^2
@@ -68,9 +68,9 @@ impl Volume {
 /// The method by which the volume inside a surface is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Enclosure {
-    /// Tetrahedra with signed volumes: correct for any closed surface with outward faces.
+    /// Sum over tetrahedra with signed volumes: correct for any closed surface whose faces are oriented outward.
     Exact,
-    /// Tetrahedra with absolute volumes: MuJoCo's default. The volume is too large if the mesh is not convex.
+    /// Sum over tetrahedra with absolute volumes: MuJoCo's default. The volume is too large if the mesh is not convex.
     Legacy,
     /// The mass is on the faces themselves; the inside is empty.
     Shell,
@@ -80,11 +80,11 @@ pub(super) enum Enclosure {
 ///
 /// ```text
 /// V = sum V_t,  V_t = det(a, b, c)/6     c V = sum V_t (a + b + c)/4
-/// sum x_i x_j = V_t/20 ((a+b+c)(a+b+c)' + aa' + bb' + cc')
+/// sum x_i x_j = sum V_t/20 ((a+b+c)(a+b+c)' + aa' + bb' + cc')
 /// ```
-/// a, b, c: corners of a triangle relative to a reference point. This point is the mean of the faces when the centre is
-/// computed, and the centre when volume and inertia are computed. MuJoCo uses these points, and the result without signs
-/// depends on them. Fails if no volume is enclosed.
+/// V_t: volume of the tetrahedron between a triangle and a reference point; a, b, c: corners of the triangle relative to this
+/// point. To compute the centre, the reference point is the mean of the faces. To compute volume and inertia, it is the centre.
+/// MuJoCo uses the same points; with absolute volumes the result depends on them. Fails if no volume is enclosed.
 pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Volume, String> {
     let inside = face_centre(triangles);
     let (volume, first) = first_moments(triangles, inside, how);
@@ -111,7 +111,7 @@ fn tetrahedron(corners: &[Vector3; 3], point: Vector3, how: Enclosure) -> ([Vect
     ([a, b, c], plus(a, plus(b, c)), size)
 }
 
-/// Volume and first moment of the tetrahedra between triangles and a point; the moment is relative to the point.
+/// Volume and first moment of the tetrahedra between triangles and a point; the moment is about this point.
 fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Vector3) {
     let parts = if matches!(how, Enclosure::Shell) { 3.0 } else { 4.0 };
     let (mut volume, mut first) = (0.0, [0.0; 3]);
@@ -123,7 +123,7 @@ fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> 
     (volume, first)
 }
 
-/// Volume and second moment of the tetrahedra between triangles and a point; the moment is relative to the point.
+/// Volume and second moment of the tetrahedra between triangles and a point; the moment is about this point.
 fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Matrix3) {
     let parts = if matches!(how, Enclosure::Shell) { 12.0 } else { 20.0 };
     let (mut volume, mut upper) = (0.0, [0.0; 6]);
@@ -179,8 +179,8 @@ mod tests {
         }
         let shell = enclosed(&cuboid(a, m), Enclosure::Shell).unwrap();
         assert!((shell.volume - 8.0 * (0.02 + 0.03 + 0.06)).abs() < 1e-15);
-        // Expected sum of x^2: two faces are normal to x at a distance of 0.1; on the other four faces x
-        // is uniformly distributed.
+        // Expected mean square of x, times the area: two faces are normal to x at a distance of 0.1; on the other four faces x is
+        // uniformly distributed between -0.1 and 0.1.
         let xx = 2.0 * 0.24 * 0.01 + (2.0 * 0.12 + 2.0 * 0.08) * 0.01 / 3.0;
         let found = (shell.inertia[3] + shell.inertia[5] - shell.inertia[0]) / 2.0;
         assert!((found - xx).abs() < 1e-15, "{found} {xx}");

@@ -95,7 +95,8 @@ impl<'a> Meshes<'a> {
             [0, 1, 2].map(|i| scale[i] * p[i])
         };
         let triangles: Vec<[Vector3; 3]> = triangles.iter().map(|corners| corners.map(moved)).collect();
-        // A negative scale is a reflection, which inverts the orientation of the faces.
+        // A negative product of the scale factors means a reflection. It turns the faces inward, so two corners of each are
+        // exchanged.
         let volume = if scale.iter().product::<f64>() < 0.0 {
             enclosed(&triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>(), how)
         } else {
@@ -114,7 +115,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// The triangles of a `<mesh>` that lists its vertices in the model instead of a file.
+/// The triangles of a `<mesh>` whose vertices are listed in the model instead of in a mesh file.
 fn inline(view: View) -> Result<Vec<[Vector3; 3]>, Error> {
     const MAX_INLINE_NUMBERS: usize = 1_000_000;
     let flat = view.numbers("vertex", 3, MAX_INLINE_NUMBERS)?.unwrap_or_default();

@@ -27,7 +27,7 @@ pub(super) fn within_a_turn(
     }
 }
 
-/// A placement with its angles reduced to less than a full turn. The angles can be larger because they are sums.
+/// A placement whose angles are reduced to less than a full turn. They can exceed a turn if each is a sum of angles of the file.
 pub(super) fn within_turns(mut placement: ModifiedDh, symbols: &[Symbol]) -> ModifiedDh {
     for angle in [&mut placement.gamma, &mut placement.alpha, &mut placement.theta] {
         if let Some(x) = angle.beyond_a_turn(symbols) {

@@ -1,15 +1,15 @@
 //! Frames of a .par file that are placed relative to a loop frame instead of a link.
 //!
-//! The cut of a loop and its twin are the same frame, and the twin is fixed to a link. A frame that is placed on
-//! the cut or on the twin is therefore fixed to that link. Its pose is the placement of the twin followed by its
-//! own placement [Khalil, Kleinfinger 1986]:
+//! A loop has two frames at its cut that coincide: the frame of the cut joint, and its twin, which is fixed to a link. A frame
+//! that is placed on one of them is therefore fixed to that link. Its pose is the placement of the twin followed by its own
+//! placement [Khalil, Kleinfinger 1986] (index 1: twin, index 2: frame):
 //!
 //! ```text
 //! Rz(gamma1) Tz(b1) Rx(alpha1) Tx(d1) . Rz(theta1 + gamma2) Tz(r1 + b2) . Rx(alpha2) Tx(d2) Rz(theta2) Tz(r2)
 //! ```
-//! The product has three groups, separated by dots. If one of the groups is the identity, the product is a single placement
-//! and is exact in the symbols. Otherwise a single placement is computed numerically. If a symbol then has no value, the
-//! frame is refused.
+//! The product has three groups, separated by dots. If one of the groups is the identity, the product is a single placement with
+//! exact expressions in the symbols. Otherwise a single placement is computed numerically. The frame is refused if this needs a
+//! symbol that has no value.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::inertial::Pose;
@@ -23,19 +23,20 @@ const PARALLEL_SINE: f64 = 1e-12;
 pub(super) struct LumpedFrames {
     /// Number of the link that carries each frame; zero for the base.
     pub link: Vec<usize>,
-    /// For each frame, the twin frames between it and its link, as indices from zero; the twin nearest to the frame is first.
+    /// For each frame, the twins (fixed frames on the other side of loop cuts) between it and its link, as indices from zero; the
+    /// twin nearest to the frame is first.
     pub through: Vec<Vec<usize>>,
 }
 
-/// The link that carries each frame. Loop frames in between are followed. Fails with the index of a frame if
-/// antecedents are circular.
+/// The link that carries each frame. If the antecedent of a frame is a loop frame, the search continues from the twin of this
+/// loop. Fails with the index of a frame if antecedents are circular.
 pub(super) fn carriers(antecedent: &[usize], n_links: usize, n_joints: usize) -> Result<LumpedFrames, usize> {
     let mut found = LumpedFrames { link: Vec::new(), through: Vec::new() };
     for j in 0..antecedent.len() {
         let (mut number, mut through) = (antecedent[j], Vec::new());
         while number > n_links {
             let twin = if number <= n_joints { number + n_joints - n_links } else { number } - 1;
-            // This is an error: the twin of a cut must be on a link, not on its own cut.
+            // The antecedents are circular. For example, a twin is placed on its own cut instead of on a link.
             if through.contains(&twin) || twin == j {
                 return Err(j);
             }
@@ -48,7 +49,7 @@ pub(super) fn carriers(antecedent: &[usize], n_links: usize, n_joints: usize) ->
     Ok(found)
 }
 
-/// Two consecutive placements as one placement. `None` if it must be computed numerically but a symbol has no value.
+/// Two consecutive placements as one placement. `None` if it must be computed numerically and a symbol has no value.
 pub(super) fn product(first: ModifiedDh, second: ModifiedDh, symbols: &[Symbol]) -> Option<ModifiedDh> {
     let zero = |v: &Value| v.as_multiple_of_pi(symbols).is_some_and(|(n, _)| n == 0);
     let sum = |a: Value, b: Value| match (zero(&a), zero(&b)) {
@@ -73,10 +74,10 @@ pub(super) fn product(first: ModifiedDh, second: ModifiedDh, symbols: &[Symbol])
     (!generic).then(|| in_numbers(&first.pose(symbols, 0.0, 0.0).compose(&second.pose(symbols, 0.0, 0.0))))
 }
 
-/// The placement that has this pose, in numbers.
+/// The placement (gamma .. r) that has this pose, as numbers.
 fn in_numbers(pose: &Pose) -> ModifiedDh {
     let (r, [x, y, z]) = (pose.rotation, pose.position);
-    // In the antecedent frame, the z axis of the frame is (sin gamma sin alpha, -cos gamma sin alpha, cos alpha).
+    // In the antecedent frame, the z axis of this frame is (sin gamma sin alpha, -cos gamma sin alpha, cos alpha).
     let sine = r[0][2].hypot(r[1][2]);
     let parallel = sine < PARALLEL_SINE;
     let gamma = if parallel { y.atan2(x) } else { r[0][2].atan2(-r[1][2]) };
@@ -84,7 +85,7 @@ fn in_numbers(pose: &Pose) -> ModifiedDh {
     let alpha = if parallel { 0.0_f64.atan2(r[2][2]) } else { sine.atan2(r[2][2]) };
     let across = c * y - s * x;
     let length = if parallel { 0.0 } else { -across / alpha.sin() };
-    // The angle from the x axis of the frame to the x axis of the antecedent, turned by gamma, is -theta.
+    // The x axis of the antecedent, rotated by gamma about z, has the components (cos theta, -sin theta, 0) in this frame.
     let theta = (-(c * r[0][1] + s * r[1][1])).atan2(c * r[0][0] + s * r[1][0]);
     ModifiedDh {
         gamma: computed_angle(gamma),
@@ -105,7 +106,8 @@ mod tests {
         ModifiedDh { gamma, b, alpha, d, theta, r }
     }
 
-    /// The single placement equals the product of the two placements, whether or not one of the three groups is the identity.
+    /// The single placement equals the product of the two placements, both if one of the three groups is the identity and if none
+    /// is.
     #[test]
     fn two_placements_are_one() {
         let a = [0.3, 0.2, 0.7, 0.4, -0.5, 0.6];

@@ -6,8 +6,8 @@ use crate::format::node::Node;
 use crate::robot::Note;
 use crate::value::Symbol;
 
-/// A substitute value, m or rad, in [0.2, 0.9), with five digits. It depends only on the name, so the order of the file and
-/// other symbols have no influence on it.
+/// A substitute value in [0.2, 0.9), m or rad, with five digits. It depends only on the name of the symbol, not on other symbols
+/// or on the order in the file.
 fn generic_value(name: &str) -> f64 {
     // FNV-1a and splitmix64 give very different values for similar names.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
@@ -18,12 +18,12 @@ fn generic_value(name: &str) -> f64 {
     (20_000.0 + (70_000.0 * u).floor()) / 100_000.0
 }
 
-/// The value of a gravity symbol such that the component of gravity is -9.81 m/s^2. `component`: for example `G3` or `-G3`.
+/// The value of a gravity symbol for which its component of gravity is -9.81 m/s^2. `component`: for example `G3` or `-G3`.
 fn gravity_value(component: &str) -> f64 {
     if component.trim_start().starts_with('-') { 9.81 } else { -9.81 }
 }
 
-/// Gives a substitute value to every symbol without a value, in the order of the file.
+/// Gives a substitute value to every symbol that has no value, in the order of the file.
 pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravity: &[Node], names: &mut KnownNames) {
     let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
     for node in gravity {

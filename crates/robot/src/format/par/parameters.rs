@@ -45,7 +45,7 @@ pub(super) fn inertial(
     Ok(None)
 }
 
-/// The rotor inertia IA of joint `j`. It is absent if it is 0, or if the joint is locked.
+/// The rotor inertia IA of joint `j`. The joint has none if IA is 0 or if the joint is locked.
 pub(super) fn rotor_inertia(
     source: DescriptionFile,
     table: &ParTable,
@@ -78,7 +78,7 @@ pub(super) fn friction(
     Ok(Friction { viscous: number("FV")?, coulomb: number("FS")?, offset: None })
 }
 
-/// Adds notes on the entries of the file that are not used for a rigid robot on a fixed base.
+/// Adds notes on entries of the file that are not used, because the robot here is rigid, has a fixed base and no external wrench.
 pub(super) fn note_unused(table: &ParTable, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: &str| notes.push(Note { subject: subject.into(), text: text.into() });
     let number = |node: &Node| text(node).parse::<f64>().ok();

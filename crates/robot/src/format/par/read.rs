@@ -1,16 +1,17 @@
 //! Reads a robot from a .par file of SYMORO, SYMORO+ or OpenSYMORO.
 //!
 //! The pose of frame j in its antecedent is iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r) [Khalil, Kleinfinger 1986].
-//! Frames 1..NL belong to links. Frames NL+1..NJ belong to the cut joints of loops. Frames NJ+1..NF are the twins of these
-//! frames on the other side of the cut. The relations of the passive joints are found by [`crate::passive`].
+//! Frames 1..NL belong to links. Frames NL+1..NJ belong to the cut joints of loops. Frames NJ+1..NF are the twins of these frames
+//! on the other side of the cut. The relations of the passive joints are found by [`crate::passive`].
 //!
-//! A file may contain symbols without values. Lengths and angles then get substitute values, derived from their names,
-//! because ranks and rules are equal for nearly all values. Gravity gets -9.81 m/s^2. Such symbols are marked
-//! [`Symbol::generic`] and listed in a note. Numerical results need true values, which the file may give as
-//! `(* Value D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor inertia of 0 is absent.
+//! A file may contain symbols without values. Lengths and angles then get substitute values, derived from their names. This does
+//! not change the base parameters and their rules (linear combinations of standard parameters), which are equal for nearly all
+//! values. Gravity gets -9.81 m/s^2. Such symbols are marked [`Symbol::generic`] and listed in a note. Numerical results need
+//! true values, which the file may give as `(* Value D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor
+//! inertia of 0 is absent.
 //!
-//! Refused: floating and mobile bases. Ignored, with a note if they are numbers: elastic joints, the pose Z of the
-//! base, external wrenches.
+//! Refused: floating and mobile bases. Ignored, with a note if they are numbers: elastic joints, the pose Z of the base, external
+//! wrenches.
 
 use std::collections::BTreeSet;
 
@@ -67,7 +68,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         links.push(link(source, &table, &frames, &order, &names, &owners, j, &mut notes)?);
     }
     let mut loops = Vec::new();
-    // A cut and its twin on the other side are the two frames of one loop.
+    // The frame of a cut and its twin (the fixed frame on the other side of the cut) are the two frames of one loop.
     for cut in table.nl..table.nj {
         let frame = |k: usize| -> Result<LoopFrame, Error> {
             let (kind, _, geometry, variable) = frames.placed(source, &names, &owners, k)?;
@@ -94,7 +95,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         notes,
         ..Robot::default()
     };
-    // The next steps need the whole robot: relations of passive joints, exact angles, and the check that loops close.
+    // These functions need the whole robot: relations of passive joints, exact angles, and the check that loops close.
     passive_by_its_joint(&mut robot);
     snap_angles(&mut robot, options.angles);
     let place = || table.at("ant", String::new()).place;
@@ -115,7 +116,7 @@ fn valued_symbols(source: DescriptionFile, entries: &ParText) -> Result<KnownNam
     Ok(names)
 }
 
-/// The link with frame j, and the joint that moves it.
+/// The link that has frame j, and the joint that moves it.
 fn link(
     source: DescriptionFile,
     table: &ParTable,
@@ -144,7 +145,7 @@ fn link(
 struct Frames {
     /// Number of the link that carries each frame; zero for the base.
     antecedent: Vec<usize>,
-    /// For each frame, the twins of loops on the path to its link, the nearest first.
+    /// For each frame, the twins (fixed frames on the other side of loop cuts) on the path to its link, the nearest first.
     through: Vec<Vec<usize>>,
     kind: Vec<JointKind>,
     actuated: Vec<bool>,
@@ -161,19 +162,20 @@ const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// For each frame, whether its variable is a coordinate: a motor moves it, or its joint is not driven and in no loop.
+    /// For each frame, whether its variable is a coordinate: it has a motor, or it has no motor but is outside of all loops.
     is_coordinate: Vec<bool>,
 }
 
 impl Frames {
     fn new(table: &ParTable) -> Result<Frames, Error> {
-        // The antecedent of a frame is a link, the base, or a loop frame. The default is the previous frame.
+        // The antecedent of a frame is a link, the base, or a loop frame. If the list is missing, it is the previous frame.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         let LumpedFrames { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);
             table.at_item("ant", j, message)
         })?;
-        // A twin must be fixed, which is the default, because the joint of the loop moves the cut.
+        // The twin of a cut is fixed to its link (sigma = 2, the default), because the joint of the loop moves the frame of the
+        // cut.
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
         let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;
@@ -202,7 +204,8 @@ impl Frames {
         })
     }
 
-    /// Indices of the links, antecedents first, otherwise in the order of their numbers. Fails if the antecedents are circular.
+    /// Indices of the links, an antecedent (parent) before its successors, otherwise in the order of their numbers. Fails if the
+    /// antecedents are circular.
     fn order(&self, table: &ParTable) -> Result<Vec<usize>, Error> {
         let mut order: Vec<usize> = Vec::with_capacity(self.n_links);
         let mut placed = vec![false; self.n_links];
@@ -307,7 +310,7 @@ impl Frames {
     ) -> Result<(JointKind, Drive, ModifiedDh, Affine), Error> {
         let kind = self.kind[j];
         let mut variable = Affine::constant(Value::ZERO);
-        // Index of the joint variable in gamma, b, alpha, d, theta, r: theta, r, or none (6).
+        // Index of the joint variable in (gamma, b, alpha, d, theta, r): 4 for theta, 5 for r, 6 if there is none.
         let moving = match kind {
             JointKind::Revolute => 4,
             JointKind::Prismatic => 5,
@@ -320,7 +323,8 @@ impl Frames {
                 values.push(within_a_turn(source, names, (key, &what), node, names.constant(source, &what, node)?)?);
                 continue;
             }
-            // The linear part of the expression is the joint variable. Its constant part is added to the geometry.
+            // The expression is affine in the coordinates: its linear part is the joint variable, and its constant part is added
+            // to the geometry.
             let value = names.variable(source, &what, node)?;
             let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
                 source.at(node, format!("{what} must be affine in the joint variables, found {}", node.kind()))
@@ -348,7 +352,7 @@ impl Frames {
         Ok((kind, drive, self.on_its_link(source, names, j, own)?, variable))
     }
 
-    /// The placement of frame j relative to its link. Twins of loops in between are included.
+    /// The placement of frame j relative to its link. It includes the twins of loops between the link and the frame.
     fn on_its_link(
         &self,
         source: DescriptionFile,

@@ -6,7 +6,8 @@ use crate::format::node::{DescriptionFile, Node, NodeValue};
 use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
-/// The objects for which a list has one item each: frames, links, joints or axes. `Sixteen`: the 16 entries of a matrix.
+/// The kind of object for which a list has one item each: frames, links, joints or axes. `Sixteen`: the list is a matrix of 16
+/// entries.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Per {
     Frame,
@@ -73,7 +74,8 @@ impl<'a> ParTable<'a> {
                 format!("NJ = {} joints cannot move NL = {} links: every link has one joint", table.nj, table.nl);
             return Err(table.at("NJ", message));
         }
-        // The frames are the NJ links and cuts, and one twin for each of the NJ - NL cuts.
+        // The number of frames: NJ frames of links and cuts, and one twin (the frame on the other side) for each of the NJ - NL
+        // cuts.
         table.nf = 2 * table.nj - table.nl;
         let kind = table.count("Type")?;
         match kind {

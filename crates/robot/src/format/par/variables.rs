@@ -1,10 +1,10 @@
 //! Determines which names in a .par file are joint variables and which are constants.
 //!
-//! The file does not distinguish them. A name that occurs in a constant (gamma, b, alpha, d, the r of a revolute joint,
-//! gravity, a value) is a constant. If a remaining name occurs in the variable of an actuated joint, it is the coordinate of
+//! The file does not distinguish them. A name that occurs in a constant (gamma, b, alpha, d, the r of a revolute joint, gravity,
+//! the value of a symbol) is a constant. If a remaining name occurs in the variable of an actuated joint, it is the coordinate of
 //! this joint. If it occurs in the variable of a passive joint, it is the passive coordinate of this joint, unless it is the
-//! coordinate of another joint: then the passive joint follows the other joint. If several names remain, the name with the
-//! number of the joint is used (`th4 - DEL` of joint 4).
+//! coordinate of another joint: then the passive joint follows the other joint. If several names remain in the variable of a
+//! joint, the name that ends with the number of the joint is used (`th4` in `th4 - DEL` of joint 4).
 
 use std::collections::BTreeSet;
 
@@ -23,8 +23,8 @@ pub(super) struct Mover<'a> {
     pub variable: &'a Node,
 }
 
-/// The variable of each joint in `movers`. `None` for a joint that follows other joints or does not move. Fails if
-/// it is ambiguous.
+/// The name of the own variable of each joint in `movers`. `None` for a joint that follows other joints or does not move. Fails
+/// if several names are possible.
 pub(super) fn own_variables(
     source: DescriptionFile,
     movers: &[Mover],
@@ -58,7 +58,8 @@ pub(super) fn own_variables(
                     return Err(source.at(mover.variable, message));
                 }
                 ([], _) => None,
-                // The expression of a joint that follows other joints may contain an additional name: a constant angle.
+                // Some names in the expression are variables of other joints, so this joint follows them. The one other name is
+                // then a constant angle, not a variable of this joint.
                 ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
                 ([name], _) => Some((*name).clone()),
                 _ => match numbered() {
@@ -82,7 +83,7 @@ pub(super) fn own_variables(
 }
 
 /// Scales each passive coordinate so that its joint moves by the coordinate itself, not by a multiple (`-th2`, `2*th2`). The
-/// unit of a passive coordinate is arbitrary, and relations are searched in the units of the joints.
+/// scale of a passive coordinate is arbitrary, and the relations between passive joints are searched in the units of the joints.
 pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     let n = robot.n_coordinates();
     for k in (0..robot.passive.len()).map(|p| CoordinateId(n + p)) {

@@ -10,7 +10,8 @@ use crate::format::options::Mimic;
 use crate::format::shown::shown;
 use gate::suggestion::did_you_mean;
 
-/// For each joint of the file, the relation to its leader. A joint that mimics no other joint follows itself.
+/// For each joint of the file, its relation to the joint that it follows (the leader). A joint that mimics no other follows
+/// itself.
 pub(super) fn followed(
     source: DescriptionFile,
     checked: &Checked,

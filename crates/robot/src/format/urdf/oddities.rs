@@ -1,8 +1,8 @@
-//! Finds suspicious texts in a URDF that are no longer visible in the robot: angles in degrees, limits of zero, and texts
-//! that urdfdom (the reader of ROS and Pinocchio) interprets differently or refuses. [`crate::lint`] reports them. Loops of
-//! URDF extensions get notes.
+//! Finds suspicious texts in a URDF that cannot be seen in the robot after reading: angles in degrees, limits of zero, and texts
+//! that urdfdom (the reader of ROS and Pinocchio) interprets differently or refuses. [`crate::lint`] reports them. Loops of URDF
+//! extensions get notes.
 //!
-//! The behaviour of urdfdom was tested with Pinocchio 4.1: it does not accept a number with a trailing blank.
+//! The behaviour of urdfdom was tested with Pinocchio 4.1. For example, it does not accept a number with a trailing blank.
 
 use std::f64::consts::TAU;
 
@@ -32,7 +32,8 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
     findings
 }
 
-/// Notes on elements of URDF extensions that close a loop. The elements do not state which joints of the loop are driven.
+/// Notes on elements of URDF extensions that close a loop. Such a loop is not read, because the elements do not state which of
+/// its joints are driven.
 pub(super) fn stated_loops(root: Node) -> Vec<Note> {
     let is_loop = |n: &Node| {
         let tag = n.tag_name().name();
@@ -79,7 +80,7 @@ fn turned_by_degrees(owner: Node, find: &mut impl FnMut(Mistake, String)) {
 fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let Some(limit) = child(joint, "limit") else { return };
     let all = ["lower", "upper", "effort", "velocity"].map(|key| number(limit, key).unwrap_or(0.0));
-    // If all limits are zero, the reader of the file adds a note instead.
+    // If all four limits are zero, the reader of the URDF (read.rs) adds a note instead of a finding.
     if all == [0.0; 4] || joint.attribute("type") == Some("fixed") {
         return;
     }
@@ -91,7 +92,7 @@ fn zeros(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Finds missing attributes of a joint because of which urdfdom refuses the whole file.
+/// Finds joints that lack an attribute without which urdfdom (the reader of ROS and Pinocchio) refuses the whole file.
 fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     let limited = matches!(joint.attribute("type"), Some("revolute" | "prismatic"));
     let mut refused =
@@ -138,7 +139,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Mistake, lint};
 
-    /// The findings for joint j and link l, after `old` in the text is replaced by `new`.
+    /// The findings for joint j and link l of a small URDF, in which `old` was replaced by `new`.
     fn found(old: &str, new: &str) -> Vec<(String, Mistake)> {
         let text = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\" rpy=\"0 0 0\"/><mass \
                     value=\"1.5\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\

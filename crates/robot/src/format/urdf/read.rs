@@ -99,7 +99,7 @@ fn file_joint(
     let joint = &model.joints[moving.joint];
     let carried = carried(model, checked, &moving.carried);
     note_weightless(&joint.child.link, &carried, checked, notes);
-    // urdf-rs reads missing values as zero. So a value counts as known only if it is in the text.
+    // urdf-rs reads a missing value as zero. So a value counts as known only if the text contains its attribute.
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -165,8 +165,8 @@ fn note_weightless(link: &str, carried: &[LumpedBody], checked: &Checked, notes:
     }
 }
 
-/// The intersection of the limits with the soft limits of the safety controller. `None` if it is not narrower than the
-/// limits, or if the controller has only gains and no range.
+/// The position limits, narrowed by the soft limits of the safety controller. `None` if the soft limits do not narrow them, or if
+/// the controller has only gains and no range.
 fn soft_limits(joint: &urdf_rs::Joint, (low, high): (f64, f64)) -> Option<(f64, f64)> {
     let soft = joint.safety_controller.as_ref()?;
     let both = (low.max(soft.soft_lower_limit), high.min(soft.soft_upper_limit));
@@ -187,7 +187,7 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
     let limit = &joint.limit;
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-    // urdf-rs reads missing limits as zero. Such an empty range must not lock the joint.
+    // urdf-rs reads missing limits as zero. Such a range of zero must not lock the joint.
     let is_written = checked.joints.get(&joint.name).is_some_and(|m| m.has_range);
     // CAD exporters write zeros for unknown limits. An intentionally locked joint has a non-zero velocity or effort limit.
     let is_blank = [limit.lower, limit.upper, limit.velocity, limit.effort].iter().all(|x| *x == 0.0);

@@ -1,7 +1,7 @@
 //! Checks a URDF text before urdf-rs reads it, and reads data that urdf-rs does not provide.
 //!
 //! urdf-rs has no line numbers. It reads a missing inertial as a massless link and a missing limit as zeros, and it accepts NaN.
-//! Here every element of the mechanism is checked with its line, and a text with only these elements is written for urdf-rs.
+//! So this file checks every element of the mechanism, with its line, and writes a text with only these elements for urdf-rs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -21,8 +21,8 @@ use crate::format::xml::document;
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
-/// An element with the children and attributes that are read. Each attribute has its name, its count of numbers (0: it is a
-/// text), and whether it is required.
+/// A type of element: its name, the children that are read, and the attributes that are read. Each attribute has its name, the
+/// count of its numbers (0: it is a text), and whether it is required.
 type UrdfElement = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 /// All elements that are read, with their children and attributes.
@@ -113,14 +113,14 @@ pub(super) struct Checked {
     pub collisions: BTreeMap<String, Vec<Collision>>,
     /// Notes on values that were changed, and on ignored elements.
     pub notes: Vec<Note>,
-    /// Findings about the text for lint.
+    /// Findings about suspicious texts, which lint reports.
     pub oddities: Vec<Finding>,
 }
 
 /// Largest absolute value of a joint limit, SI units.
 const LARGEST_LIMIT: f64 = 1e100;
 
-/// Checks a URDF text. `floats`: whether a floating base was requested; then a floating joint at the root is omitted.
+/// Checks a URDF text. `floats`: whether a floating base was requested; then a floating or planar joint at the root is omitted.
 pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
@@ -183,8 +183,8 @@ struct UrdfChecker<'a, 'i> {
     left_out: Vec<Node<'a, 'i>>,
 }
 
-/// The floating or planar joint that carries the base, and its parent link. `None` if there is no such joint, or if the
-/// parent has other joints.
+/// The floating or planar joint that carries the base, and its parent link. `None` if there is no such joint, or if its parent
+/// link has other joints.
 fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, 'i>)> {
     let joints = || root.children().filter(|n| n.has_tag_name("joint"));
     let end = |joint: Node, tag: &str| first(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
@@ -280,7 +280,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
                 return Err(self.error(node, format!("{place} is empty")));
             }
             let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-            // XML reads unescaped line breaks and tabs in attributes as blanks, so they are escaped.
+            // An XML reader turns unescaped line breaks and tabs in an attribute into blanks, so they are escaped here.
             return Ok(escaped.replace('\n', "&#10;").replace('\r', "&#13;").replace('\t', "&#9;"));
         }
         let words: Vec<&str> = value.split_whitespace().collect();
@@ -288,7 +288,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
-        // A limit may be intentionally very large.
+        // A limit may be very large on purpose, to say that there is no limit.
         let largest = if node.tag_name().name() == "limit" { LARGEST_LIMIT } else { LARGEST_NUMBER };
         for word in &words {
             match word.parse::<f64>() {

@@ -1,7 +1,7 @@
 //! Builds the tree of a URDF: its root, its moving links in order, and the links fixed to each of them.
 //!
-//! The order is depth first, and the joints of a link (also fixed ones) are sorted by name. Pinocchio and other programs that
-//! sort the joints of a URDF have the same order.
+//! The order is depth first, and the joints below a link (also fixed ones) are sorted by name. Pinocchio and other programs that
+//! sort the joints of a URDF get the same order.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ pub(super) struct MovingLink {
 
 /// All links of a robot, grouped by the moving link that carries them.
 pub(super) struct MovingLinks {
-    /// The moving links, antecedents first.
+    /// The moving links; an antecedent (parent) precedes its successors.
     pub moving: Vec<MovingLink>,
     /// Index and pose of the root link and of each link fixed to it. Poses are in the root frame.
     pub rooted: Vec<(usize, Pose)>,
@@ -51,8 +51,8 @@ pub(super) fn moving_links(
     let mut moving: Vec<MovingLink> = Vec::new();
     let mut rooted = vec![(tree.root, Pose::IDENTITY)];
     let mut reached = vec![false; model.joints.len()];
-    // Each entry of the stack: a joint to visit, the moving link that carries it, and the pose of its parent link in the
-    // joint frame of this moving link.
+    // Each entry of the stack has a joint to visit, the moving link that carries the joint (`None`: the root), and the pose of
+    // the joint's parent link in the joint frame of this moving link.
     let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
     let push = |link: usize, carrier, pose, stack: &mut Vec<_>| {
         stack.extend(tree.below[link].iter().rev().map(|&j| (j, carrier, pose)));
@@ -212,7 +212,8 @@ fn origin(joint: &urdf_rs::Joint, angles: AngleSnapping, snapped: &mut Vec<Note>
 fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let given = *joint.axis.xyz;
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // A coordinate axis has exactly one non-zero entry. A note is added if other entries were set to zero.
+    // The axis was set to a coordinate axis if it has exactly one entry that is not zero. Other entries may have been set to
+    // zero: then a note is added.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
     let left_out =
         given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > angle_snap::UNNOTED_DIFFERENCE_RAD * largest);

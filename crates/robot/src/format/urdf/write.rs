@@ -1,8 +1,9 @@
 //! Writes a robot as a URDF. The link frames are Khalil's, so every joint turns about its own z axis.
 //!
-//! The joint frame of a URDF at q = 0 is iTj of the table, including the constant part of the joint variable. Inertias are
-//! about the centre of mass, in the axes of the link frame. A URDF is a tree with numbers: loops are cut, and symbols become
-//! their values. A joint becomes a mimic joint if it follows exactly one other joint by a factor and an offset.
+//! The `<origin>` of a joint is the pose iTj of its link frame j in the antecedent's frame i at q = 0. It includes the constant
+//! part of the joint variable. Inertias are about the centre of mass, in the axes of the link frame. A URDF is a tree with
+//! numbers: loops are cut, and symbols become their values. A joint becomes a mimic joint if it follows exactly one other joint
+//! by a factor and an offset.
 
 use crate::inertial::{Matrix3, Part, Pose};
 use crate::robot::{Drive, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
@@ -100,7 +101,7 @@ impl Writer<'_> {
         self.line("  </joint>".into());
     }
 
-    /// The limits of the joint's coordinate, if only this coordinate moves the joint; otherwise no limits.
+    /// The limits of the coordinate that moves the joint. No limits if the joint is not actuated or several coordinates move it.
     fn limits_of(&self, j: LinkId) -> Limits {
         let joint = &self.robot.link(j).joint;
         match (joint.drive, &joint.variable.terms[..]) {
@@ -114,7 +115,7 @@ impl Writer<'_> {
     fn axis_and_limit(&mut self, j: LinkId, limits: Limits) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
-        // If the coordinate has a negative factor, the axis is reversed.
+        // If the joint variable is the coordinate times a negative factor, the axis is reversed.
         let against = joint.drive == Drive::Actuated && joint.variable.terms[0].1 < 0.0;
         self.line(format!("    <axis xyz=\"0 0 {}\"/>", if against { "-1" } else { "1" }));
         let mut attributes = String::new();
@@ -131,7 +132,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `<dynamics>`, and adds notes on the properties of the drive that a URDF cannot express.
+    /// Writes `<dynamics>` (friction), and adds notes on properties of the drive that a URDF cannot express.
     fn dynamics(&mut self, j: LinkId) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
@@ -198,7 +199,7 @@ impl Writer<'_> {
     }
 }
 
-/// The name of the coordinate if it alone moves an actuated joint; otherwise the name of the joint.
+/// The name of the coordinate, if the joint is actuated and only this coordinate moves it; otherwise the name of the joint.
 fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
     match (link.joint.drive, &link.joint.variable.terms[..]) {
         (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k),
@@ -221,7 +222,7 @@ fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     if across > UPRIGHT_COSINE {
         [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])]
     } else {
-        // Roll and yaw turn about the same line, so roll is set to zero and yaw is the whole angle.
+        // Roll and yaw rotate about the same line here, so only their combined angle is known: roll is set to zero.
         [0.0, pitch, (-r[0][1]).atan2(r[1][1])]
     }
 }

@@ -51,7 +51,7 @@ pub(super) fn read(text: &str, file: &str) -> Result<Rc<XacroElement>, Error> {
 fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<XacroElement>, Error> {
     let line = node.document().text_pos_at(node.range().start).row as usize;
     let tag = node.tag_name();
-    // Several addresses of the xacro name space are in use; all are accepted.
+    // The name space of xacro has several addresses (URIs) in use; all are accepted.
     let is_macro = tag.namespace().is_some_and(|space| space.trim_end_matches('/').ends_with("xacro"));
     let attributes = node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect();
     let mut found =

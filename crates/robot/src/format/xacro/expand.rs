@@ -1,7 +1,7 @@
 //! Expands the macros of a xacro file, in the order of its elements, as the Python program xacro does.
 //!
-//! A property is evaluated at its first use, in the scope of its definition. A macro can use all names of its caller. Blocks
-//! are expanded before they are passed to a macro.
+//! A property is evaluated at its first use, in the scope of its definition. A macro can use all names of its caller. A block
+//! (XML elements that a caller passes to a macro) is expanded before it is passed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -27,7 +27,8 @@ const MAX_ELEMENT_DEPTH: usize = 300;
 
 /// Expands a xacro text to XML. `arguments`: values for `$(arg)`. `packages`: folders for `$(find)`.
 ///
-/// Fails, with file and line, if the text is no xacro, needs data of the host, or exceeds the bounds.
+/// Fails, with file and line, if the text is no xacro, if it exceeds the bounds of this file, or if it needs data of the
+/// computer, for example an environment variable.
 pub(in crate::format) fn expanded(
     text: &str,
     file: &str,
@@ -77,7 +78,7 @@ enum Meaning {
     Raw(String),
     Value(XacroValue),
     Block(Vec<Child>),
-    /// A property that is being evaluated. If it is needed now, its definition is circular.
+    /// A property that is being evaluated. If its value is needed during the evaluation, its definition is circular.
     Open,
 }
 
@@ -230,7 +231,7 @@ impl Expander<'_> {
         let last = self.scopes.len() - 1;
         let (place, meaning) = match (element.attribute("scope"), meaning) {
             (None, meaning) => (last, meaning),
-            // A property that a macro defines for an outer scope is evaluated inside the macro.
+            // A property that a macro defines for an outer scope (attribute `scope`) is evaluated inside the macro.
             (Some(scope), Meaning::Raw(raw)) => {
                 let value = self.text(&raw, element)?;
                 (if scope == "global" { 0 } else { last.saturating_sub(1) }, Meaning::Value(literal(value)))
@@ -322,7 +323,8 @@ impl Expander<'_> {
             Some(Meaning::Value(value)) => Ok(Some(value)),
             Some(Meaning::Raw(raw)) => {
                 self.scopes[place].names.insert(name.into(), Meaning::Open);
-                // A property is evaluated in the scope of its definition, so the inner scopes are removed meanwhile.
+                // A property is evaluated in the scope of its definition. So the scopes inside this scope are removed during the
+                // evaluation.
                 let inner = self.scopes.split_off(place + 1);
                 let value = self.deeper_value(element, |expander| expander.text(&raw, element));
                 self.scopes.extend(inner);
@@ -379,7 +381,7 @@ impl Expander<'_> {
                     continue;
                 }
             };
-            // Two dollar signs stand for one dollar character.
+            // Of two or more dollar signs, one is dropped, and the bracket after them is ordinary text.
             if dollars > 1 {
                 parts.push(XacroValue::Text(format!("{}{}", &from[1..dollars], &behind[..1])));
                 rest = &behind[1..];
@@ -411,7 +413,8 @@ impl Expander<'_> {
         expression::value(text, &mut known).map_err(|e| element.error(format!("${{{}}}: {e}", shown(text))))
     }
 
-    /// Evaluates `$(arg name)`, `$(find package)` and `$(dirname)`. Commands that need data of the host are refused.
+    /// Evaluates `$(arg name)`, `$(find package)` and `$(dirname)`. Commands that need data of the computer, for example
+    /// `$(env)`, are refused.
     fn command(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let (command, name) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let name = name.trim();
@@ -436,7 +439,7 @@ impl Expander<'_> {
     }
 }
 
-/// Gives an expression access to the names and files of the expander.
+/// Source of names and files for an expression: it looks them up in the expander.
 struct NameLookup<'a, 'b> {
     expander: &'a mut Expander<'b>,
     element: &'a XacroElement,
@@ -455,7 +458,7 @@ impl NameSource for NameLookup<'_, '_> {
     }
 }
 
-/// Converts a text that is a number or a boolean to this number or boolean.
+/// If the value is a text that spells a number or a boolean, converts it to this number or boolean.
 fn literal(value: XacroValue) -> XacroValue {
     if let XacroValue::Text(text) = &value { XacroValue::literal(text) } else { value }
 }

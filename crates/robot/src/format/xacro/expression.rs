@@ -1,4 +1,5 @@
-//! Evaluates expressions in `${}`: Python arithmetic on numbers, texts, lists and maps, without access to the host.
+//! Evaluates expressions in `${}`: Python arithmetic on numbers, texts, lists and maps, without access to files or data of the
+//! computer, except YAML files that may be read. Operators, lowest precedence first:
 //!
 //! ```text
 //! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x.key; 1.5, 'text', [x, y], name
@@ -15,7 +16,7 @@ const MAX_EXPRESSION_BYTES: usize = 2000;
 /// Largest depth of nested parentheses and powers.
 const MAX_EXPRESSION_DEPTH: usize = 100;
 
-/// Evaluates an expression. `names`: source of the values of names and files.
+/// Evaluates an expression. `names`: gives the values of names, and the content of YAML files.
 pub(super) fn value(text: &str, names: &mut dyn NameSource) -> Result<XacroValue, String> {
     if text.len() > MAX_EXPRESSION_BYTES {
         return Err(format!("an expression of {} bytes: at most {MAX_EXPRESSION_BYTES} are read", text.len()));
@@ -34,7 +35,7 @@ struct ExpressionParser<'a> {
     at: usize,
     names: &'a mut dyn NameSource,
     depth: usize,
-    /// Whether tokens are evaluated. A branch of a conditional that is not chosen is only parsed.
+    /// Whether the tokens are evaluated, or only parsed. The branch of a conditional that is not chosen is only parsed.
     is_live: bool,
 }
 
@@ -77,8 +78,8 @@ impl ExpressionParser<'_> {
             return Err(format!("more than {MAX_EXPRESSION_DEPTH} parentheses stand in one another"));
         }
         let start = self.at;
-        // The condition stands after the first branch. So this branch is first parsed to find the condition, and evaluated
-        // later if it holds.
+        // In `x if c else y` the condition comes after the first branch. So the first branch is parsed to find the condition, and
+        // it is evaluated later if the condition holds.
         let first = self.dead(Self::either)?;
         let found = if self.take("if") {
             let condition = self.either()?;

@@ -37,7 +37,7 @@ impl<'a> Files<'a> {
     pub(super) fn text(&mut self, name: &str, from: &str) -> Result<(String, String), String> {
         let beside = Path::new(from).parent().unwrap_or(Path::new(""));
         let path = if Path::new(name).is_absolute() { PathBuf::from(name) } else { beside.join(name) };
-        // The folder of a package may be relative to the working directory, because the user gave it in this form.
+        // The path may start with the folder of a package, which the user may give relative to the working directory.
         let path = if !path.exists() && Path::new(name).exists() { PathBuf::from(name) } else { path };
         let fail = |what: &str| format!("`{}`: {what}", shown(name));
         let full = path.canonicalize().map_err(|e| fail(&format!("the file cannot be read: {e}")))?;

@@ -7,7 +7,7 @@ use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue};
 /// Largest length of a list that results from adding two lists.
 const MAX_LIST_ITEMS: usize = 2000;
 
-/// Calls the function `name` with these arguments. `names`: source of the values of names and files.
+/// Calls the function `name` with these arguments. `names`: gives the values of names, and the content of YAML files.
 pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn NameSource) -> Result<XacroValue, String> {
     let number = |k: usize| {
         let value = arguments.get(k).ok_or_else(|| format!("`{name}` lacks an argument"))?;

@@ -2,11 +2,11 @@
 
 use crate::format::shown::shown;
 
-/// A parameter of a macro. The name of a block parameter starts with its one or two stars.
+/// A parameter of a macro. The name of a block parameter (it gets XML elements) starts with one or two stars, as in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether the parameter gets the caller's value of the same name (`^`), if the caller has a value with this name.
+    /// Whether the default is `^`: the parameter gets the value that this name has at the caller, if it has one there.
     pub forwards: bool,
     pub default: Option<String>,
 }

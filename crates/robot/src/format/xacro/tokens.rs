@@ -1,6 +1,6 @@
 //! Splits an expression into tokens.
 
-/// The tokens of an expression. A token for a text starts with its quote and has no closing quote.
+/// The tokens of an expression. A token that is a quoted text starts with its quote; the closing quote is omitted.
 pub(super) fn tokens(text: &str) -> Result<Vec<String>, String> {
     let chars: Vec<char> = text.chars().collect();
     let (mut found, mut at) = (Vec::new(), 0);

@@ -27,7 +27,7 @@ pub(super) trait NameSource {
 }
 
 impl XacroValue {
-    /// The value of a whole text: a number, a boolean, or the text itself.
+    /// The value that a text spells: a number, a boolean, or the text itself.
     pub(super) fn literal(text: &str) -> XacroValue {
         if let Some(quoted) = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
             return XacroValue::Text(quoted.into());

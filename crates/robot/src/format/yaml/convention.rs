@@ -6,10 +6,10 @@
 //! |---|---|---|
 //! | `khalil-kleinfinger` | gamma b alpha d theta r | itself |
 //! | `craig` | alpha_(i-1) a_(i-1) d_i theta_i | alpha, d, r, theta: the frames are equal |
-//! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; d and alpha of the links that i carries |
+//! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; alpha and d of the links that link i carries |
 //!
-//! In the table `denavit-hartenberg`, frame i is at the far end of link i, at Tx(a_i) Rx(alpha_i) relative to the frame used
-//! here. The body of link i is given in this far frame: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
+//! In the table `denavit-hartenberg`, frame i is at the far end of link i: its pose in our frame i is Tx(a_i) Rx(alpha_i). The
+//! file gives the body of link i in this far frame: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
 use gate::suggestion::did_you_mean;
 
-/// A table with a longer length is probably in millimetres, m.
+/// If a length in a table is larger than this, m, its unit is probably mm.
 const LONGEST_LENGTH_M: f64 = 20.0;
 /// Number of millimetres per metre.
 const MM_PER_M: f64 = 1000.0;
@@ -102,7 +102,8 @@ impl Convention {
         }
     }
 
-    /// The key in this table for one of gamma, b, alpha, d, theta, r; `None` if the table does not have this parameter.
+    /// The key that stands in this table for one of gamma, b, alpha, d, theta, r; `None` if the table does not have this
+    /// parameter.
     pub(super) fn key(self, parameter: &str) -> Option<&'static str> {
         match (self.table, parameter) {
             (_, "alpha") => Some("alpha"),
@@ -128,7 +129,7 @@ impl Convention {
         let number = |x: f64| Box::new(Value::Number(x));
         match value {
             _ if is_angle && !self.degrees || !is_angle && !self.millimetres => value,
-            // The conversion gives a multiple of a right angle exactly.
+            // A multiple of pi/12 (up to half a turn) is converted exactly.
             Value::Number(x) if is_angle => computed_angle_of_any_turn(x),
             Value::Number(x) => Value::Number(x / MM_PER_M),
             value if is_angle => Value::Div(Box::new(Value::Mul(Box::new(value), Box::new(Value::Pi))), number(180.0)),
@@ -136,7 +137,7 @@ impl Convention {
         }
     }
 
-    /// Converts a number of a revolute or prismatic joint to rad or m.
+    /// Converts a position or a rate of a joint from the units of the file to rad or m. `kind`: type of the joint.
     pub(super) fn si_of(self, kind: JointKind, x: f64) -> f64 {
         match kind {
             JointKind::Prismatic if self.millimetres => x / MM_PER_M,
@@ -156,8 +157,8 @@ impl Convention {
         Some(format!("is {x:.4} rad, more than a whole turn: {advice}"))
     }
 
-    /// For the table `denavit-hartenberg`: moves alpha and a from the far end of each link to the links that it carries.
-    /// Returns the pose of the far frame in the frame of each link.
+    /// For the table `denavit-hartenberg`: moves alpha and a of each link (given at its far end) to the links that it carries.
+    /// Returns, for each link, the pose of its far frame in the link frame.
     pub(super) fn to_near_ends(self, robot: &mut Robot, angles: AngleSnapping) -> Vec<Pose> {
         if self.table != DhTable::DenavitHartenberg {
             return vec![Pose::IDENTITY; robot.links.len()];
@@ -196,13 +197,13 @@ impl Convention {
         (length > LONGEST_LENGTH_M).then(|| Note { subject: format!("link {}", link.label), text })
     }
 
-    /// Whether the table can describe loops: this needs frames at the near ends of links.
+    /// Whether the table can describe loops. A table with frames at the far ends of links cannot.
     pub(super) fn has_loops(self) -> bool {
         self.table != DhTable::DenavitHartenberg
     }
 }
 
-/// Converts an angle in degrees to rad. The result is an exact multiple of pi if possible.
+/// Converts an angle in degrees to rad. A multiple of pi/12 is exact, up to half a turn.
 fn computed_angle_of_any_turn(degrees: f64) -> Value {
     let angle = degrees * PI / 180.0;
     if angle.abs() <= PI { computed_angle(angle) } else { Value::Number(angle) }

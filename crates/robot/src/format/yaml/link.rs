@@ -90,8 +90,8 @@ pub(super) fn joint_kind(source: DescriptionFile, fields: &Fields, default: Join
     Ok([JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][which])
 }
 
-/// The passive coordinate of a joint for which the file gives no variable; `None` if it gives one. The loops determine this
-/// coordinate. The search for its value starts at the key `start`.
+/// If the file gives no variable for a joint, adds a passive coordinate for it and returns its index; otherwise `None`. The loops
+/// determine this coordinate: the search for its value starts at the value of the key `start`.
 pub(super) fn passive_coordinate(
     source: DescriptionFile,
     names: &KnownNames,
@@ -114,7 +114,7 @@ pub(super) fn passive_coordinate(
     Ok(Some(CoordinateId(names.coordinates.len() + passive.len() - 1)))
 }
 
-/// Reads the placement (gamma .. r) of a link or a loop frame, and its joint variable. `unknown`: variable if the file gives
+/// Reads the placement (gamma .. r) of a link or a loop frame, and its joint variable. `unknown`: the variable if the file gives
 /// none. `what`: name of the link or frame in errors.
 pub(super) fn placement(
     source: DescriptionFile,
@@ -202,7 +202,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// The geometry of the link, and the joint variable without its constant part, which is added to the geometry.
+    /// The geometry of the link and its joint variable. The constant part of the variable is added to the geometry.
     pub(super) fn placement(
         &self,
         source: DescriptionFile,
@@ -330,7 +330,8 @@ fn ancestors_return(source: DescriptionFile, drafts: &[Draft], start: usize) -> 
     false
 }
 
-/// The link with the label `word`, among the first `until` links. `None` for the base. Fails with a message if there is none.
+/// The link with the label `word`, searched among the first `until` links. `None` for the base. Fails with a message if there is
+/// no such link.
 pub(super) fn find_link(drafts: &[Draft], word: &str, until: usize) -> Result<Option<LinkId>, String> {
     if word == "base" {
         return Ok(None);

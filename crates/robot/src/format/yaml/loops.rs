@@ -11,8 +11,8 @@ use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 /// The keys of a loop frame, except the keys of its placement.
 const FRAME_KEYS: [&str; 3] = ["antecedent", "joint", "start"];
 
-/// Reads `loops: [{cut: {..}, twin: {..}}]`. By default, a cut is a revolute joint, and a twin is fixed to its link. A cut
-/// without a variable gets a passive coordinate.
+/// Reads `loops: [{cut: {..}, twin: {..}}]`: the frames on both sides of the cut of each loop. By default, a cut is a revolute
+/// joint and a twin is fixed to its link. A cut without a variable gets a passive coordinate.
 pub(super) fn loops(
     source: DescriptionFile,
     node: &Node,
@@ -68,7 +68,7 @@ pub(super) fn check_closure(source: DescriptionFile, node: Option<&Node>, robot:
     closure::check(robot).map_err(|(k, message)| source.at(&items[k], message))
 }
 
-/// Fails if a passive joint outside of every loop has no expression, because nothing determines its motion.
+/// Fails if a passive joint has no expression for its variable and belongs to no loop, because nothing determines its motion.
 pub(super) fn check_passive(source: DescriptionFile, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
     let mut in_loop = vec![false; robot.links.len()];
     for frame in robot.loops.iter().flat_map(|l| [&l.cut, &l.twin]) {

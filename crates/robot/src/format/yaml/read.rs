@@ -69,7 +69,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
 
     let mut names = symbols(source, &fields)?;
     names.set_values(source, options.values)?;
-    // The links are read completely only when the coordinates are known, because joint variables contain coordinates.
+    // Joint variables contain coordinates. So the links are read in two steps: before and after the coordinates are known.
     let gravity = gravity(source, &fields, &names)?;
     let drafts = drafts(source, fields.require("links")?, convention)?;
     names.coordinates = match fields.get("coordinates") {
@@ -160,7 +160,7 @@ fn listed_coordinates(source: DescriptionFile, node: &Node, names: &KnownNames) 
     Ok(listed)
 }
 
-/// The names of the coordinates, one for each actuated joint: the name in its variable that is not a symbol.
+/// The names of the coordinates, one for each actuated joint: the name in the joint variable that is not the name of a symbol.
 fn found_coordinates(source: DescriptionFile, drafts: &[Draft], names: &KnownNames) -> Result<Vec<String>, Error> {
     let mut found: Vec<String> = Vec::new();
     for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {

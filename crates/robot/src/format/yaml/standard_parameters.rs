@@ -17,7 +17,7 @@ const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
 /// The keys of the six entries of an inertia matrix.
 const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 
-/// Reads `standard_parameters`. `places`: for each link, the pose of the file's frame in the link frame.
+/// Reads `standard_parameters`. `places`: for each link, the pose of its frame in the file's convention, in our link frame.
 pub(super) fn standard_parameters(
     source: DescriptionFile,
     node: &Node,

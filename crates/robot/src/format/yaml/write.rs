@@ -100,7 +100,8 @@ fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     items
 }
 
-/// The entries `key: value` of a cut or a twin. The default joint is omitted: revolute for a cut, fixed for a twin.
+/// The entries `key: value` of a loop frame: of the cut, or of its twin on the other side. The default joint type is omitted:
+/// revolute for a cut, fixed for a twin.
 fn frame_items(robot: &Robot, names: &SymbolNames, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
     let kind = match (frame.kind, is_cut) {
         (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
@@ -114,7 +115,8 @@ fn frame_items(robot: &Robot, names: &SymbolNames, frame: &LoopFrame, is_cut: bo
     items
 }
 
-/// The entries gamma .. r of a placement, without zeros. The variable of a moving or locked joint is always written.
+/// The entries gamma .. r of a placement; zeros are omitted, except that the variable of a moving or locked joint is always
+/// written.
 fn placement(
     robot: &Robot,
     names: &SymbolNames,
@@ -138,8 +140,8 @@ fn placement(
             }
             continue;
         }
-        // A variable that the loops determine is omitted, because the reader determines it again. Its constant part is added
-        // to the start value of the search.
+        // A variable that the loops determine is not written, because the reader determines it again. But the constant part is
+        // added to the start value of the search, which is written.
         match &variable.terms[..] {
             [(k, c)] if k.0 >= n && *c == 1.0 => {
                 let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
@@ -173,8 +175,8 @@ fn limits(limits: Limits) -> Option<String> {
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
 
-/// Whether some version of YAML would read this text as a number or a keyword. A label that consists only of digits, as
-/// Khalil uses, is accepted, because it is read back unchanged.
+/// Whether some version of YAML would read this text as a number or a keyword. A label that consists only of digits, as Khalil
+/// uses, does not count, because our reader reads it back unchanged.
 fn is_no_word(text: &str) -> bool {
     const RESERVED_WORDS: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
     let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
@@ -231,7 +233,7 @@ impl SymbolNames {
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
-            // A number with appended characters may still be a number, so a letter is put in front.
+            // With an underscore at its end, a number may still be read as a number. So such a label gets a letter in front.
             if is_no_word(&label) {
                 label.insert(0, 'l');
             }

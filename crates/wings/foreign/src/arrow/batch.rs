@@ -1,8 +1,8 @@
 //! Reads the numbers of a record batch (a group of rows) of an Arrow table.
 //!
-//! A batch has a node (its length) for every column and for each child of a column. It also has buffers: one bit per row for its
-//! validity; then numbers, or the offsets of lists. A missing number becomes NaN. A buffer may be compressed; then it starts with
-//! its uncompressed length.
+//! A batch has a node (its number of elements) for every column and for each child of a column. It also has buffers. The first
+//! buffer of a column has one bit per row: whether the row is valid. Then come the numbers, or the offsets of lists. A missing
+//! number becomes NaN. A buffer may be compressed; then it starts with its uncompressed length.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,8 @@ use logs::reading::Compression;
 use logs::reading::{MAX_CELLS, MAX_COLUMNS};
 use logs::reading::{NumberType, Numbers};
 
-/// Memory per list during reading, bytes: its range, and its range if the list is valid.
+/// Memory per list during reading, bytes: the range of its elements, and the same range as an option (`None` if the list is
+/// missing).
 const LIST_BYTES: usize = size_of::<[usize; 2]>() + size_of::<Option<[usize; 2]>>();
 
 /// A batch, not decoded yet.
@@ -24,13 +25,13 @@ pub(crate) struct Batch {
     nodes: Vec<usize>,
     /// Position and length of each buffer in `body`.
     buffers: Vec<[usize; 2]>,
-    /// For each column of views, the number of buffers in addition to the first two.
+    /// For each column of views (a layout of Arrow for texts), the number of buffers in addition to the first two.
     view_buffers: Vec<usize>,
     compression: Option<Compression>,
     body: Vec<u8>,
 }
 
-/// A column of the table. A column of lists gives one column of the log per list element.
+/// A column of the table. A column with lists of length k gives k columns of the log.
 pub(crate) struct BatchColumn {
     pub name: String,
     numbers: Numbers,
@@ -59,7 +60,7 @@ impl BatchColumn {
         }
     }
 
-    /// Whether the numbers of the column are times.
+    /// Whether the numbers of the column are times, so that its name may contain a unit.
     pub(crate) fn is_timed(&self) -> bool {
         matches!(self.numbers.kind, NumberType::Time { .. }) && self.text.is_none()
     }
@@ -82,7 +83,7 @@ impl BatchColumn {
         (self.text, self.series) = (Some(why), Vec::new());
     }
 
-    /// Adds the lists of some rows. Each list is given by its range in `values`; `None` if the list is missing.
+    /// Adds the lists of some rows. A list is given by the range of its elements in `values`; `None` if it is missing.
     fn push_lists(&mut self, lists: &[Option<[usize; 2]>], values: &[f64], budget: &mut Budget) -> Result<(), String> {
         let lengths = || lists.iter().flatten().map(|[from, to]| to - from).filter(|length| *length > 0);
         let Some(width) = self.width.or_else(|| lengths().next()) else {
@@ -109,7 +110,8 @@ impl BatchColumn {
 }
 
 impl Batch {
-    /// Decodes a batch from its message (`RecordBatch` of Message.fbs) and its body.
+    /// Decodes the structure of a batch from its message (`RecordBatch` of Message.fbs) and its body. The numbers are decoded
+    /// later.
     pub(crate) fn new(message: &FlatTable, body: Vec<u8>) -> Result<Batch, String> {
         let compression = match message.table(3)? {
             None => None,
@@ -132,7 +134,7 @@ impl Batch {
         Ok(Batch { rows, nodes, buffers, view_buffers: words(message.elements(4, 8)?)?, compression, body })
     }
 
-    /// Adds the rows of the batch to the columns that are read. `columns`: the columns of `fields`, depth first.
+    /// Adds the rows of the batch to the columns that are wanted. `columns`: the columns of `fields`, in depth-first order.
     pub(crate) fn read(
         &self,
         fields: &[ArrowField],
@@ -195,7 +197,7 @@ impl<'a> BatchCursor<'a> {
                 Ok(())
             }
             (Layout::Lists { length, offset_bytes }, [ArrowField { layout: Layout::Numbers { bytes, .. }, .. }]) => {
-                // The ranges of the lists are checked before their elements are read.
+                // The memory for the ranges of the lists is taken from the budget before they are read.
                 self.budget.draw(rows.saturating_mul(LIST_BYTES))?;
                 let places = match length {
                     Some(length) => (0..rows).map(|r| [r * length, (r + 1) * length]).collect(),
@@ -266,7 +268,7 @@ impl<'a> BatchCursor<'a> {
         }
     }
 
-    /// For each row, whether it is valid. `within`: validity of the structure that contains the rows.
+    /// For each row, whether it is valid. A row is also invalid if it is invalid in the structure that contains it (`within`).
     fn present(&mut self, rows: usize, within: Option<&[bool]>) -> Result<Present, String> {
         let bits = self.bytes()?;
         if bits.is_empty() {
@@ -279,7 +281,7 @@ impl<'a> BatchCursor<'a> {
         Ok(Some((0..rows).map(is_there).collect()))
     }
 
-    /// For each list, the range of its elements.
+    /// For each list, the range of its elements, from the buffer of offsets.
     fn offsets(&mut self, rows: usize, bytes: usize) -> Result<Vec<[usize; 2]>, String> {
         let offsets = self.bytes()?;
         if offsets.len() / bytes < rows + usize::from(rows > 0) {

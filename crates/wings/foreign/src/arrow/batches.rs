@@ -1,4 +1,4 @@
-//! Reads an Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
+//! Reads an Arrow file (Feather, version 2) or stream as a table with named columns, batch by batch (a batch is a group of rows).
 //!
 //! Only one batch and the rows that were not returned yet are in memory. A null value becomes NaN.
 //!
@@ -21,13 +21,13 @@ use logs::reading::{time_note, without_unit};
 pub(crate) struct ArrowReader<'a> {
     file: String,
     messages: Messages<'a>,
-    /// Memory budget; it grows with the number of bytes that were read.
+    /// Memory budget; it grows with the number of bytes of the file that were read.
     budget: Budget,
     fields: Vec<ArrowField>,
     columns: Vec<BatchColumn>,
     header: Vec<String>,
     notes: Vec<String>,
-    /// Number of rows in the series of the columns. `taken`: number of these rows that were returned already.
+    /// Number of rows that `columns` hold now. `taken`: number of these rows that were already returned to the caller.
     rows: usize,
     taken: usize,
     /// Number of rows that were returned in total.
@@ -46,7 +46,7 @@ impl<'a> ArrowReader<'a> {
         ArrowReader::new(file, Messages::of_stream(Box::new(source)))
     }
 
-    /// Opens a file or a stream whose whole content is in memory.
+    /// Opens a file or a stream whose whole content `bytes` is in memory.
     pub(crate) fn of_bytes(file: &str, bytes: &'a [u8]) -> Result<ArrowReader<'a>, Error> {
         if !bytes.starts_with(FILE_MAGIC) {
             return ArrowReader::of_stream(file, bytes);
@@ -59,7 +59,7 @@ impl<'a> ArrowReader<'a> {
         ArrowReader::of_file(file, Box::new(piece), bytes.len() as u64)
     }
 
-    /// Reads the first rows, because they determine the lengths of the lists.
+    /// Makes a reader and reads the first rows, because the lengths of the lists in them determine the columns.
     fn new(file: &str, begun: Result<(Messages<'a>, Vec<ArrowField>), String>) -> Result<ArrowReader<'a>, Error> {
         let at = |e: String| Error::at(file, 0, e);
         let (messages, fields) = begun.map_err(at)?;
@@ -140,7 +140,7 @@ impl<'a> ArrowReader<'a> {
             for k in 0..column.width() {
                 let numbers = match column.series.get(k) {
                     Some(series) if column.is_read() => series[rows.clone()].to_vec(),
-                    // The column has no number, so all its rows are NaN.
+                    // A wanted column without numbers: all its rows are NaN.
                     _ if column.wanted => {
                         self.budget.draw(count.saturating_mul(size_of::<f64>()))?;
                         vec![f64::NAN; count]

@@ -1,9 +1,9 @@
 //! Reads the fields of a flatbuffer (flatbuffers.dev, "Internals"), the format in which Arrow describes its messages.
 //!
-//! A table begins with the distance back to its index (vtable), 4 bytes. The index contains its own length and the length of the
-//! table, 2 bytes each, and for every field the distance from the start of the table, or 0 if the field has its default. If a
-//! field is a table, a text or a vector, it contains the distance to that object. Numbers are little-endian. Every position is
-//! checked before it is read.
+//! A table begins with 4 bytes: the distance back to its index (vtable). The index contains its own length and the length of the
+//! table, 2 bytes each. Then it has an entry for every field: the distance from the start of the table to the field, or 0 if the
+//! field has its default. If a field is a table, a text or a vector, it contains the distance to that object. Numbers are
+//! little-endian. Every position is checked before it is read.
 
 /// Largest number of elements of a vector of tables. A log never has more columns.
 const MAX_TABLES: usize = 10_000;
@@ -26,7 +26,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], String> {
     found.copied().map_or_else(damaged, Ok)
 }
 
-/// The position to which the relative offset at `at` points.
+/// The position to which the 4-byte offset at position `at` points.
 fn target(bytes: &[u8], at: usize) -> Result<usize, String> {
     let distance = u32::from_le_bytes(number(bytes, at)?) as usize;
     at.checked_add(distance).filter(|end| *end < bytes.len()).map_or_else(damaged, Ok)
@@ -121,9 +121,10 @@ mod tests {
     /// table itself.
     fn buffer() -> Vec<u8> {
         let mut bytes = vec![16, 0, 0, 0];
-        // The index: its length, the length of the table, and the distances of the four fields.
+        // The index (vtable): its length, the length of the table, and the distances of the four fields from the start of the
+        // table.
         bytes.extend([12u16, 16, 4, 0, 8, 12].iter().flat_map(|x| x.to_le_bytes()));
-        // The table starts at position 16. Its index is 12 bytes before.
+        // The table starts at position 16. The distance back to its index is 12 bytes.
         bytes.extend(12i32.to_le_bytes());
         bytes.extend([7, 0, 0, 0]);
         bytes.extend(8u32.to_le_bytes()); // at 24: to 32

@@ -1,8 +1,8 @@
 //! Reads the messages of an Arrow stream, or the messages that the index of an Arrow file lists.
 //!
-//! A message consists of four bytes 0xff, the length of its description in four bytes, the description (`flatbuffer`), and its
+//! A message consists of four bytes 0xff, the length of its description in four bytes, the description (a flatbuffer), and its
 //! body. Before Arrow 0.15, the bytes 0xff were missing. A stream begins with the schema. A file has an index at its end, with
-//! the schema and the positions of the batches. The index is used because some writers omit the schema message.
+//! the schema and the positions of the batches. A file is read by its index, because some writers omit the schema message.
 
 use std::io::{self, Read};
 
@@ -10,7 +10,7 @@ use crate::arrow::flatbuffer::FlatTable;
 use crate::arrow::schema::ArrowField;
 use logs::reading::MAX_FILE_BYTES;
 
-/// The first bytes of a file. Its last bytes are the same without the two zeros.
+/// The first bytes of a file. Its last bytes are the same, but without the two zeros.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
 /// Number of bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 10;
@@ -50,7 +50,7 @@ pub(crate) enum Messages<'a> {
 /// Position and lengths of a message in a file.
 pub(crate) struct MessageRange {
     at: u64,
-    /// Number of bytes of the description with its prefix. `body`: number of bytes of the body.
+    /// Number of bytes of the description, with the bytes before it (0xff and length). `body`: number of bytes of the body.
     description: usize,
     body: usize,
 }
@@ -79,7 +79,8 @@ impl<'a> Messages<'a> {
         let index = pieces(start, size).map_err(failed)?;
         let index = FlatTable::root(&index)?;
         let fields = ArrowField::all(&index.table(1)?.ok_or("its schema is empty")?)?;
-        // An entry of the index: position, 8 bytes; length of the description, 4 of 8 bytes; length of the body, 8 bytes.
+        // An entry of the index has 24 bytes: position of the message, 8 bytes; length of its description, 4 bytes and 4 bytes of
+        // padding; length of its body, 8 bytes.
         let place = |block: &[u8]| {
             let word = |at: usize| block[at..].first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
             let [description, body] = [word(8) & 0xffff_ffff, word(16)];
@@ -123,7 +124,7 @@ fn placed(pieces: &ReadRange, place: &MessageRange) -> Result<Message, String> {
 }
 
 fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, String> {
-    // Memory is allocated only for bytes that exist.
+    // Reads `count` bytes. Memory is allocated only for bytes that exist, so a wrong length in the file does no harm.
     let mut piece = |count: u64, may_end: bool| {
         let mut piece = Vec::new();
         (&mut *source).take(count).read_to_end(&mut piece).map_err(|e| format!("cannot be read: {e}"))?;
@@ -139,7 +140,7 @@ fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, Stri
     if length == CONTINUED {
         length = piece(4, false)?;
     }
-    // A stream may end without an end marker.
+    // A stream ends with a length of zero, or without any end marker.
     let length = <[u8; 4]>::try_from(length).map_or(0, u32::from_le_bytes);
     if length == 0 {
         return Ok(None);

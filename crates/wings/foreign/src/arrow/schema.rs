@@ -1,8 +1,8 @@
-//! Determines the columns of an Arrow table, and their layout in a batch, from its schema.
+//! Determines the columns of an Arrow table, and their layout in a batch (a group of rows), from its schema.
 //!
 //! The columns are in depth-first order: the fields of a structure follow the structure, the elements of a list follow the list.
-//! A list column `q` becomes q_1 .. q_k. A field of a structure becomes `struct.field`. A column without numbers is a text
-//! column; using it is an error.
+//! A list column `q` becomes q_1 .. q_k. A field of a structure becomes `struct.field`. A column without numbers counts as a text
+//! column, and it is an error if the user selects it.
 
 use crate::arrow::flatbuffer::FlatTable;
 use logs::reading::NumberType;
@@ -10,17 +10,18 @@ use logs::reading::NumberType;
 /// Largest depth of nested structures.
 const MAX_DEPTH: usize = 8;
 
-/// The layout of a column in a batch: the order of its buffers.
+/// The layout of a column in a batch: which buffers it has, in their order. The first buffer says which rows are valid.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Layout {
-    /// Validity, then numbers of `bytes` bytes each.
+    /// The buffer of valid rows, then a buffer with numbers of `bytes` bytes each.
     Numbers { kind: NumberType, bytes: usize },
-    /// Validity; the buffers of the structure's fields follow.
+    /// The buffer of valid rows; then the buffers of the fields of the structure.
     Structure,
-    /// Validity; for lists of variable length also offsets of `offset_bytes` bytes each. The buffers of the elements follow.
+    /// The buffer of valid rows; for lists of variable length also a buffer of offsets of `offset_bytes` bytes each. Then the
+    /// buffers of the elements.
     Lists { length: Option<usize>, offset_bytes: usize },
-    /// `buffers` buffers without numbers. If `views` is set, the batch states how many more there are. The buffers of the
-    /// children follow.
+    /// `buffers` buffers without numbers, then the buffers of the children. If `views` is set, each batch states how many further
+    /// buffers there are.
     Other { buffers: usize, views: bool, what: String },
 }
 
@@ -48,7 +49,7 @@ impl ArrowField {
         let own = field.text(0)?;
         let name = if path.is_empty() { own.to_string() } else { format!("{path}.{own}") };
         let layout = layout(field)?;
-        // The name of a list element has no meaning, so it is not used.
+        // The field of a list's element has a name without meaning, so it does not appear in the path.
         let path = if layout == Layout::Structure { &name } else { path };
         let below =
             field.tables(5)?.iter().map(|below| ArrowField::of(below, path, depth + 1)).collect::<Result<_, _>>()?;
@@ -65,7 +66,7 @@ impl ArrowField {
         }
     }
 
-    /// The type of the numbers in the field or in its lists; `None` if it has none.
+    /// The type of the numbers in the field, or in the lists of the field; `None` if it has no numbers.
     pub(crate) fn kind(&self) -> Option<&NumberType> {
         match (&self.layout, &self.below[..]) {
             (Layout::Numbers { kind, .. }, _) => Some(kind),

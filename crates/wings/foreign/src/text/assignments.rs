@@ -1,19 +1,19 @@
-//! Lines of assignments, as scripts of robots print them: `[0.004] angles=[1.5, 2.0], torque=3`.
+//! Reads lines of assignments, as scripts of robots print them: `[0.004] angles=[1.5, 2.0], torque=3`.
 //!
-//! A number is a column with its name, a list the columns name_1 .. name_k; a number before the first name, in brackets or not, is
-//! the column `time`.
+//! A number becomes a column with its name, and a list becomes the columns name_1 .. name_k. A number before the first name, in
+//! brackets or not, becomes the column `time`.
 
 use logs::reading::{Budget, Records, TextHead};
 use logs::{Error, Table};
 
 use crate::text::list_cells::numbers_of_list;
 
-/// Whether the first lines are assignments.
+/// Whether the first two lines contain assignments of numbers.
 pub(crate) fn is_so(head: &TextHead) -> bool {
     head.lines.len() > 1 && head.lines[..2].iter().all(|line| !of_line(line).1.is_empty())
 }
 
-/// Reads lines of assignments. Fails where there are too many columns.
+/// Reads lines of assignments as a table. Fails if there are too many columns, or if no line has an assignment.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = String::from_utf8_lossy(bytes);
     let mut rows = Records::new(budget);
@@ -36,7 +36,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     rows.into_table(file, "a line such as `[0.004] q=[1, 2], tau=[3, 4]`")
 }
 
-/// The number before the first name, and the names with their numbers.
+/// Two results: the number before the first name, if there is one, and each name with its numbers.
 fn of_line(line: &str) -> (Option<f64>, Vec<(&str, Vec<f64>)>) {
     let is_of_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '/');
     let mut found: Vec<(&str, Vec<f64>)> = Vec::new();
@@ -78,7 +78,7 @@ mod tests {
         let found = crate::text::table(text).unwrap();
         assert_eq!(found.header, ["time", "angles_1", "angles_2", "torque"]);
         assert_eq!((&found.columns[2], &found.columns[0], found.line(1)), (&vec![-2.5, -3.0], &vec![0.0, 0.004], 3));
-        // Hours and minutes are no assignment, and a header is none.
+        // A time of day (`12:30`) is no assignment, and a header has none.
         assert!(of_line("12:30:01.5,1,2").1.is_empty() && of_line("t,q[0],q[1]").1.is_empty());
     }
 }

@@ -1,21 +1,21 @@
-//! A document per sample: YAML, as `ros2 topic echo` prints messages, and XML, as KUKA RSI sends them.
+//! Reads texts with one document per sample: YAML, as `ros2 topic echo` prints messages, and XML, as KUKA RSI sends them.
 //!
-//! Of XML, an attribute is a column element.attribute (`AIPos.A1`) and the text of an element a column with its name (`IPOC`); the
-//! root is not part of the names.
+//! In XML, an attribute becomes a column with the name element.attribute (`AIPos.A1`). The text of an element becomes a column
+//! with the name of the element (`IPOC`). The root element is not part of the names.
 
 use logs::reading::{Budget, Records, TextHead, add_document, named, number};
 use logs::{Error, Table};
 
 use serde_json::Value;
 
-/// The line between documents of YAML.
+/// The line that separates two YAML documents.
 const SEPARATOR: &str = "---";
-/// Numbers of YAML that are missing numbers here.
+/// Spellings of infinite numbers and NaN in YAML; here they count as missing.
 const NOT_FINITE: [&str; 4] = ["-.inf", ".inf", ".nan", ".NaN"];
-/// Memory of a parsed document per byte of its text, at most.
+/// Largest memory of a parsed document, in bytes per byte of its text.
 const MEMORY_PER_BYTE: usize = size_of::<Value>();
 
-/// Whether documents of YAML follow each other.
+/// Whether the first lines of a text are YAML documents: they contain a separator, and the first other line begins with a key.
 pub(crate) fn is_yaml(head: &TextHead) -> bool {
     let is_key = |line: &&&str| {
         line.split_once(':').is_some_and(|(key, _)| key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'))
@@ -23,7 +23,7 @@ pub(crate) fn is_yaml(head: &TextHead) -> bool {
     head.lines.contains(&SEPARATOR) && head.lines.iter().find(|line| **line != SEPARATOR).as_ref().is_some_and(is_key)
 }
 
-/// Reads documents of YAML. Fails where one is no YAML, or none holds a number.
+/// Reads YAML documents as a table with one row per document. Fails if a document is not YAML, or if none contains a number.
 pub(crate) fn read_yaml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = utf8(file, bytes)?;
     let mut rows = Records::new(budget);
@@ -56,14 +56,14 @@ fn root(text: &str) -> Option<&str> {
     Some(&text[begin..begin + length])
 }
 
-/// Whether several elements with one name follow each other.
+/// Whether the first lines of a text contain the end of the same root element at least twice.
 pub(crate) fn is_xml(head: &TextHead) -> bool {
     let Some(first) = head.lines.first().filter(|line| line.trim_start().starts_with('<')) else { return false };
     let text = head.lines.join("\n");
     root(first).or(root(&text)).is_some_and(|root| text.matches(&format!("</{root}>")).count() > 1)
 }
 
-/// Reads elements of XML. Fails where one is no XML, or none holds a number.
+/// Reads XML elements as a table with one row per root element. Fails if an element is not XML, or if none contains a number.
 pub(crate) fn read_xml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let text = utf8(file, bytes)?;
     let end = format!("</{}>", root(text).unwrap_or_default());
@@ -84,7 +84,7 @@ pub(crate) fn read_xml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<
     rows.into_table(file, "an element with numbers")
 }
 
-/// Adds the attributes and texts of an element, and of those in it.
+/// Adds the attributes and the text of an element, and of all elements in it, to the current row. `name`: path of the element.
 fn values(element: roxmltree::Node, name: &str, rows: &mut Records) -> Result<(), String> {
     let mut set = |name: &str, text: &str| match number(text.trim().as_bytes(), None) {
         Some(x) => rows.set(name, x),
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!((found.line(1), &found.texts[0]), (3, &Some((1, "KUKA".into()))));
         let broken = table(&format!("{}{}<Rob><A></Rob>", element(1.0, 4), element(1.0, 8))).unwrap_err();
         assert!(broken.contains("x:3: this is no element of XML"), "{broken}");
-        // One element is a description, no log.
+        // A text with a single root element is a description of a robot, not a log.
         assert!(!is_xml(&TextHead {
             bytes: b"",
             lines: vec!["<robot name=\"a\">", "</robot>"],

@@ -1,12 +1,12 @@
-//! Lists in the cells of a delimited text, as pandas and NumPy write them: `0.0,"[1.0, 2.0]","[3.0 4.0]"`.
+//! Reads delimited texts with lists in their cells, as pandas and NumPy write them: `0.0,"[1.0, 2.0]","[3.0 4.0]"`.
 //!
-//! A list is the columns name_1 .. name_k. The list may stand in quotation marks or not, and its numbers may be apart by commas or
-//! blanks.
+//! A list becomes the columns name_1 .. name_k. It may be in quotation marks or not, and its numbers may be separated by commas,
+//! semicolons or blanks.
 
 use logs::reading::{Budget, Records, TextHead, number, rows};
 use logs::{Error, Table};
 
-/// The numbers of a text such as `[1, 2]`, `array([1. 2.])` or `(1, 2)`; `None` where it is no list of numbers.
+/// The numbers of a text such as `[1, 2]`, `array([1. 2.])` or `(1, 2)`; `None` if the text is no list of numbers.
 pub(crate) fn numbers_of_list(text: &str) -> Option<Vec<f64>> {
     let open = text.find(['[', '('])?;
     let inner = text[open..].trim_matches(|c: char| matches!(c, '[' | ']' | '(' | ')') || c.is_whitespace());
@@ -19,7 +19,7 @@ fn is_list(cell: &str) -> bool {
     end.ends_with([']', ')']) && end.contains(['[', '(']) && numbers_of_list(end).is_some_and(|all| !all.is_empty())
 }
 
-/// A row of cells, where the delimiter within brackets is none.
+/// The cells of a row, where cells of one list are joined again: a delimiter inside brackets does not separate cells.
 fn unbroken(cells: Vec<String>, delimiter: Option<u8>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     let mut is_open = false;
@@ -34,14 +34,14 @@ fn unbroken(cells: Vec<String>, delimiter: Option<u8>) -> Vec<String> {
     all
 }
 
-/// Whether the row below the header holds a list.
+/// Whether the row after the header has as many cells as the header, and one of them is a list.
 pub(crate) fn is_so(head: &TextHead) -> bool {
     let [header, row, ..] = head.rows.as_slice() else { return false };
     let row = unbroken(row.clone(), head.delimiter);
     row.len() == header.len() && row.iter().any(|cell| is_list(cell))
 }
 
-/// Reads a text with lists in cells. Fails where there are too many columns.
+/// Reads a text with lists in its cells as a table. Fails if there are too many columns.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let delimiter = TextHead::delimiter_of(bytes);
     let mut all = rows(bytes, delimiter);

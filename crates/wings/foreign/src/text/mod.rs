@@ -1,4 +1,4 @@
-//! Logs as text in shapes of their own.
+//! Reads logs in text formats that are no plain tables.
 
 use logs::reading::{LogFormat, LogReader};
 
@@ -7,7 +7,7 @@ mod documents;
 mod list_cells;
 mod per_joint;
 
-/// The shapes, in the order of the search.
+/// The formats, in the order in which they are tried.
 pub(crate) const SHAPES: [LogFormat; 5] = [
     shape("messages of `ros2 topic echo`", documents::is_yaml, documents::read_yaml),
     shape("XML of KUKA RSI", documents::is_xml, documents::read_xml),

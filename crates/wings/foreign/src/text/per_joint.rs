@@ -1,14 +1,14 @@
-//! A row per joint and sample: `timestamp,joint,position,effort`, with the joints in turn.
+//! Reads texts with one row per joint and sample, and the joints in turn: `timestamp,joint,position,effort`.
 //!
-//! The rows from one joint to its next appearance are a sample. A column of such a text becomes the columns name_<joint>; the clock
-//! is that of the sample's first row.
+//! A sample is the rows from one joint to the next appearance of this joint. A column of the text becomes one column per joint,
+//! `name_<joint>`. The time of a sample is the time of its first row.
 
 use logs::reading::{Budget, Records, TextHead, is_clock, number, rows};
 use logs::{Error, Table};
 
 use std::collections::BTreeSet;
 
-/// Headers of the column that names the joint of a row.
+/// Headers by which the column with the name of the joint is recognised.
 const JOINT_HEADERS: [&str; 14] = [
     "joint",
     "joint_name",
@@ -30,7 +30,7 @@ fn joint_column(header: &[String]) -> Option<usize> {
     header.iter().position(|name| JOINT_HEADERS.contains(&name.trim().to_lowercase().as_str()))
 }
 
-/// Whether the first rows name several joints in turn, at least twice each.
+/// Whether the first rows name several joints, always in the same order and at least twice each.
 pub(crate) fn is_so(head: &TextHead) -> bool {
     let Some((header, rows)) = head.rows.split_first() else { return false };
     let Some(column) = joint_column(header) else { return false };
@@ -40,7 +40,7 @@ pub(crate) fn is_so(head: &TextHead) -> bool {
     count > 1 && joints.len() >= 2 * count && is_in_turn
 }
 
-/// Reads a text with a row per joint. Fails where there are too many columns.
+/// Reads a text with one row per joint as a table. Fails if there are too many columns.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let delimiter = TextHead::delimiter_of(bytes);
     let mut all = rows(bytes, delimiter);
@@ -93,7 +93,7 @@ mod tests {
         // The last sample lacks joint a.
         assert!(found.columns[3][..2] == [2.0, 4.0] && found.columns[3][2].is_nan());
         assert_eq!(found.line(1), 4);
-        // Numbers of motors, and a clock that goes on between them.
+        // The joints are numbers, and the time increases also within a sample.
         let found = crate::text::table("time_ms,id,pos\n0,1,1\n1,2,2\n10,1,3\n11,2,4\n").unwrap();
         assert_eq!((found.header.join(" "), &found.columns[0]), ("time_ms pos_1 pos_2".into(), &vec![0.0, 10.0]));
     }

@@ -8,7 +8,7 @@ use rist::Error;
 
 /// A value with its standard deviation. `None` if the postures do not determine it.
 pub type ValueWithSigma = Option<(f64, f64)>;
-/// Number of fits, each with weights from the residuals of the previous fit.
+/// Number of weighted fits. The weights of each fit are computed from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 5;
 /// Smallest standard deviation of a joint's torque, as a fraction of the rms of this torque.
 const LEAST_DEVIATION_SHARE: f64 = 1e-9;
@@ -18,7 +18,7 @@ pub(super) struct PostureFit {
     pub identified: Vec<ValueWithSigma>,
     pub solution: DVector<f64>,
     pub residuals: Vec<DVector<f64>>,
-    /// Standard deviation of each joint's torque residual, N m (N).
+    /// Standard deviation of the torque residual of each joint, N m (N).
     pub deviations: Vec<f64>,
 }
 

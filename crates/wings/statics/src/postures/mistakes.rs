@@ -1,13 +1,14 @@
-//! Finds mistakes in the columns of a table of postures: wrong signs, exchanged torques, wrong units, a large error of a zero
-//! position or of the base orientation (mount). If several mistakes explain the postures, all are named.
+//! Finds mistakes in the columns of a table of postures: wrong signs, exchanged torques, wrong units, a large error of a joint's
+//! zero position or of the orientation of the base (mount). If several mistakes explain the postures, all are named.
 //!
-//! T: torque of the nominal bodies at the changed positions; tau: changed torque; both without their means:
+//! For each possible mistake (candidate), the table is changed so that the mistake is corrected. T: torque of the nominal bodies
+//! at the changed positions; tau: changed torque; both without their means; s: scale factor of joint j:
 //! ```text
 //! residual^2 = mean over joints of min_s |tau_j - s T_j|^2 / |tau_j|^2     s from one half to two
 //! ```
-//! over the joints for which some candidate explains most of the torque; s: scale factor of joint j. A mistake is named if its
-//! residual is much smaller than the residual of the unchanged postures, and nearly as small as the smallest one. If the nominal
-//! bodies do not explain the torques, bodies with free parameters are fitted: their residual must be much smaller after the
+//! The mean is over the joints for which some candidate explains most of the torque. A mistake is named if its residual is much
+//! smaller than the residual of the unchanged postures, and nearly as small as the smallest one. If the nominal bodies do not
+//! explain the torques, bodies with free parameters ("free bodies") are fitted: their residual must be much smaller after the
 //! mistake is corrected.
 
 use claims::significant;
@@ -21,23 +22,25 @@ use nalgebra::{DVector, Vector3};
 
 use crate::postures::turned_joint::turned_joint;
 
-/// A mistake explains the postures if correcting it reduces the squared residual below this fraction.
+/// A mistake explains the postures if the squared residual after its correction is below this fraction of the squared residual
+/// before.
 const EXPLAINED_RATIO: f64 = 0.16;
 /// A mistake does not explain the postures if the residual after its correction exceeds this fraction of the torque.
 pub(super) const EXPLAINED: f64 = 0.25;
 /// A mistake explains the postures as well as the best one if its squared relative residual is larger by less than this. Errors
 /// of the nominal bodies have the same size.
 const EQUAL_RESIDUAL: f64 = 0.002;
-/// With free bodies, a mistake is necessary if correcting it reduces the squared residual of a joint below this fraction.
+/// A mistake is necessary if bodies with free parameters do not explain the table equally well without it: correcting the mistake
+/// must reduce the squared residual of their fit, for at least one joint, below this fraction.
 const NEEDED_RATIO: f64 = 0.64;
-/// The same fraction for two other cases: for a wrong scale, because a scale also reduces the residual of any other fault; and
-/// for the nominal bodies with a large zero error.
+/// The limit `NEEDED_RATIO` for two other cases: for a wrong scale, because a scale also reduces the residual of any other fault;
+/// and for the nominal bodies with a large zero error.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
-/// A joint is considered if some candidate reduces the squared relative residual of its torque to at most this. The torques of
-/// other joints are mostly noise.
+/// A joint is considered if some possible mistake, once corrected, reduces the squared relative residual of the joint's torque to
+/// at most this. The torques of other joints are mostly noise.
 const COUNTED_RESIDUAL: f64 = 0.2;
-/// With free bodies, two candidates are distinguishable if the ratio of their squared residuals, multiplied over the joints, is
-/// below this.
+/// In fits of bodies with free parameters, two possible mistakes are distinguishable if the ratio of their squared residuals,
+/// multiplied over the joints, is below this.
 const DISTINGUISHED_BY_FREE: f64 = 0.01;
 /// A zero error above this cannot be caused by errors of the centres of mass, rad.
 const FAR_ZERO_RAD: f64 = 0.7;
@@ -54,16 +57,17 @@ pub struct Mistake {
     pub fault: String,
     /// The option that corrects the mistake.
     pub remedy: String,
-    /// Relative residuals of the torques: [without a change, with the mistake corrected].
+    /// Relative residuals of the torques: [with the table as it is, with the mistake corrected].
     pub left: [f64; 2],
-    /// Whether the residuals are for free bodies instead of the nominal bodies.
+    /// Whether the residuals are for bodies with free parameters instead of the nominal bodies.
     pub by_free_bodies: bool,
 }
 
 /// A function for the torques of the nominal bodies, N m (N) for each joint. Arguments: position, and gravity in the base frame.
 pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
-/// A function that fits free bodies to torques at positions. It returns, for each joint, the squared relative residual.
+/// A function that fits bodies with free parameters to torques at positions. It returns the squared relative residual of each
+/// joint.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
 /// The postures, and the models with which they are compared.
@@ -79,8 +83,8 @@ pub(super) struct MistakeSearch<'a> {
     pub turns: &'a [bool],
     /// Nominal gravity in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
-    /// The other orientation of the base that explains the torques best, as gravity, and the option that sets it. `None` if zeros
-    /// and base orientation are estimated elsewhere.
+    /// The base orientation other than the nominal one that explains the torques best: the gravity vector in the base frame, and
+    /// the option that sets the orientation. `None` if zeros and base orientation are estimated elsewhere.
     pub mount: Option<(Vector3<f64>, String)>,
 }
 
@@ -107,7 +111,8 @@ impl MistakeSearch<'_> {
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = residual(&as_it_is);
-        // A mistake in addition to a wrong unit is named only if it reduces the residual more than the unit alone.
+        // If the torques have a wrong unit, a second mistake is named only if it reduces the residual further than the correction
+        // of the unit alone.
         let with_unit = |one: &MistakeCandidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&MistakeCandidate| {
             let of =
@@ -139,8 +144,8 @@ impl MistakeSearch<'_> {
         tried.into_iter().map(|one| mistake(one, [before, residual(one)])).collect()
     }
 
-    /// The option that corrects a mistake. Gravity upside down is not a change of columns, so the option sets the orientation of
-    /// the base.
+    /// The option that corrects a mistake. A base that hangs upside down is not a change of columns, so the option then sets the
+    /// orientation of the base.
     fn remedy(&self, one: &MistakeCandidate) -> String {
         let of_mount = self.mount.as_ref().filter(|_| one.changes.is_empty()).map(|(_, line)| line.clone());
         let said =
@@ -148,10 +153,12 @@ impl MistakeSearch<'_> {
         of_mount.or_else(said).unwrap_or_else(|| "[base=3.14159,0,0]".into())
     }
 
-    /// Whether the mistake is necessary: free bodies do not explain the unchanged postures equally well. If all torques change in
-    /// the same way, free bodies can explain any sign or unit, by negative or very large masses. They can also explain a large
-    /// rotation of a joint or of the base, by unrealistic centres of mass. For a wrist alone, a centimetre of its centre of mass
-    /// is equivalent to a rotation, so a large zero error must reduce the residuals of other joints too.
+    /// Whether the mistake is necessary. It is not if bodies with free parameters explain the postures equally well without it.
+    ///
+    /// Some mistakes need other tests, because free bodies can explain them with unrealistic parameters: if all torques change in
+    /// the same way, by negative or very large masses; if a joint or the base is rotated by a large angle, by unrealistic centres
+    /// of mass. If only the wrist is loaded, a centimetre of its centre of mass is equivalent to a rotation. So a large zero
+    /// error must reduce the residuals of other joints too.
     fn is_needed(&self, one: &MistakeCandidate, as_it_is: &MistakeCandidate, counted: &[usize]) -> bool {
         let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {
@@ -168,9 +175,9 @@ impl MistakeSearch<'_> {
         ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().product::<f64>() < 1.0
     }
 
-    /// With free bodies: the squared residuals of the unchanged postures; and the candidates that explain the postures nearly as
-    /// well as the best one, sorted by their residuals. `most`: largest accepted ratio to the unchanged residuals, multiplied
-    /// over the joints.
+    /// Fits bodies with free parameters. Returns the squared residuals of the unchanged postures, and the possible mistakes that
+    /// explain the postures nearly as well as the best one, sorted by their residuals. `most`: upper limit of the ratio of the
+    /// residuals with and without the correction, multiplied over the joints.
     fn identifiable_by_free<'b>(
         &self,
         all: Vec<&'b MistakeCandidate>,
@@ -190,7 +197,8 @@ impl MistakeSearch<'_> {
         (as_it_is, tried.into_iter().map(|(_, one, shares)| (one, shares)).collect())
     }
 
-    /// If the torques have another unit than the nominal torques: the changes that correct this, and the scale. Otherwise `None`.
+    /// If the torques have another unit than the nominal torques: the changes that correct this, and the ratio of the units.
+    /// Otherwise `None`.
     fn unit(&self) -> Option<(Vec<Change>, f64)> {
         let scale = self.common_scale();
         let power = 10f64.powf(scale.log10().round());
@@ -199,7 +207,8 @@ impl MistakeSearch<'_> {
         (!NOMINAL_SCALES.contains(&scale)).then_some((changes, scale))
     }
 
-    /// All candidates: each with the changes that correct it, and its residuals.
+    /// All possible mistakes, each with the changes that correct it and the residuals after the correction. `unit`: changes and
+    /// ratio of a wrong unit, which then is a part of each candidate.
     fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<MistakeCandidate> {
         let n = self.torques.len();
         let change = |of: Hypothesis, size: f64| Change { of, size };
@@ -224,7 +233,8 @@ impl MistakeSearch<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
-        // If only one joint is loaded enough to show the unit, only this joint may have another unit.
+        // The unit of a joint's torque is visible only if gravity loads the joint enough. If this is only one joint, the error
+        // may also be the scale of this joint alone.
         let counted: Vec<usize> = (0..n).filter(|k| self.slope(*k) > 0.0).collect();
         if let ([k], Some(_)) = (&counted[..], unit) {
             let size = self.slope(*k) - 1.0;
@@ -232,7 +242,7 @@ impl MistakeSearch<'_> {
             all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
         if unit.is_none() {
-            // Smaller zero errors are estimated together with the base orientation, elsewhere.
+            // If the base orientation is estimated elsewhere, smaller zero errors are estimated together with it there.
             let is_meant = |one: &MistakeCandidate| self.mount.is_some() || one.changes[0].size.abs() > FAR_ZERO_RAD;
             let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
             all.extend(zeros.filter(is_meant));
@@ -247,7 +257,7 @@ impl MistakeSearch<'_> {
         all
     }
 
-    /// Adds candidates that concern one joint or two joints. `scale`: common scale of all torques.
+    /// Adds the possible mistakes that concern one joint or two joints. `scale`: common scale of all torques.
     fn of_joints(&self, scale: f64, push: &mut impl FnMut(Vec<Change>, String)) {
         let n = self.torques.len();
         let names: Vec<&str> = self.postures.coordinates.iter().map(String::as_str).collect();
@@ -285,7 +295,7 @@ impl MistakeSearch<'_> {
         MistakeCandidate { changes, fault, shares }
     }
 
-    /// The ratio of measured to nominal torque: median over the joints whose torque determines it.
+    /// The ratio of measured to nominal torque: the median over the joints for which the ratio can be determined.
     fn common_scale(&self) -> f64 {
         let mut sizes: Vec<f64> = (0..self.torques.len()).map(|k| self.slope(k).abs()).filter(|s| *s > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
@@ -307,8 +317,8 @@ impl MistakeSearch<'_> {
         (0..self.torques.len()).map(joint).collect()
     }
 
-    /// For each joint, the squared relative residual. The means are removed, and the nominal torque is scaled by the best factor
-    /// from 0.5 to 2.
+    /// For each joint, the squared residual of its torque relative to the squared torque. The means are removed, and the nominal
+    /// torque is scaled by the best factor from 0.5 to 2.
     fn shares(&self, q: &[Vec<f64>], torques: &[DVector<f64>], gravity: &Vector3<f64>) -> Vec<f64> {
         let of_joint = |(described, torque): (&DVector<f64>, &DVector<f64>)| {
             let torque = centred(torque);
@@ -323,7 +333,7 @@ impl MistakeSearch<'_> {
     }
 }
 
-/// Positions and torques with the changes corrected.
+/// Positions and torques after the changes, which correct a mistake.
 fn undone(
     changes: &[Change],
     q: &[Vec<f64>],
@@ -349,14 +359,14 @@ fn undone(
     (q, torques)
 }
 
-/// Whether the mistake is a wrong scale of one joint. The fit allows a scale of up to two, so such a mistake changes the residual
-/// little.
+/// Whether the mistake is a wrong scale of one joint. The residual is computed with a free scale from 0.5 to 2, so such a mistake
+/// changes the residual little.
 fn is_scale(changes: &[Change]) -> bool {
     matches!(changes, [Change { of: Scale(_), .. }])
 }
 
-/// For each joint, the ratio of the residual with the changes to the residual without them. Only finite positive ratios are
-/// returned.
+/// The ratio of the residual with the changes to the residual without them, for the joints for which this ratio is finite and
+/// positive.
 fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
@@ -367,8 +377,8 @@ fn is_of_all(one: &MistakeCandidate, counted: &[usize]) -> bool {
     one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
 }
 
-/// The median of the residuals over the joints. It is used for a mistake of all joints, so that one joint with wrong nominal
-/// bodies does not decide.
+/// The median of the squared relative residuals over the joints. It is used for a mistake of all joints, so that one joint with
+/// wrong nominal bodies does not determine the result.
 fn median(one: &MistakeCandidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);

@@ -8,8 +8,8 @@
 //! G is the base regressor at rest, without columns that are zero or linear combinations of other columns at every posture. The
 //! parameters of such columns are combined with other parameters. T_i is the torque of the nominal bodies under gravity along
 //! axis i of the base. The rows of a joint are weighted by the standard deviation of its residual, which includes friction at
-//! rest. Standard deviations are from least squares. With free bodies no zero error is identifiable, because rotated first
-//! moments are equivalent to a rotated joint.
+//! rest. Standard deviations are from least squares. In the first equation, with free parameters X, no zero error is
+//! identifiable, because rotated first moments are equivalent to a rotated joint.
 
 mod fit;
 mod mistakes;
@@ -36,12 +36,14 @@ use crate::postures::placement::{looks_for_mistakes, placed};
 use rist::Error;
 use rist::Model;
 
-/// A dependent column is a sum of other columns. A coefficient of this sum counts as zero if it is below this.
+/// A dependent column of the regressor is a linear combination of other columns. A coefficient of this combination counts as zero
+/// if it is below this.
 const ZERO_SHARE: f64 = 1e-8;
-/// A direction is not identifiable if its singular value is below this fraction of the largest one.
+/// A direction in the space of the parameters is not identifiable if its singular value is below this fraction of the largest
+/// one.
 const NOT_IDENTIFIABLE: f64 = 1e-6;
-/// Independent columns are found at random postures. The number of postures is at least this; `ROWS_PER_PARAMETER`: rows per
-/// parameter.
+/// The independent columns of the regressor are found at random postures. There are at least this number of postures;
+/// `ROWS_PER_PARAMETER`: rows per parameter.
 const MIN_RANDOM_POSTURES: usize = 20;
 const ROWS_PER_PARAMETER: usize = 4;
 /// Range of prismatic joints at the random postures, m.
@@ -86,8 +88,8 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
     let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
     let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
     let mut kept: Vec<GravityParameter> = kept.collect();
-    // A dependent column c is a sum of kept columns times shares. So its parameter is added to their parameters with these
-    // shares.
+    // A dependent column c of the regressor is the sum of the kept columns, each times a share. So its parameter, times these
+    // shares, is added to the parameters of the kept columns.
     for (c, shares) in &columns.dependent {
         for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > ZERO_SHARE) {
             let sign = if *share < 0.0 { '-' } else { '+' };
@@ -126,7 +128,7 @@ pub struct PostureEstimate {
     pub torques: Vec<f64>,
     /// Number of postures.
     pub postures: usize,
-    /// Whether the postures are plateaus of a log.
+    /// Whether the postures are plateaus of a log: intervals in which the robot is at rest.
     pub are_plateaus: bool,
     /// Zero errors and base orientation, estimated with the nominal bodies; `None` if this is not possible.
     pub placed: Option<ZerosAndMount>,
@@ -160,7 +162,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         let fit = free_bodies(model, &parameters, q, torques).ok();
         fit.map_or_else(Vec::new, |fit| fit.residuals.iter().zip(torques).map(share).collect())
     };
-    // Nominal value of a combination: X_c plus the sum of share times X over the dependent columns.
+    // Nominal value of a gravity parameter: X_c of its own column, plus the sum of share times X over the dependent columns.
     let described = model.nominal_parameters().map(|x| {
         let value = |k: &GravityParameter| x[k.column] + k.with.iter().map(|(c, share)| share * x[*c]).sum::<f64>();
         parameters.iter().map(value).collect()
@@ -188,8 +190,9 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
     })
 }
 
-/// Whether no large zero error remains after the zeros in `found` are corrected. Free bodies explain a large zero error badly, so
-/// the standard deviations of a fit of free bodies include it.
+/// Whether no large zero error remains after the zeros in `found` are corrected. The standard deviations of the joints come from
+/// a fit of bodies with free parameters. Such bodies explain a large zero error badly, so these standard deviations are too large
+/// before the correction; they are computed again here.
 fn mends(
     model: &Model,
     parameters: &[GravityParameter],
@@ -205,7 +208,7 @@ fn mends(
     Ok(again.is_some_and(|again| again.explains && again.is_near()))
 }
 
-/// Fits gravity parameters and one offset per joint to the torques at positions.
+/// Fits gravity parameters and one offset per joint to the torques at the positions `q`.
 fn free_bodies(
     model: &Model,
     parameters: &[GravityParameter],

@@ -26,14 +26,14 @@ use rist::fit::mount::{Tilt, axes};
 const SMALL_TORQUE: f64 = 1e-3;
 /// Largest number of postures that are used in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// If a zero error above this remains after zero errors were corrected, it is not noise, rad (m).
+/// A zero error above this is too large to be noise, rad (m). No such error may remain after zero errors were corrected.
 const FAR_ZERO: f64 = 0.1;
 /// Largest number of steps in the search for zero errors and base orientation.
 const MAX_STEPS: usize = 50;
 /// Largest change of a zero error or an angle in one step, rad (m).
 const LARGEST_STEP: f64 = 0.3;
-/// The nominal bodies explain the postures if their residual is at most this number of standard deviations of a fit of free
-/// bodies.
+/// The nominal bodies explain the postures if their residual is at most this number of standard deviations. The standard
+/// deviations come from a fit of bodies with free parameters.
 const EXPLAINED_TIMES: f64 = 2.0;
 /// A zero error or a base rotation is significant if it exceeds this number of standard deviations.
 const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
@@ -46,7 +46,7 @@ const MAX_HALVINGS: i32 = 8;
 const SETTLED_SHARE: f64 = 1e-9;
 /// Step of the difference quotient for derivatives of the torques, rad. With this step, nine digits of the torques remain.
 const DIFFERENCE_STEP: f64 = 1e-5;
-/// A zero error has no effect on any torque if its column is below this fraction of the largest column.
+/// A zero error has no effect on any torque if its column in the regressor is below this fraction of the largest column.
 const IDLE_SHARE: f64 = 1e-8;
 
 /// The zero errors and the base orientation with which the nominal bodies explain the postures.
@@ -59,7 +59,8 @@ pub struct ZerosAndMount {
     pub tilt: ValueWithSigma,
     /// Relative residuals of the torques: [nominal zeros and orientation, these zeros and this orientation].
     pub left: [f64; 2],
-    /// Whether the residual with these values is as small as the residual of free bodies.
+    /// Whether the residual with these zeros and this orientation is about as small as the residual of bodies with free
+    /// parameters.
     pub explains: bool,
     /// The options that set these zeros; `None` if no zero error is significant.
     held: Option<String>,
@@ -87,8 +88,8 @@ pub(super) fn placed(
     let SearchEnd { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
-    // The relative residual of all torques without weights, because a joint that free bodies explain badly has a large standard
-    // deviation.
+    // The relative residual of all torques, without weights. Weights would hide errors: a joint that a fit of free bodies
+    // explains badly has a large standard deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
         let left: f64 =
             search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
@@ -118,9 +119,9 @@ pub(super) fn placed(
     }))
 }
 
-/// Mistakes in the columns, found with the nominal bodies. Empty if the model has no bodies, or if its loops are solved
-/// numerically. `placed`: the estimated zero errors and base orientation. If they explain nothing or are not significant, wrong
-/// zeros and base orientations are also examined here.
+/// Mistakes in the columns of a table of postures, found with the nominal bodies. Empty if the model has no bodies, or if its
+/// loops are solved numerically. `placed`: the estimated zero errors and base orientation. If these do not explain the postures
+/// or are not significant, large zero errors and other base orientations are also tested here.
 pub(super) fn looks_for_mistakes(
     model: &Model,
     (postures, torques): (&Postures, &[DVector<f64>]),
@@ -162,7 +163,7 @@ fn turns(model: &Model) -> Vec<bool> {
     (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
 
-/// For each joint, its columns and the residuals of its torques.
+/// For each joint: the columns of the unknowns, and the residuals of the joint's torques.
 type JointColumns = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
 
 /// The result of a search for zero errors and gravity.
@@ -171,7 +172,7 @@ struct SearchEnd {
     gravity: Vector3<f64>,
     /// The last Gauss-Newton step, from which the standard deviations follow.
     fit: PostureFit,
-    /// Sums of squared residuals divided by variances: [at the nominal values, at the result].
+    /// Sum of the squared residuals, each divided by the variance of its joint: [at the nominal values, at the result].
     left: [f64; 2],
 }
 
@@ -193,14 +194,14 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling is equivalent to a robot with a shoulder zero of half a turn. So a change of the base orientation
-        // alone is tried first.
+        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. So a change of the
+        // base orientation alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
         }
-        // Then a zero error of each single joint is tried, because Gauss-Newton from a distant start would end at a local
+        // Then a zero error of each single joint is tried: Gauss-Newton from a start far from the solution would end at a local
         // minimum.
         if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
             for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
@@ -260,7 +261,7 @@ impl PlacementSearch<'_> {
         (0..zeros.len()).map(joint).collect()
     }
 
-    /// The columns of the zero errors, of the two rotations of gravity, and of the offsets; and the residuals.
+    /// For each joint, the columns of the zero errors, of the two rotations of gravity, and of the offsets; and the residuals.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> JointColumns {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
@@ -297,8 +298,8 @@ impl PlacementSearch<'_> {
         self.squares(&without_offset)
     }
 
-    /// The direction of gravity in the base frame with nominal zeros, by linear least squares: the torques are linear in this
-    /// direction.
+    /// The direction of gravity in the base frame for nominal zeros. The torques are linear in this direction, so linear least
+    /// squares gives it.
     fn gravity_alone(&self) -> Result<Vector3<f64>, Error> {
         let n = self.torques.len();
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 3 + n); n];
@@ -322,7 +323,7 @@ fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
     (0..n).filter(|&k| sizes[k] <= IDLE_SHARE * largest).collect()
 }
 
-/// Whether a value differs significantly from zero.
+/// Whether a value differs significantly from zero. `None` counts as no difference.
 fn is_identifiable(value: &ValueWithSigma) -> bool {
     value.is_some_and(|(value, deviation)| value.abs() > SIGNIFICANT_DEVIATIONS * deviation)
 }
