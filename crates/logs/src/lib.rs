@@ -64,6 +64,6 @@ pub mod reading {
         LogFormat, LogReader, ReadBytes, ReadMessages, RowIterator, WantedChannels, register,
     };
     pub use crate::formats::stored_number::{NumberType, Numbers, time_note, without_unit};
-    pub use crate::formats::text_shapes::{IsShape, TextHead, rows};
+    pub use crate::formats::text_head::{IsShape, TextHead, rows};
     pub use crate::table::{MAX_CELLS, MAX_COLUMNS, MAX_FILE_BYTES, RowReader, check_header};
 }

@@ -19,7 +19,8 @@ use crate::formats::delimited::{TableReader, unpacked, unreadable};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
 use crate::formats::registered::LogReader;
-use crate::formats::text_shapes::{self, HEAD_BYTES};
+use crate::formats::text_head::HEAD_BYTES;
+use crate::formats::text_shapes;
 use crate::joined;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 

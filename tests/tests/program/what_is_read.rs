@@ -170,7 +170,7 @@ fn the_page_says_what_each_kind_takes() {
     page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Arrow, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
              ROBOT LOG` proposes the options, with reasons.\n";
     let trace = LOGS.iter().find(|log| log.0 == "a trace in German").expect("one of them");
-    let trace = propose(&table(trace.1), &joints());
+    let trace = propose(&table(trace.1), &joints(), None);
     assert!(trace.mapping.is_some() && trace.to_string().contains("position: \"A{} Ist\""), "{trace}");
     page += &readers();
     let path = workspace().join("docs/what-is-read.md");

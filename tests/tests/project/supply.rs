@@ -8,11 +8,17 @@ use tests::{has, sources_below, text_of as text, workspace};
 /// Crates with a known weakness: (name, the only crate that may depend on it). deny.toml has the reasons.
 const ALONE: [(&str, &str); 2] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs")];
 
+/// Versions of these crates without the weakness, as a lock file writes them next to others: RUSTSEC-2026-0194 and 0195 are patched in 0.41.
+const PATCHED: [&str; 1] = ["quick-xml 0.42.0"];
+
 /// For each crate in a lock file: its direct dependencies of all kinds.
 fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
     let text = text(file);
-    let quoted =
-        |line: &str| line.split('"').nth(1).unwrap_or_default().split(' ').next().unwrap_or_default().to_string();
+    let quoted = |line: &str| {
+        let whole = line.split('"').nth(1).unwrap_or_default();
+        let is_patched = PATCHED.contains(&whole);
+        if is_patched { whole } else { whole.split(' ').next().unwrap_or_default() }.to_string()
+    };
     let of = |package: &str| {
         let name = package.lines().find(|line| line.starts_with("name = ")).map(quoted).unwrap_or_default();
         let dependencies = package.lines().skip_while(|line| !line.starts_with("dependencies = ")).skip(1);

@@ -19,5 +19,6 @@ pub(crate) mod registered;
 pub(crate) mod rosbag;
 mod rows;
 pub(crate) mod stored_number;
+pub(crate) mod text_head;
 pub(crate) mod text_shapes;
 pub(crate) mod written;

@@ -9,7 +9,7 @@ use gate::source::RandomAccessFile;
 
 use crate::Error;
 use crate::formats::message::{Channel, ReadOutcome, Receiver};
-use crate::formats::text_shapes::IsShape;
+use crate::formats::text_head::IsShape;
 use crate::table::{RowReader, Table};
 
 /// A format of log files.

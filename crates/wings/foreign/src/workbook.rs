@@ -11,7 +11,7 @@ use logs::{Error, Table};
 
 /// A file inside the zip archive of every workbook. It distinguishes a workbook from other zip archives.
 pub(crate) const MEMBER: &[u8] = b"xl/workbook.xml";
-/// The first day of Unix time (1 January 1970), as a day number of Excel.
+/// Day 0 of Unix time as a day number of Excel.
 const UNIX_EPOCH_DAY: f64 = 25_569.0;
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;

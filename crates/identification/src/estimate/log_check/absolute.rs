@@ -10,6 +10,7 @@
 use linear_model::states::States;
 
 use crate::estimate::log_check::change::column;
+use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::estimate::log_check::regression::{Basis, square};
 
 /// A nominal torque takes both signs if the smaller of the two parts has at least this share of its squares.
@@ -57,6 +58,15 @@ pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64])
         residual < MAX_RESIDUAL_SHARE * square(&tau) && residual < MAX_SHARE_OF_SIGNED_RESIDUAL * signed
     };
     (0..n).any(lacks_sign)
+}
+
+/// The finding that the torques are absolute values.
+pub(super) fn without_sign() -> Finding {
+    let evidence = "no torque of the log is negative, and with the signs of the nominal torque and of friction the description \
+                    explains it";
+    let remedy = "log the torques with their sign; of a register whose sign is a bit of its own, give the bit: \
+                  [options.units.torque=signbit(10)]";
+    Finding::of_all(Fault::AbsoluteTorque, evidence.into(), remedy)
 }
 
 #[cfg(test)]

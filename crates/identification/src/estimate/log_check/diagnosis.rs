@@ -11,7 +11,7 @@ use logs::Suspect;
 
 use crate::estimate::digits::significant;
 use crate::estimate::hypothesis::Hypothesis::*;
-use crate::estimate::log_check::absolute::are_without_sign;
+use crate::estimate::log_check::absolute::{are_without_sign, without_sign};
 use crate::estimate::log_check::change::{Change, Description};
 use crate::estimate::log_check::delay::{Lag, common_lag};
 use crate::estimate::log_check::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
@@ -137,8 +137,9 @@ impl DiagnosisInput<'_> {
         if let Some(finding) = self.computed(description) {
             return vec![vec![finding]];
         }
-        if let Some(finding) = self.absolute(description) {
-            return vec![vec![finding]];
+        let torques = description.torques(&self.samples.kept, self.rows, &[]);
+        if are_without_sign(&self.samples.kept, self.rows, &torques) {
+            return vec![vec![without_sign()]];
         }
         // A slope is meaningful only if the description explains the torque of the joint.
         let meaningful: Vec<f64> =
@@ -293,17 +294,6 @@ impl DiagnosisInput<'_> {
         let evidence = format!("the description predicts them with {relative:.1e} of themselves, without any friction");
         let remedy = "log measured torques or currents; an estimate from these gives the description back";
         (relative < COMPUTED_TORQUE_RESIDUAL).then(|| Finding::of_all(Fault::Computed, evidence, remedy))
-    }
-
-    /// The finding that the torques are absolute values; `None` if they have their signs.
-    fn absolute(&self, description: &Description) -> Option<Finding> {
-        let torques = description.torques(&self.samples.kept, self.rows, &[]);
-        let evidence = "no torque of the log is negative, and with the signs of the nominal torque and of friction the \
-                        description explains it";
-        let remedy = "log the torques with their sign; of a register whose sign is a bit of its own, give the bit: \
-                      [options.units.torque=signbit(10)]";
-        are_without_sign(&self.samples.kept, self.rows, &torques)
-            .then(|| Finding::of_all(Fault::AbsoluteTorque, evidence.into(), remedy))
     }
 
     fn unit(&self, scale: f64, slopes: &[Partial], evidence: String) -> Finding {

@@ -5,6 +5,7 @@
 
 use logs::reading::{Budget, Records, TextHead, add_document, named, number};
 use logs::{Error, Table};
+use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, crowded};
 
 use serde_json::Value;
 
@@ -75,6 +76,11 @@ pub(crate) fn read_xml(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<
         let failed = |e: String| Error::at(file, line, format!("this is no element of XML: {e}"));
         let trimmed = element.trim();
         if !trimmed.is_empty() {
+            // roxmltree compares each attribute of an element with all others.
+            if let Some((line_in, _)) = crowded(trimmed) {
+                let message = format!("more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes");
+                return Err(Error::at(file, line + line_in - 1, message));
+            }
             let document = roxmltree::Document::parse(trimmed).map_err(|e| failed(e.to_string()))?;
             values(document.root_element(), "", &mut rows).map_err(failed)?;
             rows.end_row(line).map_err(failed)?;
