@@ -16,7 +16,7 @@ use super::xml::root_tag;
 use super::yaml::read_yaml_with;
 use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
-use crate::robot::Robot;
+use crate::robot::{Note, Robot};
 
 /// Largest size of a file, bytes. No robot needs more, and a reader needs a multiple of the text as memory.
 const MAX_FILE_BYTES: u64 = 16 << 20;
@@ -51,11 +51,13 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
 /// Fails if a xacro cannot be expanded.
 pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
     match DescriptionFormat::of(path, text)? {
-        DescriptionFormat::Xacro => {
-            xacro::expanded(text, &path.display().to_string(), path.parent(), options.arguments, options.packages)
-        }
+        DescriptionFormat::Xacro => Ok(expanded(text, path, options)?.0),
         _ => Ok(text.into()),
     }
+}
+
+fn expanded(text: &str, path: &Path, options: ReadOptions) -> Result<(String, Vec<Note>), Error> {
+    xacro::expanded(text, &path.display().to_string(), path.parent(), options.arguments, options.packages)
 }
 
 /// Reads the text of a description from the file at `path`, without interpreting it.
@@ -148,8 +150,11 @@ impl DescriptionFormat {
             }
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
             DescriptionFormat::Xacro => {
-                let text = without_macros(text, path, options)?;
-                read_urdf_with(&text, &format!("{file_name}, written out"), options)
+                let (text, mut notes) = expanded(text, path, options)?;
+                read_urdf_with(&text, &format!("{file_name}, written out"), options).map(|mut robot| {
+                    robot.notes.append(&mut notes);
+                    robot
+                })
             }
         };
         let robot = robot.map(names::shown)?;
