@@ -146,10 +146,9 @@ fn the_last_of_two_keys_counts() {
     std::fs::create_dir_all(&here).unwrap();
     let text = format!("{HEAD}{}{JOINT}</robot>", links("${load_yaml('m.yaml')['m'] + load_yaml('m.yaml').b.m}"));
     std::fs::write(here.join("arm.xacro"), text).unwrap();
-    for (yaml, expected, said) in [
-        ("m: 1\nb: {m: 9}\nm: 2\n", 11.0, true),
-        ("a: &a {m: 5}\nb: {<<: *a, m: 9}\nm: 2\n", 11.0, false),
-    ] {
+    for (yaml, expected, said) in
+        [("m: 1\nb: {m: 9}\nm: 2\n", 11.0, true), ("a: &a {m: 5}\nb: {<<: *a, m: 9}\nm: 2\n", 11.0, false)]
+    {
         std::fs::write(here.join("m.yaml"), yaml).unwrap();
         let robot = read_with(&here.join("arm.xacro"), ReadOptions::default()).unwrap();
         assert_eq!(mass(&robot), expected, "{yaml}");

@@ -10,7 +10,7 @@ use gate::source::{self, Source};
 use super::mjcf::read_mjcf_with;
 use super::names;
 use super::par::read_par_with;
-use super::urdf::read_urdf_with;
+use super::urdf::{self, read_urdf_with};
 use super::xacro;
 use super::xml::root_tag;
 use super::yaml::read_yaml_with;
@@ -52,6 +52,7 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
 pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
     match DescriptionFormat::of(path, text)? {
         DescriptionFormat::Xacro => Ok(expanded(text, path, options)?.0),
+        DescriptionFormat::Urdf => Ok(urdf::repaired(text).map_or_else(|| text.into(), |(text, _)| text)),
         _ => Ok(text.into()),
     }
 }
@@ -141,9 +142,13 @@ impl DescriptionFormat {
 
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
+        if options.root.is_some() && self != DescriptionFormat::Mjcf {
+            return Err(whole_file(&file_name, "[root] chooses a robot of an MJCF or an SDF".into()));
+        }
         let robot = match self {
             DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
-            DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
+            DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options)
+                .map_err(|error| with_macros_remedy(error, text, path, options)),
             DescriptionFormat::Mjcf => {
                 let folder = if is_standard_input(path) { None } else { path.parent() };
                 read_mjcf_with(text, &file_name, folder, options)
@@ -163,6 +168,20 @@ impl DescriptionFormat {
             Some(message) => Err(whole_file(&file_name, message)),
         }
     }
+}
+
+/// The error for a URDF, with what helps if it has macros.
+fn with_macros_remedy(error: Error, text: &str, path: &Path, options: ReadOptions) -> Error {
+    if !error.message.contains(urdf::IS_A_MACRO) {
+        return error;
+    }
+    // As standard input, a xacro has the extension of none.
+    let name = path.file_stem().map_or("robot".into(), |stem| stem.display().to_string());
+    let remedy = match DescriptionFormat::Xacro.parse(text, path, options) {
+        Ok(_) => format!("; called {name}.xacro, it is read"),
+        Err(other) => format!("; called {name}.xacro, it would be refused too: {}", other.message),
+    };
+    Error { message: error.message + &remedy, ..error }
 }
 
 /// Reads a text file in UTF-8: a description, options or an artefact.

@@ -1,7 +1,8 @@
 //! Reads the XML elements of an MJCF and of the files that it includes, with their places in the text.
 //!
 //! An included file is searched first in the folder of the description, then in the folder of the file that includes it. It
-//! must be inside the folder of the description. Each file is read only once, so includes cannot repeat without end.
+//! must be inside the folder of the description or of a given package. Each file is read only once, so includes cannot repeat
+//! without end.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -66,18 +67,27 @@ impl MjcfElement {
 
 /// Reads the root element of a description. Each `<include>` is replaced by the elements of its file.
 ///
-/// `folder`: folder of the description. `None`: the text is not from a file, so it cannot include others.
-pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<MjcfElement, Error> {
-    let mut reader = MjcfReader { folder, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
-    let root = reader.file(text, file, folder, 0)?;
+/// `folders`: where files are opened.
+pub(super) fn read(text: &str, file: &str, folders: Folders) -> Result<MjcfElement, Error> {
+    let mut reader = MjcfReader { folders, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
+    let root = reader.file(text, file, folders.top, 0)?;
     if root.tag != "mujoco" {
         return Err(root.error(format!("an MJCF begins with <mujoco>, found <{}>", shown(&root.tag))));
     }
     Ok(root)
 }
 
+/// The folders in which the files that a description names may be opened.
+#[derive(Clone, Copy)]
+pub(super) struct Folders<'a> {
+    /// The folder of the description. `None`: the text is not from a file, so it names no other file.
+    pub top: Option<&'a Path>,
+    /// Name and folder of each given package.
+    pub packages: &'a [(String, PathBuf)],
+}
+
 struct MjcfReader<'a> {
-    folder: Option<&'a Path>,
+    folders: Folders<'a>,
     included: Vec<PathBuf>,
     /// Number of bytes of included files that may still be read.
     bytes: u64,
@@ -141,8 +151,8 @@ impl MjcfReader<'_> {
     ) -> Result<Vec<MjcfElement>, Error> {
         let name = element.attribute("file").unwrap_or("");
         let fail = |what: &str| element.error(format!("<include file=\"{}\">: {what}", shown(name)));
-        let top = self.folder.ok_or_else(|| fail("what comes by standard input has no folder to include from"))?;
-        let path = inside(top, folder.unwrap_or(top), name).map_err(|what| fail(&what))?;
+        let top = self.folders.top.ok_or_else(|| fail("what comes by standard input has no folder to include from"))?;
+        let path = self.folders.find(folder.unwrap_or(top), name).map_err(|what| fail(&what))?;
         if self.included.contains(&path) {
             return Err(fail("the file is included twice, or includes itself"));
         }
@@ -163,19 +173,29 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The path of a file that a description names. It is searched in the folder `top`, then in `beside`, and must be inside `top`.
-pub(super) fn inside(top: &Path, beside: &Path, name: &str) -> Result<PathBuf, String> {
-    let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
-    let (top, beside) = (folder(top), folder(beside));
-    let places = [top.join(name), beside.join(name)];
-    let found = places.iter().find(|path| path.is_file()).or(places.iter().find(|path| path.exists()));
-    let found = found.unwrap_or(&places[0]);
-    if let Some(why) = source::no_file(found) {
-        return Err(why);
-    }
-    let (full, within) = (found.canonicalize(), top.canonicalize());
-    match (full, within) {
-        (Ok(full), Ok(within)) if full.starts_with(&within) => Ok(full),
-        _ => Err(format!("it stands outside {}, where nothing is read: copy it there", top.display())),
+impl Folders<'_> {
+    /// The path of a file that a description names. It is searched in the folder of the description, then in `beside`, and
+    /// must be inside the folder of the description or of a package.
+    pub(super) fn find(&self, beside: &Path, name: &str) -> Result<PathBuf, String> {
+        let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
+        let top = folder(self.top.unwrap_or(Path::new("")));
+        let places = [top.join(name), folder(beside).join(name)];
+        let found = places.iter().find(|path| path.is_file()).or(places.iter().find(|path| path.exists()));
+        let found = found.unwrap_or(&places[0]);
+        if let Some(why) = source::no_file(found) {
+            return Err(why);
+        }
+        let mut allowed = self.packages.iter().map(|(_, folder)| folder.as_path()).chain([top.as_path()]);
+        match found.canonicalize() {
+            Ok(full) if allowed.any(|folder| folder.canonicalize().is_ok_and(|folder| full.starts_with(folder))) => {
+                Ok(full)
+            }
+            full => {
+                let own = found.parent().unwrap_or(found).display();
+                let name = full.ok().and_then(|full| Some(full.parent()?.file_name()?.to_string_lossy().into_owned()));
+                let (name, top) = (name.unwrap_or("files".into()), top.display());
+                Err(format!("it stands outside {top}, where nothing is read without leave: [package={name}={own}]"))
+            }
+        }
     }
 }

@@ -61,14 +61,16 @@ fn kind(view: View) -> Result<MjcfJointType, Error> {
     Ok([MjcfJointType::Hinge, MjcfJointType::Slide, MjcfJointType::Ball, MjcfJointType::Free][which])
 }
 
-/// Reads the joints of the bodies. `floats`: whether a floating base was requested.
+/// Reads the joints of the bodies. `floats`: whether a floating base was requested. `root`: the child of the world that is the
+/// robot; `None`: all of them.
 pub(super) fn moved<'a>(
     bodies: &[MjcfBody<'a>],
     compiler: &Compiler,
     floats: bool,
+    root: Option<&str>,
     notes: &mut Vec<Note>,
 ) -> Result<Moved<'a>, Error> {
-    let (floating, is_part) = parts(bodies, floats, notes)?;
+    let (floating, is_part) = parts(bodies, floats, root, notes)?;
     let mut all = Moved { joints: Vec::new(), carriers: Vec::new(), floating, is_part };
     for (b, body) in bodies.iter().enumerate() {
         if !all.is_part[b] || all.floating == Some(b) {
@@ -121,8 +123,13 @@ fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
 }
 
 /// The index of the body that is the floating base, and for each body whether it belongs to the robot.
-fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
-    let free = free(bodies)?;
+fn parts(
+    bodies: &[MjcfBody],
+    floats: bool,
+    root: Option<&str>,
+    notes: &mut Vec<Note>,
+) -> Result<(Option<usize>, Vec<bool>), Error> {
+    let mut free = free(bodies)?;
     // For each body, the child of the world that carries it.
     let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
     for (b, body) in bodies.iter().enumerate() {
@@ -131,8 +138,30 @@ fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Op
             Some(p) => top[p],
         });
     }
+    let moves = |t: usize| (1..bodies.len()).any(|b| top[b] == t && !bodies[b].joints.is_empty());
+    let tops: Vec<usize> = (1..bodies.len()).filter(|t| top[*t] == *t && moves(*t)).collect();
+    let listed = |list: &[usize]| list.iter().map(|b| shown(&bodies[*b].name)).collect::<Vec<_>>().join(", ");
+    if let Some(root) = root {
+        let Some(chosen) = tops.iter().copied().find(|t| bodies[*t].name == root) else {
+            let message =
+                format!("[root]: the world has no body `{}` that moves; it has {}", shown(root), listed(&tops));
+            return Err(bodies[0].element.error(message));
+        };
+        let others: Vec<usize> = tops.iter().copied().filter(|t| *t != chosen).collect();
+        if !others.is_empty() {
+            let text =
+                format!("is the robot, as is asked for; not read are the other bodies that move ({})", listed(&others));
+            notes.push(Note { subject: shown(root), text });
+        }
+        free.retain(|f| f.0 == chosen);
+        for (b, top) in top.iter_mut().enumerate().skip(1) {
+            // What the world carries without a joint is a part of the base.
+            *top = if *top == chosen || !tops.contains(top) { *top } else { bodies.len() + b };
+        }
+    }
+    let is_left_out = |b: usize| top[b] >= bodies.len();
     let has_joints = |t: usize| (0..bodies.len()).any(|b| top[b] == t && b != t && !bodies[b].joints.is_empty());
-    let of_world = |b: usize| !bodies[b].joints.is_empty() && !free.iter().any(|f| f.0 == top[b]);
+    let of_world = |b: usize| !is_left_out(b) && !bodies[b].joints.is_empty() && !free.iter().any(|f| f.0 == top[b]);
     let is_fixed_robot = (0..bodies.len()).any(of_world);
     let (robots, objects): (Vec<&(usize, View)>, Vec<_>) =
         free.iter().partition(|(b, _)| has_joints(*b) || (free.len() == 1 && !is_fixed_robot));
@@ -143,15 +172,23 @@ fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Op
             let message = "the body is free to move: its base floats, which is asked for by [floating_base=true]";
             return Err(view.element.error(message));
         }
-        [(_, view)] if is_fixed_robot => {
+        [(b, view)] if is_fixed_robot => {
+            let fixed: Vec<usize> =
+                tops.iter().copied().filter(|t| (0..bodies.len()).any(|b| top[b] == *t && of_world(b))).collect();
             let message = format!(
-                "`{}` floats while other joints hang on the world: one description is of one robot",
-                named(&robots)
+                "`{}` floats while other joints hang on the world ({}): one description is of one robot, [root={}]",
+                named(&robots),
+                listed(&fixed),
+                shown(&bodies[*b].name)
             );
             return Err(view.element.error(message));
         }
-        [_, (_, view), ..] => {
-            let message = format!("several robots float ({}): one description is of one robot", named(&robots));
+        [(b, _), (_, view), ..] => {
+            let message = format!(
+                "several robots float ({}): one description is of one robot, [root={}]",
+                named(&robots),
+                shown(&bodies[*b].name)
+            );
             return Err(view.element.error(message));
         }
         _ => {}
@@ -175,7 +212,7 @@ fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Op
     }
     let is_part = |b: usize| match floating {
         Some(f) => top[b] == f,
-        None => !objects.iter().any(|o| o.0 == top[b]),
+        None => !is_left_out(b) && !objects.iter().any(|o| o.0 == top[b]),
     };
     Ok((floating, (0..bodies.len()).map(is_part).collect()))
 }
