@@ -27,6 +27,7 @@ pub use identification::estimators::drive_gains::likelihood::DriveGains;
 pub use identification::signals::records::Records;
 pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
+pub use robot::format::DescriptionReader;
 pub use robot::mesh::MeshFormat;
 
 /// What a wing adds to core. An `Err` is the error text for a function that was not built in.
@@ -38,6 +39,8 @@ pub struct Wing {
     pub log_formats: Vec<LogFormat>,
     /// Formats of meshes.
     pub mesh_formats: Vec<MeshFormat>,
+    /// Readers of descriptions.
+    pub description_readers: Vec<DescriptionReader>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
     /// Readers of motions from other sources.
@@ -56,11 +59,13 @@ pub struct Wing {
 pub fn register(wings: Vec<Wing>) {
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {
-        let (mut requests, mut logs, mut meshes, mut writers, mut functions) = (vec![], vec![], vec![], vec![], vec![]);
+        let (mut requests, mut logs, mut meshes, mut readers) = (vec![], vec![], vec![], vec![]);
+        let (mut writers, mut functions) = (vec![], vec![]);
         for wing in wings {
             requests.extend(wing.requests);
             logs.extend(wing.log_formats);
             meshes.extend(wing.mesh_formats);
+            readers.extend(wing.description_readers);
             writers.extend(wing.writers);
             functions.extend(wing.functions);
             wing.points.into_iter().for_each(played_file::register);
@@ -71,6 +76,7 @@ pub fn register(wings: Vec<Wing>) {
         request::register(requests);
         ::logs::reading::register(logs);
         robot::mesh::register(meshes);
+        robot::format::register_readers(readers);
         conversion::register(writers);
         modeling::register_functions(functions);
     });

@@ -370,6 +370,14 @@ fn a_package_allows_another_folder() {
     let robot = robot::format::read_with(&path, ReadOptions { packages: &packages, ..options() }).unwrap();
     let mass = robot.links[0].inertial.unwrap()[9];
     assert!((mass - 1000.0 / 6.0).abs() < 1e-9, "{mass}");
+    // The text for a writer has the parts in their places.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let written = |packages| {
+        robot::format::without_macros(&text, &path, ReadOptions { packages, ..options() }).map_err(|e| e.to_string())
+    };
+    let part = "<include file=\"../meshes/part.xml\"/>";
+    assert_eq!(written(&packages).unwrap(), text.replace(part, "<asset><mesh name=\"m\" file=\"m.obj\"/></asset>"));
+    assert!(written(&[]).unwrap_err().contains("nothing is read without leave"));
     let others = [("others".to_string(), here.join("mjcf"))];
     assert!(robot::format::read_with(&path, ReadOptions { packages: &others, ..options() }).is_err());
     std::fs::remove_dir_all(&here).unwrap();

@@ -2,7 +2,9 @@
 //!
 //! A body has the name of its link and a joint the name of its coordinate, or the part of this name after the first `_`
 //! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
-//! link, its pose is compared with the pose in the description at q = 0.
+//! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
+//!
+//! MuJoCo adds the armature and damping of an actuator to those of its joint. So both become 0 in actuators that have them.
 //!
 //! The ten parameters of a link include the links fixed to it. So its body gets the sum, and the bodies of the links fixed to
 //! it get an inertial of zero: without an inertial, MuJoCo would compute one from their shapes. Zero mass is allowed for a body
@@ -28,7 +30,7 @@ const POSE_TOLERANCE: f64 = 1e-3;
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
 /// The MJCF `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one
-/// per coordinate.
+/// per coordinate. `is_own`: whether the robot was read from this text.
 ///
 /// Fails if the text is no XML, if it lacks a body or a joint, if it has a body at another pose than the description, or if it
 /// lets a body move that the description fixes.
@@ -38,6 +40,7 @@ pub fn mjcf_into(
     robot: &Robot,
     bodies: &[(LinkId, Ten)],
     joints: &[JointDynamics],
+    is_own: bool,
 ) -> Result<WrittenBack, Error> {
     let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
     let mut edits = Edits::of(text);
@@ -47,7 +50,9 @@ pub fn mjcf_into(
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
-        check_place(robot, link, *id, &poses, &node, file)?;
+        if !is_own {
+            check_place(robot, link, *id, &poses, &node, file)?;
+        }
         let mut emptied = Vec::new();
         for Part { name, .. } in link.parts.iter().filter(|part| part.name != link.name) {
             let Some(part) = found(&document, "body", name).filter(|part| *part != node) else { continue };
@@ -63,8 +68,35 @@ pub fn mjcf_into(
     for joint in joints {
         edits.set_attributes(&element(&document, "joint", &joint.joint, file)?, &attributes(joint));
     }
+    notes.extend(empty_actuators(&document, joints, &mut edits));
     notes.extend(document.descendants().filter(|n| n.has_tag_name("compiler")).flat_map(|n| changes(&n)));
     Ok(WrittenBack { text: edits.apply(), notes })
+}
+
+/// Sets the armature and damping of actuators to zero, because the identified values of their joints include them. Returns a
+/// sentence on it; `None` if no actuator and no default has them.
+fn empty_actuators(document: &Document, joints: &[JointDynamics], edits: &mut Edits) -> Option<String> {
+    const EMPTIED: [&str; 2] = ["armature", "damping"];
+    let is_inside = |node: &Node, tag: &str| node.ancestors().skip(1).any(|above| above.has_tag_name(tag));
+    let is_joint = |node: &Node| node.has_tag_name("joint") || node.has_tag_name("tendon");
+    let has = |node: Node| {
+        (is_inside(&node, "actuator") || is_inside(&node, "default") && !is_joint(&node))
+            && EMPTIED.iter().any(|key| node.has_attribute(*key))
+    };
+    if !document.descendants().any(has) {
+        return None;
+    }
+    let mut names = Vec::new();
+    for actuator in document.descendants().filter(|node| node.is_element() && is_inside(node, "actuator")) {
+        let driven = actuator.attribute("joint").or(actuator.attribute("jointinparent")).map(shown::line);
+        if joints.iter().any(|joint| driven.as_ref().is_some_and(|name| *name == joint.joint)) {
+            edits.set_attributes(&actuator, &EMPTIED.map(|key| (key, "0".to_string())));
+            names.push(actuator.attribute("name").or(actuator.attribute("joint")).unwrap_or("an actuator"));
+        }
+    }
+    (!names.is_empty()).then(|| {
+        format!("armature and damping of actuators are in those of their joints now, and 0 in {}", names.join(", "))
+    })
 }
 
 fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
@@ -104,7 +136,22 @@ fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<No
     // The robot stores names in printable form.
     let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
-    of(name).or_else(|| of(name.split_once('_')?.1))
+    of(name).or_else(|| unnamed(&world, tag, name)).or_else(|| of(name.split_once('_')?.1))
+}
+
+/// The element without a name that the reader of MJCF calls `name`: `BODY_joint`, `BODY_joint2`, or `body3` for the third body.
+fn unnamed<'a, 'd>(world: &Node<'a, 'd>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
+    if tag == "body" {
+        let number: usize = name.strip_prefix("body")?.parse().ok()?;
+        let body = world.descendants().filter(|n| n.has_tag_name("body")).nth(number.checked_sub(1)?)?;
+        return Some(body).filter(|body| !body.has_attribute("name"));
+    }
+    let (body, number) = name.rsplit_once("_joint")?;
+    let number = if number.is_empty() { 1 } else { number.parse().ok()? };
+    let body = world.descendants().find(|n| n.has_tag_name("body") && n.attribute("name") == Some(body));
+    let body = body.or_else(|| unnamed(world, "body", name.rsplit_once("_joint")?.0))?;
+    let mut joints = body.children().filter(|n| n.has_tag_name(tag) && !n.has_attribute("name"));
+    joints.nth(usize::checked_sub(number, 1)?)
 }
 
 fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
@@ -240,7 +287,7 @@ mod tests {
         let robot = read_urdf(URDF, "r.urdf").unwrap();
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
         let joint = JointDynamics { joint: "r_a".into(), damping: 0.5, friction: 0.2, armature: 0.01 };
-        mjcf_into(mjcf, "r.xml", &robot, &bodies, &[joint])
+        mjcf_into(mjcf, "r.xml", &robot, &bodies, &[joint], false)
     }
 
     #[test]
@@ -267,7 +314,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
         let joints = [joint("r_\\u{9b}a"), joint("r_b")];
-        let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints);
+        let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints, false);
         let text = into(&hide(MJCF)).unwrap().text;
         assert!(text.contains("<body name=\"t&#x202e;wo&#10;\" pos=\"0.4 0 0.1\">"), "{text}");
         assert!(text.contains("frictionloss=\"0.2\" name=\"\u{9b}a\" armature=\"0.01\""), "{text}");
@@ -303,7 +350,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
         let of = |mjcf: &str, orientation: &str| {
             let text = mjcf.replace("0.4 0 0.1", &format!("0.4 0 0.1\" {orientation} gravcomp=\"0"));
-            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[], false).map_err(|e| e.to_string())
         };
         for right in ["quat=\"1 0 0 1\"", "euler=\"0 0 90\"", "axisangle=\"0 0 1 90\"", "xyaxes=\"0 1 0 -1 0 0\""] {
             assert!(of(MJCF, right).is_ok(), "{right}");
@@ -338,7 +385,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let of = |bodies_of_model: &str| {
             let text = MJCF.replace("<geom size=\"0.1\"/>", bodies_of_model);
-            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[], false).map_err(|e| e.to_string())
         };
         for held in ["<geom size=\"0.1\"/>", "<inertial pos=\"0 0 0\" mass=\"7\" diaginertia=\"1 1 1\"/>", ""] {
             let written = of(&format!("<frame><body name=\"tool\">{held}</body></frame>")).unwrap();
@@ -357,6 +404,45 @@ mod tests {
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
+    }
+
+    /// The model itself is written with its actuators, and read again it has the identified values: joints at another point of
+    /// their body, elements without names, and the armature of an actuator.
+    #[test]
+    fn the_model_itself_is_kept_whole() {
+        let text = r#"<mujoco><worldbody><body><!-- one --><joint type="hinge" pos="0.1 0 0.2" ref="30" axis="0 1 0"/>
+  <inertial pos="0 0 0.1" mass="3" diaginertia="1 1 1"/>
+  <body name="two" pos="0.4 0 0.1"><joint axis="0 1 0"/><geom size="0.1"/></body></body></worldbody>
+  <actuator><motor name="m" joint="two_joint" gear="20" armature="0.0005"/><motor joint="body1_joint"/></actuator>
+  <keyframe><key qpos="1 2"/></keyframe></mujoco>"#;
+        let read = |text: &str| {
+            let options = robot::format::ReadOptions::default();
+            robot::format::parse_with(text, std::path::Path::new("r.xml"), options).unwrap()
+        };
+        let robot = read(text);
+        let mut bodies: Vec<(LinkId, Ten)> =
+            robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
+        bodies.iter_mut().flat_map(|(_, ten)| ten).for_each(|x| *x *= 1.5);
+        let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
+        let joints = [joint("body1_joint"), joint("two_joint")];
+        let written = mjcf_into(text, "r.xml", &robot, &bodies, &joints, true).unwrap();
+        for kept in
+            ["<!-- one -->", "ref=\"30\"", "gear=\"20\" armature=\"0\"", "<key qpos=\"1 2\"/>", "<geom size=\"0.1\"/>"]
+        {
+            assert!(written.text.contains(kept), "{kept}: {}", written.text);
+        }
+        let again = read(&written.text);
+        for (link, (_, ten)) in again.links.iter().zip(&bodies) {
+            // Tolerance: rounding of the transform to the centre of mass and back, of numbers below 10.
+            assert!(link.inertial.unwrap().iter().zip(ten).all(|(a, b)| (a - b).abs() < 1e-13), "{}", written.text);
+            assert_eq!(link.joint.rotor_inertia, robot::RotorInertia::Known(0.01));
+            assert_eq!((link.joint.friction.viscous, link.joint.friction.coulomb), (Some(0.5), Some(0.2)));
+        }
+        assert!(written.notes[0].ends_with("and 0 in m, body1_joint"), "{:?}", written.notes);
+        // Without such actuators nothing is said.
+        let plain = text.replace(" armature=\"0.0005\"", "");
+        let written = mjcf_into(&plain, "r.xml", &read(&plain), &bodies, &joints, true).unwrap();
+        assert!(written.notes.is_empty() && written.text.contains("gear=\"20\"/>"), "{:?}", written.notes);
     }
 
     #[test]

@@ -79,11 +79,22 @@ pub(super) fn read(text: &str, file: &str, folders: Folders) -> Result<MjcfEleme
 
 /// The folders in which the files that a description names may be opened.
 #[derive(Clone, Copy)]
-pub(super) struct Folders<'a> {
+pub(in crate::format) struct Folders<'a> {
     /// The folder of the description. `None`: the text is not from a file, so it names no other file.
     pub top: Option<&'a Path>,
     /// Name and folder of each given package.
     pub packages: &'a [(String, PathBuf)],
+}
+
+/// The text of a description with the content of its included files.
+///
+/// Fails if a file cannot be read.
+pub(in crate::format) fn without_includes(text: &str, file: &str, folders: Folders) -> Result<String, Error> {
+    if !text.contains("<include") {
+        return Ok(text.into());
+    }
+    let mut reader = MjcfReader { folders, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
+    reader.written_out(text, file, folders.top, 0)
 }
 
 struct MjcfReader<'a> {
@@ -150,7 +161,19 @@ impl MjcfReader<'_> {
         depth: usize,
     ) -> Result<Vec<MjcfElement>, Error> {
         let name = element.attribute("file").unwrap_or("");
-        let fail = |what: &str| element.error(format!("<include file=\"{}\">: {what}", shown(name)));
+        let (text, shown_name, own) = self.opened(name, folder).map_err(|what| element.error(what))?;
+        let root = self.file(&text, &shown_name, Some(&own), depth + 1)?;
+        if !["mujoco", "mujocoinclude"].contains(&root.tag.as_str()) {
+            return Err(
+                root.error(format!("an included file begins with <mujocoinclude>, found <{}>", shown(&root.tag)))
+            );
+        }
+        Ok(root.children)
+    }
+
+    /// The text of an included file, its name for messages, and its folder.
+    fn opened(&mut self, name: &str, folder: Option<&Path>) -> Result<(String, String, PathBuf), String> {
+        let fail = |what: &str| format!("<include file=\"{}\">: {what}", shown(name));
         let top = self.folders.top.ok_or_else(|| fail("what comes by standard input has no folder to include from"))?;
         let path = self.folders.find(folder.unwrap_or(top), name).map_err(|what| fail(&what))?;
         if self.included.contains(&path) {
@@ -160,17 +183,37 @@ impl MjcfReader<'_> {
         self.bytes -= bytes.len() as u64;
         let text =
             String::from_utf8(bytes).map_err(|_| fail("the text is not UTF-8: save the file in that encoding"))?;
-        let own = path.parent().map(Path::to_path_buf);
+        let own = path.parent().map(Path::to_path_buf).unwrap_or_default();
         self.included.push(path);
-        let shown_name = top.join(name).display().to_string();
-        let root = self.file(&text, &shown_name, own.as_deref(), depth + 1)?;
-        if !["mujoco", "mujocoinclude"].contains(&root.tag.as_str()) {
-            return Err(
-                root.error(format!("an included file begins with <mujocoinclude>, found <{}>", shown(&root.tag)))
-            );
-        }
-        Ok(root.children)
+        Ok((text, top.join(name).display().to_string(), own))
     }
+
+    /// The text with the content of its included files; comments, order and spacing stay.
+    fn written_out(&mut self, text: &str, file: &str, folder: Option<&Path>, depth: usize) -> Result<String, Error> {
+        let source = DescriptionFile { file };
+        let document = document(source, text, "an MJCF")?;
+        let (mut out, mut from) = (String::new(), 0);
+        for node in document.descendants().filter(|node| node.has_tag_name("include")) {
+            let name = node.attribute("file").unwrap_or("");
+            let line = document.text_pos_at(node.range().start).row as usize;
+            let too_deep = || Err(format!("more than {MAX_ELEMENT_DEPTH} files include one another"));
+            let opened = if depth > MAX_ELEMENT_DEPTH { too_deep() } else { self.opened(name, folder) };
+            let (part, name, own) = opened.map_err(|what| source.error(line, 0, what))?;
+            let inner = self.written_out(&part, &name, Some(&own), depth + 1)?;
+            out += &text[from..node.range().start];
+            out += &content(&inner, &name)?;
+            from = node.range().end;
+        }
+        Ok(out + &text[from..])
+    }
+}
+
+/// The text inside the root element.
+fn content(text: &str, file: &str) -> Result<String, Error> {
+    let document = document(DescriptionFile { file }, text, "an MJCF")?;
+    let root = document.root_element();
+    let ends = root.first_child().zip(root.last_child());
+    Ok(ends.map_or(String::new(), |(first, last)| text[first.range().start..last.range().end].to_string()))
 }
 
 impl Folders<'_> {

@@ -3,12 +3,25 @@
 
 use roxmltree::Error;
 
+use super::text::{Checked, check_xml};
+use crate::error;
+use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
 use crate::format::xml;
 use crate::robot::Note;
 
 /// Largest number of prefixes that are declared.
 const MAX_PREFIXES: usize = 20;
+
+/// Checks a URDF text, as [`check_xml`] does. A text that is no XML is read as far as urdfdom reads it, with notes.
+pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, error::Error> {
+    check_xml(source, text, floats).or_else(|error| {
+        let Some((text, mut notes)) = repaired(text) else { return Err(error) };
+        let mut checked = check_xml(source, &text, floats)?;
+        checked.notes.append(&mut notes);
+        Ok(checked)
+    })
+}
 
 /// The text with these mistakes mended, on the same lines, and notes on them. `None` if it has none of them.
 pub(in crate::format) fn repaired(text: &str) -> Option<(String, Vec<Note>)> {

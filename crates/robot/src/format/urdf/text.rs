@@ -10,7 +10,6 @@ use roxmltree::{Document, Node};
 
 use super::collision::collisions;
 use super::oddities::{oddities, stated_loops};
-use super::repair::repaired;
 use crate::collision::Collision;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -123,19 +122,9 @@ pub(in crate::format) const IS_A_MACRO: &str = "is a macro, and a .urdf has none
 /// Largest absolute value of a joint limit, SI units.
 const LARGEST_LIMIT: f64 = 1e100;
 
-/// Checks a URDF text. `floats`: whether a floating base was requested; then a floating joint at the root is omitted.
-///
-/// A text that is no XML is read as far as urdfdom reads it, with notes.
-pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
-    check_xml(source, text, floats).or_else(|error| {
-        let Some((text, mut notes)) = repaired(text) else { return Err(error) };
-        let mut checked = check_xml(source, &text, floats)?;
-        checked.notes.append(&mut notes);
-        Ok(checked)
-    })
-}
-
-fn check_xml(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
+/// Checks a URDF text that is XML. `floats`: whether a floating base was requested; then a floating joint at the root is
+/// omitted.
+pub(super) fn check_xml(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
     let base = if floats { floating_root(root) } else { None };
