@@ -178,7 +178,7 @@ fn what_is_no_robot_is_refused() {
     };
     for (old, new, wanted) in [
         ("</sdf>", "", "arm.sdf:"),
-        ("<mass>2</mass>", "<mass>two</mass>", "arm.sdf:7: <mass> is `two`; expected are 1 finite numbers"),
+        ("<mass>2</mass>", "<mass>two</mass>", "arm.sdf:6: <mass> is `two`; expected are 1 finite numbers"),
         ("<mass>2</mass>", "<mass>-2</mass>", "the mass of `one` is -2 kg"),
         ("<mass>2</mass>", "<mass>1e99</mass>", "finite numbers"),
         ("relative_to=\"two\"", "relative_to=\"tow\"", "there is no frame `tow`"),
@@ -208,4 +208,16 @@ fn what_is_no_robot_is_refused() {
     assert!(message.contains("holds the model to the world"), "{message}");
     let values = [("L".to_string(), 1.0)];
     assert!(read_sdf(SDF, "arm.sdf", ReadOptions { values: &values, ..options() }).is_err());
+}
+
+/// Damaged texts are read or refused; none causes a panic.
+#[test]
+fn damaged_texts_do_not_panic() {
+    for k in (0..SDF.len()).step_by(3) {
+        for cut in [1, 7, 40] {
+            let end = (k + cut).min(SDF.len());
+            let _ = read_sdf(&format!("{}{}", &SDF[..k], &SDF[end..]), "arm.sdf", options());
+            let _ = read_sdf(&format!("{}{}", &SDF[..end], &SDF[k..]), "arm.sdf", options());
+        }
+    }
 }
