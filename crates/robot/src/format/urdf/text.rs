@@ -262,14 +262,8 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             }
             self.copy(child, &named)?;
         }
-        if tag == "inertial" && first(node, "inertia").is_none() && first(node, "mass").is_some() {
-            // urdfdom keeps the mass, and takes the moments for zero.
-            self.out += r#"<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#;
-            let line = self.at(node).0;
-            let text = format!(
-                "its <inertial> on line {line} has no <inertia>: the mass is read as a point, as by urdfdom (Pinocchio)"
-            );
-            self.notes.push(Note { subject: named.clone(), text });
+        if tag == "inertial" && first(node, "inertia").is_none() {
+            self.without_inertia(node, &named);
         }
         for (of, name) in REQUIRED_CHILDREN {
             if of == tag && first(node, name).is_none() {
@@ -281,6 +275,16 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         }
         let _ = write!(self.out, "</{tag}>");
         Ok(())
+    }
+
+    /// Writes the moments of an `<inertial>` without `<inertia>`: urdfdom keeps its mass, and takes the moments for zero.
+    fn without_inertia(&mut self, node: Node, named: &str) {
+        self.out += r#"<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#;
+        let line = self.at(node).0;
+        let text = format!(
+            "its <inertial> on line {line} has no <inertia>: the mass is read as a point, as by urdfdom (Pinocchio)"
+        );
+        self.notes.push(Note { subject: named.to_string(), text });
     }
 
     /// The value of an attribute, escaped for XML. Fails if a number is not finite or if the count of numbers is wrong.
