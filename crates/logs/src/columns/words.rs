@@ -394,7 +394,7 @@ mod tests {
                 assert_eq!(found, [(quantity, Designator::Coordinate(k))], "{header}");
             }
         }
-        // Two joints with the same bare name are not told apart by it.
+        // A bare name that two joints share is the name of neither.
         let table = Table { header: vec!["q_j".into()], texts: vec![None], ..Table::default() };
         assert_eq!(readings(&table, &["/j".into(), "j/".into()]).unwrap().len(), 0);
         assert_eq!(readings(&table, &["/j".into(), "j".into()]).unwrap()[0].joint, Designator::Coordinate(1));

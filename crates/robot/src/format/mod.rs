@@ -4,7 +4,7 @@
 //! expected. No text makes a reader panic, because sizes, depths and expressions are bounded here.
 
 mod budget;
-mod described;
+mod description;
 mod expression;
 mod follows;
 mod jointed;
@@ -26,8 +26,9 @@ mod yaml;
 
 pub use crate::angle_snap::AngleSnapping;
 pub use budget::REPEATS_TOO_MUCH;
-pub use described::{
-    Described, DescribedBody, DescribedJoint, DescriptionReader, ReadDescription, register as register_readers,
+pub use description::{
+    DescriptionBody, DescriptionJoint, DescriptionReader, ReadDescription, RobotDescription,
+    register as register_readers,
 };
 pub use options::{Mimic, ReadOptions};
 pub use par::read_par;

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use gate::source::{self, Source};
 
-use super::described::{self, ReadDescription};
+use super::description::{self, ReadDescription};
 use super::mjcf::{Folders, read_mjcf_with, without_includes};
 use super::names;
 use super::par::read_par_with;
@@ -145,7 +145,7 @@ impl DescriptionFormat {
     /// A format of another package by its extension or first element; a remedy if it is known and cannot be read; `None` if it
     /// is not known.
     fn other(name: &str) -> Option<Result<DescriptionFormat, String>> {
-        if let Some(reader) = described::reader(name) {
+        if let Some(reader) = description::reader(name) {
             return Some(reader.read.map(DescriptionFormat::Registered).map_err(str::to_string));
         }
         CONVERTED.iter().find(|known| known.0 == name).map(|(_, remedy)| Err(remedy.to_string()))

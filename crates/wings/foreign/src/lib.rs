@@ -4,7 +4,7 @@
 //! Collada meshes; reads links, joints and inertials of an SDF; writes a robot as SYMORO's .par.
 //!
 //! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
-//! messages of a recording. `robot::mesh` calls the reader that is registered for an extension. `robot::format::Described` makes
+//! messages of a recording. `robot::mesh` calls the reader that is registered for an extension. `robot::format::RobotDescription` makes
 //! a robot of joints and bodies. `robot::format::written` makes names that a format allows.
 
 #![warn(missing_docs)]

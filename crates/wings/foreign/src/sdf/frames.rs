@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
-use super::{Mistake, child, children, is_true, name, numbers, text, wrong};
+use super::element::{Mistake, child, children, is_true, name, numbers, text, wrong};
 use robot::Pose;
-use robot::format::{AngleSnapping, Described};
+use robot::format::{AngleSnapping, RobotDescription};
 
 /// The name of the frame of the model.
 pub(super) const MODEL: &str = "__model__";
@@ -34,7 +34,7 @@ impl<'a> Frames<'a> {
     /// Reads the frames of a model. Fails if a name stands twice, or if a pose cannot be read.
     pub(super) fn of(
         model: Node<'a, 'a>,
-        described: &mut Described,
+        described: &mut RobotDescription,
         angles: AngleSnapping,
     ) -> Result<Frames<'a>, Mistake> {
         let mut frames = Frames { stated: BTreeMap::new() };
@@ -118,7 +118,7 @@ impl<'a> Frames<'a> {
 /// The `<pose>` of an element, and the frame that it is relative to, if the file says so.
 pub(super) fn stated<'a>(
     node: Node<'a, 'a>,
-    described: &mut Described,
+    described: &mut RobotDescription,
     angles: AngleSnapping,
 ) -> Result<(Pose, Option<&'a str>), Mistake> {
     let Some(pose) = child(node, "pose") else { return Ok((Pose::IDENTITY, None)) };

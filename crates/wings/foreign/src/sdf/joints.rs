@@ -2,9 +2,9 @@
 
 use roxmltree::Node;
 
+use super::element::{Mistake, child, children, is_true, name, note, numbers, text, wrong};
 use super::frames::{Frames, MODEL};
-use super::{Mistake, child, children, is_true, name, note, numbers, text, wrong};
-use robot::format::{Described, ReadOptions};
+use robot::format::{ReadOptions, RobotDescription};
 use robot::vector::{Vector3, turned, turned_back};
 use robot::{Friction, Limits, Pose};
 
@@ -93,7 +93,7 @@ impl<'a> SdfJoint<'a> {
     }
 
     /// Limits and friction. Springs get a note.
-    pub(super) fn dynamics(&self, described: &mut Described) -> Result<(Limits, Friction), Mistake> {
+    pub(super) fn dynamics(&self, described: &mut RobotDescription) -> Result<(Limits, Friction), Mistake> {
         let [lower, upper] = [self.number("limit", "lower")?, self.number("limit", "upper")?];
         let position = match (lower, upper) {
             _ if self.kind == JointType::Continuous => None,
@@ -122,7 +122,7 @@ impl<'a> SdfJoint<'a> {
     pub(super) fn mimics(
         &self,
         options: ReadOptions,
-        described: &mut Described,
+        described: &mut RobotDescription,
     ) -> Result<Option<(&'a str, f64, f64)>, Mistake> {
         let Some(mimic) = self.in_axis("mimic") else { return Ok(None) };
         if options.mimic == robot::format::Mimic::Independent {

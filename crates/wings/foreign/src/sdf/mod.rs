@@ -8,20 +8,19 @@
 //! with axis, limits, damping, friction and `mimic`; gravity of the world. Not read, with a note: joints that close a loop, springs,
 //! and the other elements of links and models. Refused: `include`, models in the model, and joints with two axes or none.
 
+mod element;
 mod frames;
 mod joints;
 mod tree;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use element::{Mistake, child, children, is_true, name, note, numbers, wrong};
 use frames::Frames;
-use robot::format::{Described, DescribedBody, ReadOptions};
-use robot::vector::turned_back;
+use robot::format::{ReadOptions, RobotDescription};
 use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
-use robot::{Error, Note, Part, Place, Pose, Robot};
+use robot::{Error, Part, Place, Robot};
 
-/// Largest absolute value of a number, in SI units. No robot has a larger one.
-const LARGEST_NUMBER: f64 = 1e15;
 /// Largest number of links, as of a URDF.
 const MAX_LINKS: usize = 2000;
 /// Gravity if the file does not give it, m/s^2: that of the other formats without gravity.
@@ -37,18 +36,7 @@ pub fn read(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error
         .robot(file, options)
 }
 
-/// What is wrong with a text, and on which line; line 0 is the whole text.
-pub(crate) struct Mistake {
-    line: usize,
-    message: String,
-}
-
-fn wrong(node: Node, message: impl Into<String>) -> Mistake {
-    let line = node.document().text_pos_at(node.range().start).row as usize;
-    Mistake { line, message: message.into() }
-}
-
-fn read_model(text: &str, options: ReadOptions) -> Result<Described, Mistake> {
+fn read_model(text: &str, options: ReadOptions) -> Result<RobotDescription, Mistake> {
     if let Some((line, _)) = crowded(text) {
         let message = format!("an element has more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes");
         return Err(Mistake { line, message });
@@ -81,7 +69,7 @@ fn read_model(text: &str, options: ReadOptions) -> Result<Described, Mistake> {
         }
         (None, ..) => return Err(wrong(root, "the file has no <model> with joints")),
     };
-    let mut described = Described { name: name(model).into(), ..Described::default() };
+    let mut described = RobotDescription { name: name(model).into(), ..RobotDescription::default() };
     let left: Vec<Node> = models.iter().copied().filter(|other| *other != model).collect();
     if !left.is_empty() {
         note(&mut described, name(model), format!("is read alone; not read are the other models ({})", named(&left)));
@@ -92,7 +80,7 @@ fn read_model(text: &str, options: ReadOptions) -> Result<Described, Mistake> {
     Ok(described)
 }
 
-fn model_into(model: Node, described: &mut Described, options: ReadOptions) -> Result<(), Mistake> {
+fn model_into(model: Node, described: &mut RobotDescription, options: ReadOptions) -> Result<(), Mistake> {
     for (tag, remedy) in [
         ("include", "write it out, `gz sdf -p FILE`, and give the model itself"),
         ("model", "a robot is one model: move its links and joints into the outer one"),
@@ -127,7 +115,7 @@ fn model_into(model: Node, described: &mut Described, options: ReadOptions) -> R
 }
 
 /// The inertial of a link in the frame of the link; `None` if the file does not give it.
-fn part(link: Node, described: &mut Described, options: ReadOptions) -> Result<Option<Part>, Mistake> {
+fn part(link: Node, described: &mut RobotDescription, options: ReadOptions) -> Result<Option<Part>, Mistake> {
     let Some(inertial) = child(link, "inertial") else {
         note(described, name(link), "has no inertial: unknown here, where Gazebo takes 1 kg and 1 kg m^2".into());
         return Ok(None);
@@ -155,48 +143,4 @@ fn part(link: Node, described: &mut Described, options: ReadOptions) -> Result<O
         return Err(wrong(inertial, format!("the mass of `{}` is {mass} kg: no body has it", name(link))));
     }
     Ok(Some(Part { name: name(link).into(), pose, mass, inertia }))
-}
-
-/// The bodies of the base, and gravity, in the frame of the root link.
-fn floating(described: &mut Described, base: &Pose) {
-    described.gravity = turned_back(&base.rotation, described.gravity);
-}
-
-fn body(name: &str, pose: Pose, part: Option<Part>) -> DescribedBody {
-    DescribedBody { name: name.into(), pose, part }
-}
-
-fn note(described: &mut Described, subject: &str, text: String) {
-    described.notes.push(Note { subject: subject.into(), text });
-}
-
-fn children<'a, 'i: 'a>(node: Node<'a, 'i>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.has_tag_name(tag))
-}
-
-fn child<'a, 'i: 'a>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|child| child.has_tag_name(tag))
-}
-
-fn name<'a>(node: Node<'a, '_>) -> &'a str {
-    node.attribute("name").unwrap_or("")
-}
-
-fn text<'a>(node: Node<'a, '_>) -> &'a str {
-    node.text().unwrap_or("").trim()
-}
-
-fn is_true(text: &str) -> bool {
-    matches!(text.trim(), "true" | "1")
-}
-
-/// The N numbers of an element. Fails if there are more or fewer, or if one is not finite.
-fn numbers<const N: usize>(node: Node) -> Result<[f64; N], Mistake> {
-    let words: Vec<Option<f64>> = text(node).split_whitespace().map(|word| word.parse().ok()).collect();
-    let found: Option<Vec<f64>> = words.into_iter().collect();
-    let found = found.filter(|found| found.iter().all(|x| x.abs() <= LARGEST_NUMBER));
-    found.and_then(|found| found.try_into().ok()).ok_or_else(|| {
-        let shown: String = text(node).chars().take(40).collect();
-        wrong(node, format!("<{}> is `{shown}`; expected are {N} finite numbers", node.tag_name().name()))
-    })
 }

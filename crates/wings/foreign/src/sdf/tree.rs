@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
+use super::element::{Mistake, children, note, wrong};
 use super::frames::{Frames, WORLD, links};
 use super::joints::{JointType, SdfJoint, joints};
-use super::{Mistake, body, children, floating, note, wrong};
 use gate::suggestion::did_you_mean;
-use robot::format::{Described, DescribedJoint, ReadOptions};
+use robot::format::{DescriptionBody, DescriptionJoint, ReadOptions, RobotDescription};
+use robot::vector::turned_back;
 use robot::{Part, Pose};
 
 /// Adds the joints and bodies of a model. `bodies`: pose in the model and inertial of each link, in the order of the file.
@@ -18,7 +19,7 @@ pub(super) fn grow<'a>(
     model: Node<'a, 'a>,
     frames: &Frames<'a>,
     bodies: Vec<(Pose, Option<Part>)>,
-    described: &mut Described,
+    described: &mut RobotDescription,
     options: ReadOptions,
 ) -> Result<(), Mistake> {
     let links = links(model);
@@ -30,7 +31,7 @@ pub(super) fn grow<'a>(
     let base = if options.floating_base { frames.pose(root)? } else { frames.pose(WORLD)? };
     if options.floating_base {
         let world = frames.pose(WORLD)?.inverse().compose(&base);
-        floating(described, &world);
+        described.gravity = turned_back(&world.rotation, described.gravity);
     }
     let mut parts: BTreeMap<&str, (Pose, Option<Part>)> = links.iter().copied().zip(bodies).collect();
     // Each entry: a link, the joint that carries it, and the pose of the frame of this joint in the model.
@@ -38,7 +39,7 @@ pub(super) fn grow<'a>(
     let mut index = BTreeMap::new();
     while let Some((link, carrier, frame)) = stack.pop() {
         if let Some((pose, part)) = parts.remove(link) {
-            let one = body(link, frame.inverse().compose(&pose), part);
+            let one = DescriptionBody { name: link.into(), pose: frame.inverse().compose(&pose), part };
             carrier.map_or(&mut described.base, |k: usize| &mut described.joints[k].bodies).push(one);
         }
         for (k, joint) in joints.iter().enumerate().rev() {
@@ -67,7 +68,7 @@ pub(super) fn grow<'a>(
 fn above<'a>(
     joints: &[SdfJoint<'a>],
     first: &'a str,
-    described: &mut Described,
+    described: &mut RobotDescription,
 ) -> Result<BTreeMap<&'a str, usize>, Mistake> {
     let mut above: BTreeMap<&str, usize> = BTreeMap::new();
     // Joints that can be read are taken before others.
@@ -107,7 +108,7 @@ fn root<'a>(
     joints: &[SdfJoint<'a>],
     above: &BTreeMap<&'a str, usize>,
     options: ReadOptions,
-    described: &mut Described,
+    described: &mut RobotDescription,
 ) -> Result<(bool, &'a str), Mistake> {
     let is_held = joints.iter().any(|joint| joint.parent == Some(WORLD));
     let free: Vec<&str> = links.iter().copied().filter(|link| !above.contains_key(link)).collect();
@@ -143,11 +144,11 @@ fn moving(
     child: &str,
     frames: &Frames,
     (antecedent, carrier, pose): (Option<usize>, &Pose, &Pose),
-    described: &mut Described,
-) -> Result<DescribedJoint, Mistake> {
+    described: &mut RobotDescription,
+) -> Result<DescriptionJoint, Mistake> {
     let (limits, friction) = joint.dynamics(described)?;
     let at = joint.node.document().text_pos_at(joint.node.range().start);
-    Ok(DescribedJoint {
+    Ok(DescriptionJoint {
         name: joint.name().into(),
         at: (at.row as usize, at.col as usize),
         antecedent,
@@ -167,7 +168,7 @@ fn follow(
     joints: &[SdfJoint],
     index: &BTreeMap<&str, usize>,
     options: ReadOptions,
-    described: &mut Described,
+    described: &mut RobotDescription,
 ) -> Result<(), Mistake> {
     for joint in joints {
         let Some(k) = index.get(joint.name()) else { continue };

@@ -43,7 +43,7 @@ pub(super) fn reader(name: &str) -> Option<DescriptionReader> {
 
 /// A joint of a file, and the bodies that it carries.
 #[derive(Clone, Debug)]
-pub struct DescribedJoint {
+pub struct DescriptionJoint {
     /// Name of the joint, which becomes the name of its coordinate.
     pub name: String,
     /// Line and column in the file; 0 if unknown.
@@ -65,12 +65,12 @@ pub struct DescribedJoint {
     /// Name of the link that the joint moves.
     pub link: String,
     /// The link of the joint, and the links fixed to it.
-    pub bodies: Vec<DescribedBody>,
+    pub bodies: Vec<DescriptionBody>,
 }
 
 /// A link of a file that is fixed to the link of a joint, or to the base.
 #[derive(Clone, Debug)]
-pub struct DescribedBody {
+pub struct DescriptionBody {
     /// Name of the link.
     pub name: String,
     /// Pose of the link frame in the frame of the joint, or of the base, m.
@@ -81,13 +81,13 @@ pub struct DescribedBody {
 
 /// A robot as a file describes it.
 #[derive(Clone, Debug, Default)]
-pub struct Described {
+pub struct RobotDescription {
     /// Name of the robot.
     pub name: String,
     /// The joints that move, antecedents first.
-    pub joints: Vec<DescribedJoint>,
+    pub joints: Vec<DescriptionJoint>,
     /// The links that are fixed to the base, in the frame of the base.
-    pub base: Vec<DescribedBody>,
+    pub base: Vec<DescriptionBody>,
     /// Gravity in the frame of the base, m/s^2.
     pub gravity: Vector3,
     /// Notes on what was not read.
@@ -96,7 +96,7 @@ pub struct Described {
     pub snapped: Vec<Note>,
 }
 
-impl Described {
+impl RobotDescription {
     /// The pose of a frame from its position, m, and roll, pitch and yaw, rad. Rounded angles are replaced as the options say;
     /// each gets a note on `subject`.
     pub fn pose(&mut self, subject: &str, position: Vector3, rpy: Vector3, angles: AngleSnapping) -> Pose {
@@ -116,7 +116,7 @@ impl Described {
         if let Some((name, _)) = options.values.first() {
             return Err(source.whole(no_symbol(name, &[])));
         }
-        let follows = |joint: &DescribedJoint| {
+        let follows = |joint: &DescriptionJoint| {
             let (leader, multiplier, offset) = joint.follows.filter(|_| options.mimic == Mimic::Constraint)?;
             Some(Follows { leader, multiplier, offset })
         };
@@ -174,6 +174,6 @@ fn placed(pose: &Pose, angles: AngleSnapping) -> Pose {
     Pose { rotation: angle_snap::exact(&pose.rotation), position: pose.position.map(length) }
 }
 
-fn lumped(body: DescribedBody) -> LumpedBody {
+fn lumped(body: DescriptionBody) -> LumpedBody {
     LumpedBody { name: body.name, pose: body.pose, part: body.part, collisions: Vec::new() }
 }
