@@ -4,8 +4,6 @@
 //! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
 //! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
 //!
-//! MuJoCo adds the armature and damping of an actuator to those of its joint. So both become 0 in actuators that have them.
-//!
 //! The ten parameters of a link include the links fixed to it. So its body gets the sum, and the bodies of the links fixed to
 //! it get an inertial of zero: without an inertial, MuJoCo would compute one from their shapes. Zero mass is allowed for a body
 //! without a joint. The inertials that these bodies have in the model are not read, because they may differ from the
@@ -19,6 +17,8 @@ use roxmltree::{Document, Node};
 
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::mjcf::{attributes, file_poses, inertial, quaternion};
+use crate::write_back::mjcf_actuators::empty_actuators;
+use crate::write_back::mjcf_names::{element, found};
 use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
@@ -73,32 +73,6 @@ pub fn mjcf_into(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// Sets the armature and damping of actuators to zero, because the identified values of their joints include them. Returns a
-/// sentence on it; `None` if no actuator and no default has them.
-fn empty_actuators(document: &Document, joints: &[JointDynamics], edits: &mut Edits) -> Option<String> {
-    const EMPTIED: [&str; 2] = ["armature", "damping"];
-    let is_inside = |node: &Node, tag: &str| node.ancestors().skip(1).any(|above| above.has_tag_name(tag));
-    let is_joint = |node: &Node| node.has_tag_name("joint") || node.has_tag_name("tendon");
-    let has = |node: Node| {
-        (is_inside(&node, "actuator") || is_inside(&node, "default") && !is_joint(&node))
-            && EMPTIED.iter().any(|key| node.has_attribute(*key))
-    };
-    if !document.descendants().any(has) {
-        return None;
-    }
-    let mut names = Vec::new();
-    for actuator in document.descendants().filter(|node| node.is_element() && is_inside(node, "actuator")) {
-        let driven = actuator.attribute("joint").or(actuator.attribute("jointinparent")).map(shown::line);
-        if joints.iter().any(|joint| driven.as_ref().is_some_and(|name| *name == joint.joint)) {
-            edits.set_attributes(&actuator, &EMPTIED.map(|key| (key, "0".to_string())));
-            names.push(actuator.attribute("name").or(actuator.attribute("joint")).unwrap_or("an actuator"));
-        }
-    }
-    (!names.is_empty()).then(|| {
-        format!("armature and damping of actuators are in those of their joints now, and 0 in {}", names.join(", "))
-    })
-}
-
 fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
     match child(body, "inertial") {
         Some(old) => edits.replace(old.range(), inertial),
@@ -128,38 +102,6 @@ fn changes(compiler: &Node) -> Vec<String> {
 
 fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
-}
-
-/// The element inside `<worldbody>` with this tag and name, or with the part of the name after its first `_`.
-fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
-    let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    // The robot stores names in printable form.
-    let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
-    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
-    of(name).or_else(|| unnamed(&world, tag, name)).or_else(|| of(name.split_once('_')?.1))
-}
-
-/// The element without a name that the reader of MJCF calls `name`: `BODY_joint`, `BODY_joint2`, or `body3` for the third body.
-fn unnamed<'a, 'd>(world: &Node<'a, 'd>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
-    if tag == "body" {
-        let number: usize = name.strip_prefix("body")?.parse().ok()?;
-        let body = world.descendants().filter(|n| n.has_tag_name("body")).nth(number.checked_sub(1)?)?;
-        return Some(body).filter(|body| !body.has_attribute("name"));
-    }
-    let (body, number) = name.rsplit_once("_joint")?;
-    let number = if number.is_empty() { 1 } else { number.parse().ok()? };
-    let body = world.descendants().find(|n| n.has_tag_name("body") && n.attribute("name") == Some(body));
-    let body = body.or_else(|| unnamed(world, "body", name.rsplit_once("_joint")?.0))?;
-    let mut joints = body.children().filter(|n| n.has_tag_name(tag) && !n.has_attribute("name"));
-    joints.nth(usize::checked_sub(number, 1)?)
-}
-
-fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    found(document, tag, name).ok_or_else(|| {
-        let named = document.descendants().filter(|n| n.has_tag_name(tag)).filter_map(|n| n.attribute("name"));
-        let names = named.map(shown::line).collect::<Vec<_>>().join(", ");
-        Error::at(file, 0, format!("there is no <{tag} name=\"{name}\">; there are {names}"))
-    })
 }
 
 /// Whether an element is a body without a joint, which is fixed to its parent.
@@ -406,8 +348,7 @@ mod tests {
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
     }
 
-    /// The model itself is written with its actuators, and read again it has the identified values: joints at another point of
-    /// their body, elements without names, and the armature of an actuator.
+    /// Joints at another point of their body, elements without names, and the armature of an actuator.
     #[test]
     fn the_model_itself_is_kept_whole() {
         let text = r#"<mujoco><worldbody><body><!-- one --><joint type="hinge" pos="0.1 0 0.2" ref="30" axis="0 1 0"/>

@@ -5,7 +5,9 @@
 pub mod body;
 mod identified_values;
 pub mod mjcf;
+mod mjcf_actuators;
 pub mod mjcf_into;
+mod mjcf_names;
 mod mjcf_pose;
 mod steps;
 mod text_edit;

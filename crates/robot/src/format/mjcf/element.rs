@@ -235,9 +235,14 @@ impl Folders<'_> {
             }
             full => {
                 let own = found.parent().unwrap_or(found).display();
-                let name = full.ok().and_then(|full| Some(full.parent()?.file_name()?.to_string_lossy().into_owned()));
-                let (name, top) = (name.unwrap_or("files".into()), top.display());
-                Err(format!("it stands outside {top}, where nothing is read without leave: [package={name}={own}]"))
+                let folder =
+                    full.ok().and_then(|full| Some(full.parent()?.file_name()?.to_string_lossy().into_owned()));
+                // A file that names a place of the machine itself is no part of a package.
+                let remedy = match folder.filter(|_| Path::new(name).is_relative()) {
+                    Some(folder) => format!(" without leave: [package={folder}={own}]"),
+                    None => ": copy it there".into(),
+                };
+                Err(format!("it stands outside {}, where nothing is read{remedy}", top.display()))
             }
         }
     }
