@@ -99,7 +99,7 @@ fn simulator_model(bytes: &[u8]) -> Result<(), String> {
     let arm = read_urdf(include_str!("../../fuzz/corpus/write_back/arm.urdf"), "arm.urdf").unwrap();
     let body = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
     let bodies: Vec<_> = arm.link_ids().map(|id| (id, body)).collect();
-    told(mjcf_into(text(bytes), "robot.xml", &arm, &bodies, &[]))
+    told(mjcf_into(text(bytes), "robot.xml", &arm, &bodies, &[], false))
 }
 
 fn gzip(text: &str) -> Vec<u8> {

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 
 use rist::DescriptionFormat;
-use rist::wings::{DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
+use rist::wings::{DescriptionReader, DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
 /// The error text for a feature that this build does not contain. `$found`: name of the file content that needs it.
 macro_rules! without {
@@ -69,6 +69,8 @@ fn absent() -> Wing {
     }
     if cfg!(not(feature = "foreign")) {
         wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
+        let read = Err(without!("an SDF", "foreign"));
+        wing.description_readers.push(DescriptionReader { extension: "sdf", read });
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
     }

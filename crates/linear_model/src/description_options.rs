@@ -14,9 +14,12 @@ pub struct DescriptionOptions {
     /// The value of each argument of a xacro file.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub arguments: BTreeMap<String, String>,
-    /// The folder of each package from which a xacro file includes files.
+    /// The folder of each package from which a xacro file or an MJCF takes files.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, String>,
+    /// The robot that was chosen from a file with several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root: Option<String>,
     /// Whether the mimic joints of a URDF are independent coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,

@@ -448,11 +448,15 @@ impl Estimate {
         Ok(written.notes)
     }
 
-    /// Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True.
+    /// Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True. A model
+    /// that was read from an MJCF is kept whole.
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let mjcf = rist::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
+        let own = rist::own_mjcf(&model.inner, &model.text, &model.options).or_error()?;
+        let path_of_own = model.inner.path.display().to_string();
+        let into = own.as_ref().map(|text| (path_of_own.as_str(), text.as_str()));
+        let mjcf = rist::write_mjcf(&model.inner, &bodies, &self.inner, into).or_error()?;
         save(&path, &mjcf.text, &[&model.inner.path])
     }
 

@@ -35,8 +35,10 @@ use crate::work::alone;
 /// Options:
 /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
 /// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-/// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-///   but that of the file
+/// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+/// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+///   that is in the file]
 /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
 ///   their own [default: 'constraint']
 /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -163,7 +165,7 @@ fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResul
 #[pymethods]
 impl Model {
     #[new]
-    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, root=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn new(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         Model::read(py, path, options)
     }
@@ -174,8 +176,10 @@ impl Model {
     /// Options:
     /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
     /// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-    ///   but that of the file
+    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+    ///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+    /// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+    ///   that is in the file]
     /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
     ///   their own [default: 'constraint']
     /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -191,7 +195,7 @@ impl Model {
     /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
-    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, root=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         let options = self::options("Model", options)?;
         let text = rist::text_of(&path).or_error()?;
@@ -203,8 +207,10 @@ impl Model {
     /// Options:
     /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
     /// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-    ///   but that of the file
+    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+    ///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+    /// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+    ///   that is in the file]
     /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
     ///   their own [default: 'constraint']
     /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -220,7 +226,7 @@ impl Model {
     /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
-    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, arg=None, package=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, arg=None, package=None, root=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         Model::derive(py, text, name.into(), self::options("Model.parse", options)?)
     }

@@ -27,6 +27,7 @@ pub use identification::estimators::drive_gains::likelihood::DriveGains;
 pub use identification::signals::records::Records;
 pub use logs::reading::{LogFormat, LogReader};
 pub use modeling::FunctionOfLink;
+pub use robot::format::DescriptionReader;
 pub use robot::mesh::MeshFormat;
 
 /// Functions that a wing (an optional package) adds. If a function is an `Err`, this build does not contain the function, and the
@@ -39,7 +40,9 @@ pub struct Wing {
     pub log_formats: Vec<LogFormat>,
     /// Formats of meshes that the wing reads.
     pub mesh_formats: Vec<MeshFormat>,
-    /// Functions that write a description of the robot in a file format.
+    /// Readers of descriptions.
+    pub description_readers: Vec<DescriptionReader>,
+    /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
     /// The functions that read motions from other sources, or the error text if this build lacks them.
     pub points: Option<Result<PointReader, &'static str>>,
@@ -57,11 +60,13 @@ pub struct Wing {
 pub fn register(wings: Vec<Wing>) {
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {
-        let (mut requests, mut logs, mut meshes, mut writers, mut functions) = (vec![], vec![], vec![], vec![], vec![]);
+        let (mut requests, mut logs, mut meshes, mut readers) = (vec![], vec![], vec![], vec![]);
+        let (mut writers, mut functions) = (vec![], vec![]);
         for wing in wings {
             requests.extend(wing.requests);
             logs.extend(wing.log_formats);
             meshes.extend(wing.mesh_formats);
+            readers.extend(wing.description_readers);
             writers.extend(wing.writers);
             functions.extend(wing.functions);
             wing.points.into_iter().for_each(played_file::register);
@@ -72,6 +77,7 @@ pub fn register(wings: Vec<Wing>) {
         request::register(requests);
         ::logs::reading::register(logs);
         robot::mesh::register(meshes);
+        robot::format::register_readers(readers);
         conversion::register(writers);
         modeling::register_functions(functions);
     });

@@ -1,4 +1,4 @@
-//! Reads the vertices and triangles of mesh files: binary and text STL, and OBJ.
+//! Reads the vertices and triangles of mesh files: binary and text STL, OBJ, and MuJoCo's own .msh.
 //!
 //! Normals, textures and names are ignored. A face of an OBJ with more than three corners is divided into a fan of triangles.
 //!
@@ -18,6 +18,7 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let read = match format(path)? {
         Format::Stl => stl(bytes),
         Format::Obj => text_vertices(bytes, "v"),
+        Format::Msh => msh(bytes).map(|(vertices, _)| vertices),
         Format::Registered(read) => read(bytes),
     };
     read.map_err(|what| format!("{}: {what}", path.display()))
@@ -36,7 +37,8 @@ pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String>
     match format(path)? {
         Format::Stl => Ok(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()),
         Format::Obj => faces(bytes, &corners).map_err(fail),
-        Format::Registered(_) => Err(fail("triangles are read from .stl and .obj".into())),
+        Format::Msh => msh(bytes).map(|(_, triangles)| triangles).map_err(fail),
+        Format::Registered(_) => Err(fail("triangles are read from .stl, .obj and .msh".into())),
     }
 }
 
@@ -44,6 +46,7 @@ pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String>
 enum Format {
     Stl,
     Obj,
+    Msh,
     Registered(ReadVertices),
 }
 
@@ -76,6 +79,7 @@ fn format(path: &Path) -> Result<Format, String> {
     match kind.as_str() {
         "stl" => Ok(Format::Stl),
         "obj" => Ok(Format::Obj),
+        "msh" => Ok(Format::Msh),
         _ => {
             let registered: &[MeshFormat] = FORMATS.get().map_or(&[], Vec::as_slice);
             if let Some(known) = registered.iter().find(|format| format.extension == kind) {
@@ -86,7 +90,7 @@ fn format(path: &Path) -> Result<Format, String> {
             let (path, stem) = (path.display(), path.with_extension("stl"));
             let stem = stem.display();
             Err(format!(
-                "{path}: meshes are read from .stl, .obj{read}: convert it (assimp export {path} {stem}, or MeshLab)"
+                "{path}: meshes are read from .stl, .obj, .msh{read}: convert it (assimp export {path} {stem}, or MeshLab)"
             ))
         }
     }
@@ -149,6 +153,32 @@ fn triangle(bytes: &[u8]) -> [Vector3; 3] {
     corners
 }
 
+/// The vertices and triangles of MuJoCo's .msh: the numbers of vertices, normals, texture coordinates and faces, as integers of
+/// 32 bits; then three, three and two floats of 32 bits and three indices from 0 for each of them; little-endian.
+fn msh(bytes: &[u8]) -> Result<(Vec<Vector3>, Vec<[Vector3; 3]>), String> {
+    const FLOATS_EACH: [usize; 4] = [3, 3, 2, 3];
+    let (words, rest) = bytes.as_chunks::<4>();
+    let whole = |word: &[u8; 4]| usize::try_from(i32::from_le_bytes(*word)).ok();
+    let counts: Option<Vec<usize>> = words.iter().take(4).map(whole).collect();
+    let counts = counts.filter(|counts| counts.len() == 4).ok_or("no .msh of MuJoCo")?;
+    let sizes = [0, 1, 2, 3].map(|k| counts[k].saturating_mul(FLOATS_EACH[k]));
+    let promised = sizes.iter().fold(4usize, |sum, size| sum.saturating_add(*size));
+    if promised != words.len() || !rest.is_empty() {
+        let found = bytes.len();
+        return Err(format!(
+            "no .msh of MuJoCo: {found} bytes, where its head promises {}",
+            promised.saturating_mul(4)
+        ));
+    }
+    let floats: Vec<f64> = words[4..4 + sizes[0]].iter().map(|word| f64::from(f32::from_le_bytes(*word))).collect();
+    let vertices: Vec<Vector3> = floats.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect();
+    let corners: Option<Vec<Vector3>> =
+        words[words.len() - sizes[3]..].iter().map(|word| vertices.get(whole(word)?).copied()).collect();
+    let corners = corners.ok_or("a face names a vertex that is none")?;
+    let triangles = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+    Ok((vertices, triangles))
+}
+
 fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     if let Some(body) = binary(bytes) {
         return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).flat_map(triangle).collect());
@@ -182,7 +212,7 @@ fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
 mod tests {
     use std::path::Path;
 
-    use super::triangles;
+    use super::{triangles, vertices};
 
     #[test]
     fn faces_of_an_obj_are_fans_of_triangles() {
@@ -193,6 +223,34 @@ mod tests {
             let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\n{broken}\n");
             let error = triangles(text.as_bytes(), Path::new("a.obj")).unwrap_err();
             assert!(error.contains("line 4: no face of known vertices"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_msh_has_what_its_head_promises() {
+        let file = |counts: [i32; 4], floats: &[f32], faces: &[i32]| -> Vec<u8> {
+            let counts = counts.iter().flat_map(|x| x.to_le_bytes());
+            counts
+                .chain(floats.iter().flat_map(|x| x.to_le_bytes()))
+                .chain(faces.iter().flat_map(|x| x.to_le_bytes()))
+                .collect()
+        };
+        let floats = [0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 9.0, 9.0, 9.0, 8.0, 8.0];
+        let whole = file([3, 1, 1, 1], &floats, &[2, 0, 1]);
+        let path = Path::new("a.msh");
+        let expected = [[0.0, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(vertices(&whole, path).unwrap(), expected);
+        assert_eq!(triangles(&whole, path).unwrap(), [[expected[2], expected[0], expected[1]]]);
+        for (bytes, said) in [
+            (file([3, 1, 1, 2], &floats, &[2, 0, 1]), "84 bytes, where its head promises 96"),
+            (file([i32::MAX; 4], &floats, &[]), "its head promises"),
+            (file([-1, 1, 1, 1], &floats, &[]), "no .msh of MuJoCo"),
+            (file([3, 1, 1, 1], &floats, &[2, 0, 3]), "a face names a vertex that is none"),
+            (whole[..83].to_vec(), "83 bytes"),
+            (b"$MeshFormat".to_vec(), "no .msh of MuJoCo"),
+        ] {
+            let error = triangles(&bytes, path).unwrap_err();
+            assert!(error.contains(said), "{error}");
         }
     }
 }

@@ -304,6 +304,89 @@ fn what_floats_is_asked_for() {
     assert_eq!(read(&arm).n_coordinates(), 1);
 }
 
+/// Of several robots one is read alone, by the words of the error.
+#[test]
+fn one_of_several_robots_is_chosen() {
+    let text = r#"<mujoco><worldbody><body name="table"><geom size="1" mass="50"/></body>
+  <body name="trunk"><freejoint/><geom size="0.2" mass="9"/>
+    <body name="leg"><joint name="hip"/><geom size="0.1" mass="1"/></body></body>
+  <body name="door"><joint name="hinge" axis="0 1 0"/><geom pos="1 0 0" size="0.1" mass="2"/></body></worldbody></mujoco>"#;
+    let floating = ReadOptions { floating_base: true, ..options() };
+    let message = read_as(text, floating).unwrap_err().to_string();
+    assert!(message.contains("`trunk` floats while other joints hang on the world (door)"), "{message}");
+    assert!(message.ends_with("[root=trunk]"), "{message}");
+    let names = |robot: &Robot| robot.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
+    let trunk = read_as(text, ReadOptions { root: Some("trunk"), ..floating }).unwrap();
+    assert_eq!((names(&trunk), trunk.base.inertial.unwrap()[9]), (vec!["hip".to_string()], 9.0));
+    let said = |robot: &Robot| robot.notes.iter().filter(|n| n.text.contains("not read are the other bodies")).count();
+    assert_eq!(said(&trunk), 1, "{:?}", trunk.notes);
+    // The fixed robot needs no floating base. What stands on the ground stays in its base.
+    let door = read_as(text, ReadOptions { root: Some("door"), ..options() }).unwrap();
+    assert_eq!((names(&door), door.base.inertial.unwrap()[9], said(&door)), (vec!["hinge".to_string()], 50.0, 1));
+    let message = read_as(text, ReadOptions { root: Some("table"), ..options() }).unwrap_err().to_string();
+    assert!(message.contains("[root]: the world has no body `table` that moves; it has trunk, door"), "{message}");
+    let two =
+        text.replace("<joint name=\"hinge\" axis=\"0 1 0\"/>", "<freejoint/><body><joint/><geom size=\"1\"/></body>");
+    let message = read_as(&two, floating).unwrap_err().to_string();
+    assert!(message.contains("several robots float (trunk, door)") && message.ends_with("[root=trunk]"), "{message}");
+    let one = read_as(&two, ReadOptions { root: Some("trunk"), ..floating }).unwrap();
+    assert_eq!(names(&one), ["hip"]);
+    // With one robot in the file, nothing is left out.
+    assert_eq!(said(&read_as(ARM, ReadOptions { root: Some("shoulder"), ..options() }).unwrap()), 0);
+    let urdf = parse_with("<robot/>", std::path::Path::new("r.urdf"), ReadOptions { root: Some("a"), ..options() });
+    assert!(urdf.unwrap_err().to_string().contains("[root] chooses a robot of an MJCF"));
+}
+
+/// A shape fitted to a mesh needs no size. Without an inertial, the mass of its body is not known.
+#[test]
+fn a_shape_fitted_to_a_mesh_has_no_size() {
+    let text = r#"<mujoco><asset><mesh name="m" file="m.obj"/></asset><worldbody><body name="arm"><joint name="j"/>
+  <inertial pos="0.2 0 0" mass="2" diaginertia="0.02 0.02 0.01"/><geom type="capsule" mesh="m"/></body></worldbody></mujoco>"#;
+    assert_eq!(read(text).links[0].inertial.unwrap()[9], 2.0);
+    let message = refused(&text.replace("mesh=\"m\"/></body>", "/></body>"));
+    assert!(message.contains("a capsule has 2 sizes above 0"), "{message}");
+    let start = text.find("<inertial").unwrap();
+    let end = text.find("<geom").unwrap();
+    let message = refused(&format!("{}{}", &text[..start], &text[end..]));
+    assert!(message.contains("fitted to a mesh, which is not read; or give the body an <inertial>"), "{message}");
+}
+
+/// Meshes and parts outside the folder of the model are read from the folder of a given package alone.
+#[test]
+fn a_package_allows_another_folder() {
+    let here = std::env::temp_dir().join(format!("rist-mjcf-package-{}", std::process::id()));
+    std::fs::create_dir_all(here.join("mjcf")).unwrap();
+    std::fs::create_dir_all(here.join("meshes")).unwrap();
+    let put = |name: &str, text: &str| std::fs::write(here.join(name), text).unwrap();
+    put("meshes/m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    put("meshes/part.xml", "<mujocoinclude><asset><mesh name=\"m\" file=\"m.obj\"/></asset></mujocoinclude>");
+    put(
+        "mjcf/robot.xml",
+        "<mujoco><compiler meshdir=\"../meshes\"/><include file=\"../meshes/part.xml\"/><worldbody><body name=\"arm\"><joint/>\
+         <geom type=\"mesh\" mesh=\"m\"/></body></worldbody></mujoco>",
+    );
+    let path = here.join("mjcf/robot.xml");
+    let message = robot::format::read_with(&path, options()).unwrap_err().to_string();
+    let remedy = format!("[package=meshes={}]", here.join("mjcf/../meshes").display());
+    assert!(message.contains("nothing is read without leave") && message.contains(&remedy), "{message}");
+    // The folder as the error names it.
+    let packages = [("meshes".to_string(), here.join("mjcf/../meshes"))];
+    let robot = robot::format::read_with(&path, ReadOptions { packages: &packages, ..options() }).unwrap();
+    let mass = robot.links[0].inertial.unwrap()[9];
+    assert!((mass - 1000.0 / 6.0).abs() < 1e-9, "{mass}");
+    // The text for a writer has the parts in their places.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let written = |packages| {
+        robot::format::without_macros(&text, &path, ReadOptions { packages, ..options() }).map_err(|e| e.to_string())
+    };
+    let part = "<include file=\"../meshes/part.xml\"/>";
+    assert_eq!(written(&packages).unwrap(), text.replace(part, "<asset><mesh name=\"m\" file=\"m.obj\"/></asset>"));
+    assert!(written(&[]).unwrap_err().contains("nothing is read without leave"));
+    let others = [("others".to_string(), here.join("mjcf"))];
+    assert!(robot::format::read_with(&path, ReadOptions { packages: &others, ..options() }).is_err());
+    std::fs::remove_dir_all(&here).unwrap();
+}
+
 #[test]
 fn what_is_not_read_is_named() {
     let body = |inside: &str| one("", "", inside);

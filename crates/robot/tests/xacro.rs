@@ -58,6 +58,17 @@ fn what_macros_stand_for() {
         ("<xacro:property name=\"m\" value=\"4\"/><xacro:property name=\"m\" default=\"5\"/>", "${m}", 4.0),
         ("<xacro:arg name=\"m\" default=\"7\"/>", "$(arg m)", 7.0),
         ("<xacro:arg name=\"m\" default=\"7\"/>", "${$(arg m) + 1}", 8.0),
+        // Names in `$(eval)` are arguments; a property of the same name does not count there.
+        ("<xacro:property name=\"m\" value=\"4\"/><xacro:arg name=\"m\" default=\"7\"/>", "$(eval m * 2)", 14.0),
+        ("<xacro:arg name=\"e\" default=\"none\"/>", "$(eval 2 if e == 'none' and not false else 3)", 2.0),
+        ("<xacro:property name=\"x\" value=\"1 2 3\"/>", "${x.split(' ')[2]}", 3.0),
+        // What is evaluated at once keeps its value.
+        (
+            "<xacro:property name=\"a\" value=\"1\"/><xacro:property name=\"b\" value=\"${a}\" lazy_eval=\"false\"/>\
+             <xacro:property name=\"a\" value=\"2\"/>",
+            "${b}",
+            1.0,
+        ),
     ] {
         assert_eq!(mass(&read(&format!("{body}{}", links(asked)), &[]).unwrap()), expected, "{body}");
     }
@@ -116,6 +127,35 @@ fn files_are_read_below_the_folder_and_below_packages() {
     }
     let message = read_with(&here.join("arm/out.xacro"), ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("outside the folder of the description"), "{message}");
+    // A package is found above the file by its package.xml; of a package for another program nothing is needed.
+    put("tools/package.xml", "<package/>");
+    assert_eq!(mass(&read_with(&here.join("arm/arm.xacro"), ReadOptions::default()).unwrap()), 7.0);
+    let plugin = format!("{HEAD}<gazebo><a b=\"$(find none)/c\"/></gazebo>{}{JOINT}</robot>", links("2"));
+    put("arm/plugin.xacro", &plugin);
+    assert_eq!(mass(&read_with(&here.join("arm/plugin.xacro"), ReadOptions::default()).unwrap()), 2.0);
+    put("arm/plugin.xacro", &plugin.replace("gazebo", "sensor"));
+    let message = read_with(&here.join("arm/plugin.xacro"), ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("no folder of this name with a package.xml"), "{message}");
+    std::fs::remove_dir_all(&here).unwrap();
+}
+
+/// PyYAML takes the last value of a key that stands twice, and says nothing. Here a note says it.
+#[test]
+fn the_last_of_two_keys_counts() {
+    let here = std::env::temp_dir().join(format!("rist-xacro-keys-{}", std::process::id()));
+    std::fs::create_dir_all(&here).unwrap();
+    let text = format!("{HEAD}{}{JOINT}</robot>", links("${load_yaml('m.yaml')['m'] + load_yaml('m.yaml').b.m}"));
+    std::fs::write(here.join("arm.xacro"), text).unwrap();
+    for (yaml, expected, said) in
+        [("m: 1\nb: {m: 9}\nm: 2\n", 11.0, true), ("a: &a {m: 5}\nb: {<<: *a, m: 9}\nm: 2\n", 11.0, false)]
+    {
+        std::fs::write(here.join("m.yaml"), yaml).unwrap();
+        let robot = read_with(&here.join("arm.xacro"), ReadOptions::default()).unwrap();
+        assert_eq!(mass(&robot), expected, "{yaml}");
+        let notes = robot.notes.iter().filter(|note| note.subject.ends_with("m.yaml")).collect::<Vec<_>>();
+        assert_eq!(notes.len(), usize::from(said), "{notes:?}");
+        assert!(notes.iter().all(|n| n.text.starts_with("the key `m` stands twice (line 3); the last")), "{notes:?}");
+    }
     std::fs::remove_dir_all(&here).unwrap();
 }
 
@@ -129,8 +169,10 @@ fn what_is_refused_has_its_line() {
                 </xacro:macro><xacro:m n=\"40\"/>";
     for (body, wanted) in [
         ("<link name=\"$(env HOME)\"/>", "arm.xacro:2: $(env) asks the machine"),
-        ("<link name=\"$(eval 1)\"/>", "$(eval) asks the machine"),
+        ("<link name=\"$(eval x == 1)\"/>", "the argument `x` has no value: [arg=x=VALUE]"),
+        ("<link name=\"$(eval open)\"/>", "the argument `open` has no value"),
         ("<link name=\"$(find x)\"/>", "the package `x` is not given"),
+        ("<link name=\"$(find ../x)\"/>", "the package `../x` is not given"),
         ("<link name=\"$(arg x)\"/>", "the argument `x` has no value: [arg=x=VALUE]"),
         ("<link name=\"${x}\"/>", "`x` is not defined"),
         ("<link name=\"${open('f')}\"/>", "the function `open`"),

@@ -10,8 +10,8 @@ use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
 use tests::{register_wings, text_of as text, workspace};
 
-/// Robot descriptions that are read: (kind, file name, text, whether `--floating-base` is needed).
-const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
+/// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
+const DESCRIPTIONS: [(&str, &str, &str, bool); 11] = [
     (
         "YAML, modified Denavit-Hartenberg",
         "arm.yaml",
@@ -43,6 +43,7 @@ const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
         false,
     ),
     ("YAML with a loop", "arm.yaml", LOOP, false),
+    ("SDF", "arm.sdf", SDF, false),
 ];
 
 const URDF: &str = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"/><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/>\
@@ -55,13 +56,14 @@ const XACRO: &str = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xac
                      link=\"l2\"/></joint></robot>";
 const MJCF: &str = "<mujoco><worldbody><body><joint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
 const FREE: &str = "<mujoco><worldbody><body><freejoint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
+const SDF: &str = "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"revolute\">\
+                   <parent>a</parent><child>b</child></joint></model></sdf>";
 const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1, antecedent: base, theta: q1}\n- {link: 2, \
                     antecedent: base, d: 1, theta: q1, drive: passive}\n- {link: 3, antecedent: 1, d: 1, theta: -q1, drive: \
                     passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
 
-/// Robot descriptions that must be converted first: (kind, file name, name of the converter in the message).
-const CONVERTED: [(&str, &str, &str); 2] =
-    [("SDF", "arm.sdf", "`sdf2urdf`"), ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
+/// Files that are refused, with what their refusal names.
+const CONVERTED: [(&str, &str, &str); 1] = [("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
 /// Logs with two joints j1, j2: (kind, header line of a CSV, needed options).
 const LOGS: [(&str, &str, &str); 15] = [
@@ -153,7 +155,7 @@ fn the_page_says_what_each_kind_takes() {
         page += &format!("| {kind} | another program first: {tool} |\n");
     }
     page += "\nA xacro takes `--arg NAME=VALUE` for arguments without a default, and `--package NAME=FOLDER` for each package that it \
-             includes from; what asks the machine (`$(env)`, `$(eval)`) is refused by its name.\n";
+             includes from and that is not above its folder; what asks the machine (`$(env)`) is refused by its name.\n";
     page += "\n| log | takes |\n|---|---|\n";
     for (kind, head, options) in LOGS {
         let table = table(head);

@@ -150,7 +150,11 @@ fn for_simulators<'a>(
     if let Some(out) = &files.write_mjcf {
         let into = match &files.into {
             Some(file) => Some((file.display().to_string(), read_text(file)?)),
-            None => None,
+            None => {
+                let (path, options) = (&arguments.model.model, arguments.model.options()?);
+                let own = rist::own_mjcf(model, &rist::text_of(path)?, &options)?;
+                own.map(|text| (path.display().to_string(), text))
+            }
         };
         let into = into.as_ref().map(|(file, text)| (file.as_str(), text.as_str()));
         let mjcf = rist::write_mjcf(model, bodies, &found.estimate, into)?;

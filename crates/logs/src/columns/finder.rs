@@ -244,7 +244,19 @@ impl<'a> Finder<'a> {
             })
             .collect();
         let mut found = found;
-        // If several prefixes match, the table contains several robots, and the user must choose one.
+        // Prefixes that differ only by separators at their start find the same columns: the shorter one is kept.
+        let columns =
+            |readings: &[Reading]| readings.iter().map(|r| (r.column, r.quantity, r.joint)).collect::<Vec<_>>();
+        let mut kept: Vec<_> = Vec::new();
+        found.reverse();
+        found.retain(|(_, readings)| {
+            let own = columns(readings);
+            let is_new = !kept.contains(&own);
+            kept.push(own);
+            is_new
+        });
+        found.reverse();
+        // Several matching prefixes are several robots: the user must choose.
         match found.len() {
             0 => Ok(()),
             1 => {

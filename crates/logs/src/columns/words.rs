@@ -206,6 +206,10 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
                 found.push(Reading { column, quantity, joint, unit });
             }
         }
+        // A whole name counts more than a number in it: `q_J 1 [rad]` of a joint `J 1 [rad]`.
+        if found.iter().any(|r| matches!(r.joint, Designator::Coordinate(_))) {
+            found.retain(|r| !matches!(r.joint, Designator::Number(_)));
+        }
         if let [a, b, ..] = found.as_slice() {
             let (a, b) = (a.quantity, b.quantity);
             let message = format!("column `{header}` may be a {a:?} or a {b:?}; name the columns to use");
@@ -316,6 +320,11 @@ fn joint_next_to(
         if let Some(k) = coordinates.iter().position(|c| c == text) {
             return Some(Designator::Coordinate(k));
         }
+        // A name may begin or end with separators itself: `/arm/j1` of ROS 1.
+        let mut bare = coordinates.iter().enumerate().filter(|(_, c)| c.trim_matches(separators) == text);
+        if let (Some((k, _)), None, false) = (bare.next(), bare.next(), text.is_empty()) {
+            return Some(Designator::Coordinate(k));
+        }
         let digits = text.strip_prefix("joint").or(text.strip_prefix('j')).unwrap_or(text);
         let digits = digits.trim_matches(separators);
         let small = !digits.is_empty() && digits.len() <= 3 && digits.bytes().all(|b| b.is_ascii_digit());
@@ -378,6 +387,26 @@ mod tests {
         for header in ["u1", "J1", "joint1", "enc1", "qelbow", "target_q_1", "joint_positions_desired_1"] {
             assert_eq!(found(header), None, "{header}");
         }
+    }
+
+    /// Names that `simulate` writes are read again, also those that begin or end with separators.
+    #[test]
+    fn odd_names_of_joints_are_found() {
+        let odd = ["/arm/j1", "x_", "__j__", "J 1 [rad]", "// \\1", "wrist/", "a\u{85}b"];
+        let coordinates: Vec<String> = odd.iter().map(|name| name.to_string()).collect();
+        for (k, name) in odd.iter().enumerate() {
+            for (stem, quantity) in [("q_", Position), ("tau_", Torque), ("dq_", Velocity)] {
+                let header = format!("{stem}{name}");
+                let table = Table { header: vec![header.clone()], texts: vec![None], ..Table::default() };
+                let found = readings(&table, &coordinates).unwrap_or_else(|e| panic!("{header}: {e}"));
+                let found: Vec<_> = found.iter().map(|r| (r.quantity, r.joint)).collect();
+                assert_eq!(found, [(quantity, Designator::Coordinate(k))], "{header}");
+            }
+        }
+        // A bare name that two joints share is the name of neither.
+        let table = Table { header: vec!["q_j".into()], texts: vec![None], ..Table::default() };
+        assert_eq!(readings(&table, &["/j".into(), "j/".into()]).unwrap().len(), 0);
+        assert_eq!(readings(&table, &["/j".into(), "j".into()]).unwrap()[0].joint, Designator::Coordinate(1));
     }
 
     #[test]

@@ -73,6 +73,7 @@ class Model:
         value: Mapping[str, float] | None = None,
         arg: Mapping[str, str] | None = None,
         package: Mapping[str, str] | None = None,
+        root: str | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -95,8 +96,10 @@ class Model:
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
         - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-          but that of the file
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+          MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+        - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+          that is in the file]
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -118,6 +121,7 @@ class Model:
         value: Mapping[str, float] | None = None,
         arg: Mapping[str, str] | None = None,
         package: Mapping[str, str] | None = None,
+        root: str | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -132,8 +136,10 @@ class Model:
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
         - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-          but that of the file
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+          MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+        - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+          that is in the file]
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -156,6 +162,7 @@ class Model:
         value: Mapping[str, float] | None = None,
         arg: Mapping[str, str] | None = None,
         package: Mapping[str, str] | None = None,
+        root: str | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -169,8 +176,10 @@ class Model:
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
         - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
-          but that of the file
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
+          MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
+        - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
+          that is in the file]
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -441,7 +450,8 @@ class Estimate:
 
         Returns sentences on what a URDF has no place for. Raises rist.Error where the verdict is no, unless anyway=True."""
     def write_mjcf(self, path: Path, anyway: bool = False) -> None:
-        """Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True."""
+        """Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True. A model
+        that was read from an MJCF is kept whole."""
 
 class Validation:
     """How well an estimate predicts logs it was not made from."""

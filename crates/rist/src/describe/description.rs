@@ -50,7 +50,8 @@ fn packages(options: &ModelOptions) -> Vec<(String, PathBuf)> {
 fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     let ModelOptions { mimic, angles, floating_base, value: ref values, arg: ref arguments, .. } = *options;
     let packages = packages(options);
-    let read = ReadOptions { mimic, angles, floating_base, values, arguments, packages: &packages };
+    let root = options.root.as_deref();
+    let read = ReadOptions { mimic, angles, floating_base, values, arguments, packages: &packages, root };
     let mut robot = robot::format::parse_with(text, path, read)?;
     for (name, position) in &options.lock {
         let refused = |why: String| Error::new(format_args!("{}: [lock]: {why}", path.display()));

@@ -87,10 +87,10 @@ request! {
     pub struct BodiesFiles {
         /// Write the URDF with the identified inertials, joint damping and friction; implies [consistent].
         write_urdf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
-        /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature, without shapes;
-        /// implies [consistent].
+        /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature; implies
+        /// [consistent]. Of an MJCF, its text with all the rest; of another description, a model without shapes.
         write_mjcf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
-        /// The MuJoCo model whose inertials and joints [write_mjcf] replaces, with its shapes and all the rest.
+        /// Another MuJoCo model whose inertials and joints [write_mjcf] replaces, with its shapes and all the rest.
         into: Option<PathBuf> = None, value_name("MODEL.xml"), heading(OUTPUTS);
         /// Write the URDF and the MuJoCo model even where the verdict is no.
         anyway: bool = false, heading(OUTPUTS);

@@ -16,9 +16,12 @@ request! {
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
         /// Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says].
         arg: Vec<(String, String)> = Vec::new(), value_name("NAME=VALUE");
-        /// Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened but that of
-        /// the file.
+        /// Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an MJCF takes meshes
+        /// and parts; without it a xacro finds packages with a package.xml above its folder.
         package: Vec<(String, String)> = Vec::new(), value_name("NAME=FOLDER");
+        /// The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all that is in
+        /// the file].
+        root: Option<String> = None, value_name("NAME");
         /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of their own.
         mimic: Mimic = Mimic::Constraint;
         /// How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given.
@@ -48,6 +51,7 @@ impl ModelOptions {
             value: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
             arg: description.arguments.iter().map(|(name, text)| (name.clone(), text.clone())).collect(),
             package: description.packages.iter().map(|(name, folder)| (name.clone(), folder.clone())).collect(),
+            root: description.root.clone(),
             mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
             angles: if description.angles_as_given { AngleSnapping::AsGiven } else { AngleSnapping::Meant },
             rotor_inertia: description.rotor_inertia,
@@ -94,6 +98,7 @@ impl ModelOptions {
             values: self.value.iter().cloned().collect(),
             arguments: self.arg.iter().cloned().collect(),
             packages: self.package.iter().cloned().collect(),
+            root: self.root.clone(),
             independent_mimic: self.mimic == Mimic::Independent,
             angles_as_given: self.angles == AngleSnapping::AsGiven,
             rotor_inertia: self.rotor_inertia,

@@ -77,7 +77,7 @@ pub fn spelled(text: &str, reader: Audience) -> String {
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once('[') {
         spelled.push_str(before);
-        let found = behind.split_once(']').and_then(|(inside, rest)| Some((bracket(inside, reader)?, rest)));
+        let found = to_closing_bracket(behind).and_then(|(inside, rest)| Some((bracket(inside, reader)?, rest)));
         match found.filter(|(_, behind)| is_word(&spelled, behind)) {
             Some((word, behind)) => {
                 spelled.push_str(&word);
@@ -92,7 +92,18 @@ pub fn spelled(text: &str, reader: Audience) -> String {
     spelled + rest
 }
 
-/// The spelling of a field or step whose name is the text `inside` brackets; `None` if it is neither.
+/// Splits a text at the bracket that closes an open one. A value may have brackets itself, such as the name `J 1 [rad]`.
+fn to_closing_bracket(behind: &str) -> Option<(&str, &str)> {
+    let mut open = 0;
+    let closes = |(_, c): &(usize, char)| {
+        open += i32::from(*c == '[') - i32::from(*c == ']');
+        open < 0
+    };
+    let (at, _) = behind.char_indices().find(closes)?;
+    Some((&behind[..at], &behind[at + 1..]))
+}
+
+/// The spelling of the text `inside` brackets; `None` if it is neither a field nor a step.
 fn bracket(inside: &str, reader: Audience) -> Option<String> {
     if let Some(inside) = inside.strip_prefix(':') {
         let (word, given) = inside.split_once(' ').unwrap_or((inside, ""));
@@ -130,7 +141,7 @@ fn written(name: &str, more: &str, reader: Audience) -> String {
             let flag = format!("--{}", name.replace('_', "-"));
             match (value, keys) {
                 (Some("true"), _) | (None, None) => flag,
-                (Some(value), _) => format!("{flag} {value}"),
+                (Some(value), _) => format!("{flag} {}", quoted(value)),
                 (_, Some(keys)) => format!("{flag}: {}", keys.replace('.', ": ")),
             }
         }
@@ -145,6 +156,12 @@ fn written(name: &str, more: &str, reader: Audience) -> String {
             _ => format!("{name}="),
         },
     }
+}
+
+/// Writes a value of a command line with quotes, if a shell would change it.
+fn quoted(value: &str) -> String {
+    let is_special = |c: char| c.is_whitespace() || "'\"$`\\&|;<>()[]*?#".contains(c);
+    if value.contains(is_special) { format!("'{}'", value.replace('\'', "'\\''")) } else { value.into() }
 }
 
 /// Writes a value of a command line as a Python literal.
@@ -245,6 +262,11 @@ mod tests {
                 "logs/[rate]/a [rate].csv [rate]..",
                 "logs/[rate]/a [rate].csv --rate..",
                 "logs/[rate]/a [rate].csv rate=..",
+            ),
+            (
+                "by [lock=J 1 [rad]=0,x_=0], or [lock=a'b=0]",
+                "by --lock 'J 1 [rad]=0,x_=0', or --lock 'a'\\''b=0'",
+                "by lock={'J 1 [rad]': 0, 'x_': 0}, or lock={'a'b': 0}",
             ),
             ("[backlash=q1,q2]", "--backlash q1,q2", "backlash=['q1', 'q2']"),
             ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),

@@ -69,10 +69,15 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     Ok(text + "</mujoco>\n")
 }
 
-/// For each link, the pose in the base frame of the frame that the file gives this link, at q = 0.
+/// For each link, the pose of its body of the file in the base frame, at q = 0.
 pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
-    poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
+    poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&body_frame(link))).collect()
+}
+
+/// The frame of a link's body of the file, in the link frame. The joint of an MJCF may stand at another point of the body.
+fn body_frame(link: &Link) -> Pose {
+    link.frames.iter().find(|(name, _)| *name == link.name).map_or(link.file_frame, |(_, pose)| *pose)
 }
 
 /// The links in depth-first order, in which `<body>` elements are nested.
@@ -87,10 +92,10 @@ fn nested(robot: &Robot) -> Vec<LinkId> {
     order
 }
 
-/// The `<inertial>` element of a body, in the link's frame of the file.
+/// The `<inertial>` element of a body, in its frame of the file.
 pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     body::check(link, ten).map_err(Error::new)?;
-    let in_file = robot::transform_inertial(ten, &link.file_frame.inverse());
+    let in_file = robot::transform_inertial(ten, &body_frame(link).inverse());
     let body = centroidal(&in_file).ok_or_else(|| Error::new(format!("link {}: no mass", link.name)))?;
     let ([x, y, z], [xx, xy, xz, yy, yz, zz]) = (body.centre, body.inertia);
     let mass = body.mass;
@@ -133,8 +138,8 @@ fn joint(
     };
     let coordinate = &robot.coordinates[k];
     let follows = drive != Drive::Actuated || factor.abs() != 1.0;
-    // Axis and position of the joint in the frame of the body.
-    let to_body = link.file_frame.inverse();
+    // The joint's axis and position in the frame of the body.
+    let to_body = body_frame(link).inverse();
     let sign = if follows { 1.0 } else { factor.signum() };
     let axis = [0, 1, 2].map(|r| sign * to_body.rotation[r][2]);
     let ([x, y, z], [ax, ay, az]) = (to_body.position.map(plain), axis.map(plain));

@@ -1,8 +1,8 @@
 //! Writes identified inertials, friction and rotor inertia into an existing MuJoCo model; all other bytes stay as they are.
 //!
-//! A body must have the name of its link, and a joint the name of its coordinate. The part of this name after its first `_` is
-//! also accepted (`link1` for `panda_link1`). The frames of model and description must agree: if the body of a link is below the
-//! body of the link's antecedent (its parent link), their relative pose is compared with the description at q = 0.
+//! A body has the name of its link and a joint the name of its coordinate, or the part of this name after the first `_`
+//! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
+//! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
 //!
 //! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed links
 //! get zero mass (MuJoCo allows this for a body without a joint). Without an inertial, MuJoCo would compute one from their
@@ -16,6 +16,8 @@ use roxmltree::{Document, Node};
 
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::mjcf::{attributes, file_poses, inertial, quaternion};
+use crate::write_back::mjcf_actuators::empty_actuators;
+use crate::write_back::mjcf_names::{element, found};
 use crate::write_back::mjcf_pose::AngleConvention;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
@@ -26,8 +28,8 @@ const POSE_TOLERANCE: f64 = 1e-3;
 /// Zero inertial, for a body whose mass is included in another body.
 const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
 
-/// The MJCF text `text` with identified values. `bodies`: ten inertial parameters of each link about the origin of its frame;
-/// `joints`: one entry per coordinate.
+/// The MJCF `text` with identified values. `bodies`: ten parameters of each link about the origin of its frame; `joints`: one
+/// per coordinate. `is_own`: whether the robot was read from this text.
 ///
 /// Fails if the text is no XML, if a body or a joint is missing, if a body has another pose than in the description, or if a link
 /// that is fixed in the description can move in the model.
@@ -37,6 +39,7 @@ pub fn mjcf_into(
     robot: &Robot,
     bodies: &[(LinkId, Ten)],
     joints: &[JointDynamics],
+    is_own: bool,
 ) -> Result<WrittenBack, Error> {
     let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
     let mut edits = Edits::of(text);
@@ -46,7 +49,9 @@ pub fn mjcf_into(
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
-        check_place(robot, link, *id, &poses, &node, file)?;
+        if !is_own {
+            check_place(robot, link, *id, &poses, &node, file)?;
+        }
         let mut emptied = Vec::new();
         for Part { name, .. } in link.parts.iter().filter(|part| part.name != link.name) {
             let Some(part) = found(&document, "body", name).filter(|part| *part != node) else { continue };
@@ -62,6 +67,7 @@ pub fn mjcf_into(
     for joint in joints {
         edits.set_attributes(&element(&document, "joint", &joint.joint, file)?, &attributes(joint));
     }
+    notes.extend(empty_actuators(&document, joints, &mut edits));
     notes.extend(document.descendants().filter(|n| n.has_tag_name("compiler")).flat_map(|n| changes(&n)));
     Ok(WrittenBack { text: edits.apply(), notes })
 }
@@ -97,25 +103,7 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The element inside `<worldbody>` with this tag and name. If there is none, the part of the name after its first `_` is
-/// searched.
-fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
-    let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    // The robot's names are stored in printable form, so names of the file are converted before they are compared.
-    let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
-    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
-    of(name).or_else(|| of(name.split_once('_')?.1))
-}
-
-fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    found(document, tag, name).ok_or_else(|| {
-        let named = document.descendants().filter(|n| n.has_tag_name(tag)).filter_map(|n| n.attribute("name"));
-        let names = named.map(shown::line).collect::<Vec<_>>().join(", ");
-        Error::at(file, 0, format!("there is no <{tag} name=\"{name}\">; there are {names}"))
-    })
-}
-
-/// Whether an element is a body without a joint, so that it is fixed to its parent.
+/// Whether an element is a body without a joint, which is fixed to its parent.
 fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
@@ -242,7 +230,7 @@ mod tests {
         let robot = read_urdf(URDF, "r.urdf").unwrap();
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
         let joint = JointDynamics { joint: "r_a".into(), damping: 0.5, friction: 0.2, armature: 0.01 };
-        mjcf_into(mjcf, "r.xml", &robot, &bodies, &[joint])
+        mjcf_into(mjcf, "r.xml", &robot, &bodies, &[joint], false)
     }
 
     #[test]
@@ -269,7 +257,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
         let joints = [joint("r_\\u{9b}a"), joint("r_b")];
-        let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints);
+        let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints, false);
         let text = into(&hide(MJCF)).unwrap().text;
         assert!(text.contains("<body name=\"t&#x202e;wo&#10;\" pos=\"0.4 0 0.1\">"), "{text}");
         assert!(text.contains("frictionloss=\"0.2\" name=\"\u{9b}a\" armature=\"0.01\""), "{text}");
@@ -306,7 +294,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
         let of = |mjcf: &str, orientation: &str| {
             let text = mjcf.replace("0.4 0 0.1", &format!("0.4 0 0.1\" {orientation} gravcomp=\"0"));
-            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[], false).map_err(|e| e.to_string())
         };
         for right in ["quat=\"1 0 0 1\"", "euler=\"0 0 90\"", "axisangle=\"0 0 1 90\"", "xyaxes=\"0 1 0 -1 0 0\""] {
             assert!(of(MJCF, right).is_ok(), "{right}");
@@ -341,7 +329,7 @@ mod tests {
         let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let of = |bodies_of_model: &str| {
             let text = MJCF.replace("<geom size=\"0.1\"/>", bodies_of_model);
-            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[], false).map_err(|e| e.to_string())
         };
         for held in ["<geom size=\"0.1\"/>", "<inertial pos=\"0 0 0\" mass=\"7\" diaginertia=\"1 1 1\"/>", ""] {
             let written = of(&format!("<frame><body name=\"tool\">{held}</body></frame>")).unwrap();
@@ -360,6 +348,44 @@ mod tests {
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
+    }
+
+    /// Joints at another point of their body, elements without names, and the armature of an actuator.
+    #[test]
+    fn the_model_itself_is_kept_whole() {
+        let text = r#"<mujoco><worldbody><body><!-- one --><joint type="hinge" pos="0.1 0 0.2" ref="30" axis="0 1 0"/>
+  <inertial pos="0 0 0.1" mass="3" diaginertia="1 1 1"/>
+  <body name="two" pos="0.4 0 0.1"><joint name="j" axis="0 1 0"/><geom size="0.1"/></body></body></worldbody>
+  <actuator><motor name="m" joint="j" gear="20" armature="0.0005"/></actuator>
+  <keyframe><key qpos="1 2"/></keyframe></mujoco>"#;
+        let read = |text: &str| {
+            let options = robot::format::ReadOptions::default();
+            robot::format::parse_with(text, std::path::Path::new("r.xml"), options).unwrap()
+        };
+        let robot = read(text);
+        let mut bodies: Vec<(LinkId, Ten)> =
+            robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
+        bodies.iter_mut().flat_map(|(_, ten)| ten).for_each(|x| *x *= 1.5);
+        let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
+        let joints = [joint("body1_joint"), joint("j")];
+        let written = mjcf_into(text, "r.xml", &robot, &bodies, &joints, true).unwrap();
+        for kept in
+            ["<!-- one -->", "ref=\"30\"", "gear=\"20\" armature=\"0\"", "<key qpos=\"1 2\"/>", "<geom size=\"0.1\"/>"]
+        {
+            assert!(written.text.contains(kept), "{kept}: {}", written.text);
+        }
+        let again = read(&written.text);
+        for (link, (_, ten)) in again.links.iter().zip(&bodies) {
+            // Tolerance: rounding of the transform to the centre of mass and back, of numbers below 10.
+            assert!(link.inertial.unwrap().iter().zip(ten).all(|(a, b)| (a - b).abs() < 1e-13), "{}", written.text);
+            assert_eq!(link.joint.rotor_inertia, robot::RotorInertia::Known(0.01));
+            assert_eq!((link.joint.friction.viscous, link.joint.friction.coulomb), (Some(0.5), Some(0.2)));
+        }
+        assert!(written.notes[0].ends_with("and 0 in m"), "{:?}", written.notes);
+        // Without such actuators nothing is said.
+        let plain = text.replace(" armature=\"0.0005\"", "");
+        let written = mjcf_into(&plain, "r.xml", &read(&plain), &bodies, &joints, true).unwrap();
+        assert!(written.notes.is_empty() && written.text.contains("gear=\"20\"/>"), "{:?}", written.notes);
     }
 
     #[test]

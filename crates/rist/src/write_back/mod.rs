@@ -5,11 +5,13 @@
 pub mod body;
 mod identified_values;
 pub mod mjcf;
+mod mjcf_actuators;
 pub mod mjcf_into;
+mod mjcf_names;
 mod mjcf_pose;
 mod steps;
 mod text_edit;
 pub mod urdf;
 
-pub use steps::{write_mjcf, write_urdf};
+pub use steps::{own_mjcf, write_mjcf, write_urdf};
 pub use urdf::WrittenBack;

@@ -8,10 +8,12 @@ use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
 use crate::write_back::urdf::{WrittenBack, write_back};
 
+use crate::describe::description::{ModelOptions, without_macros};
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
+use robot::Format;
 
 /// The URDF with identified inertials, joint damping and friction; all other text stays. The notes name identified parameters
 /// that a URDF cannot express.
@@ -32,8 +34,19 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// A MuJoCo model with identified inertials, joint damping, friction loss and armature. `into`: name and text of a model that
-/// gets these values; if `None`, a new model without shapes is written.
+/// The text of the MJCF that a model was read from, with the files that it includes: [`write_mjcf`] writes into it. `None` if
+/// the model was read from another format.
+///
+/// Fails if an included file cannot be read.
+pub fn own_mjcf(model: &Model, text: &str, options: &ModelOptions) -> Result<Option<String>, Error> {
+    if model.robot.format != Format::Mjcf || !text.contains("<mujoco") {
+        return Ok(None);
+    }
+    without_macros(text, &model.path, options).map(Some)
+}
+
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or
+/// the existing model `into` (name and text); if this is the file of `model`, its frames need no check.
 ///
 /// Fails if the friction terms of the estimate cannot be written as damping and friction loss, if `into` is `None` and the robot
 /// floats or has loops, or if frames of `into` differ from the description. Fails with a verdict error if the identified bodies
@@ -49,7 +62,10 @@ pub fn write_mjcf(
         return Err(Error::new("[write_mjcf] needs [friction=viscous,coulomb] or asymmetric"));
     };
     let mut written = match into {
-        Some((file, text)) => mjcf_into(text, file, &model.robot, &bodies.links, &joints)?,
+        Some((file, text)) => {
+            let is_own = *file == *model.path.display().to_string();
+            mjcf_into(text, file, &model.robot, &bodies.links, &joints, is_own)?
+        }
         None => WrittenBack { text: mjcf(&model.robot, &bodies.links, &joints)?, notes: Vec::new() },
     };
     if has_offsets(estimate) {

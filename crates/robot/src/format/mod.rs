@@ -4,6 +4,7 @@
 //! expected. No text makes a reader panic, because sizes, depths and expressions are bounded here.
 
 mod budget;
+mod description;
 mod expression;
 mod follows;
 mod jointed;
@@ -25,6 +26,10 @@ mod yaml;
 
 pub use crate::angle_snap::AngleSnapping;
 pub use budget::REPEATS_TOO_MUCH;
+pub use description::{
+    DescriptionBody, DescriptionJoint, DescriptionReader, ReadDescription, RobotDescription,
+    register as register_readers,
+};
 pub use options::{Mimic, ReadOptions};
 pub use par::read_par;
 pub use read::{READ_EXTENSIONS, parse_with, read, read_text, read_with, text_of, without_macros};

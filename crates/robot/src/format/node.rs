@@ -6,7 +6,7 @@
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde_yaml::Spanned;
+use serde_yaml::{DuplicateKeyPolicy, Spanned};
 
 use super::budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 use crate::error::{Error, Place};
@@ -67,8 +67,27 @@ impl DescriptionFile<'_> {
 
     /// Parses a YAML text into a tree.
     pub(super) fn parse(self, text: &str) -> Result<Node, Error> {
+        self.parse_with(text, DuplicateKeyPolicy::Error).map_err(|(_, error)| error)
+    }
+
+    /// Parses a YAML text into a tree, as PyYAML does: of a key that stands twice, the last value comes last in its map. Also
+    /// returns a sentence on the first such key.
+    pub(super) fn parse_last_key(self, text: &str) -> Result<(Node, Option<String>), Error> {
+        match self.parse_with(text, DuplicateKeyPolicy::Error) {
+            Err((true, error)) => {
+                let node = self.parse_with(text, DuplicateKeyPolicy::LastWins).map_err(|(_, error)| error)?;
+                Ok((node, Some(format!("{} (line {})", error.message, error.place.line))))
+            }
+            Err((false, error)) => Err(error),
+            Ok(node) => Ok((node, None)),
+        }
+    }
+
+    /// Parses a YAML text. An error says whether a key stands twice.
+    fn parse_with(self, text: &str, duplicate_keys: DuplicateKeyPolicy) -> Result<Node, (bool, Error)> {
         let options = serde_yaml::options! {
             budget: budget(text),
+            duplicate_keys: duplicate_keys,
             strict_booleans: true,
             with_snippet: false,
             // A number that is not finite is accepted here. It is refused later, when the message can say which quantity it is.
@@ -83,7 +102,7 @@ impl DescriptionFile<'_> {
                 e if is_beyond_budget(e) => REPEATS_TOO_MUCH.into(),
                 e => format!("not valid YAML: {}", without_place(&e.to_string())),
             };
-            self.error(line, column, message)
+            (matches!(e, serde_yaml::Error::DuplicateMappingKey { .. }), self.error(line, column, message))
         })
     }
 }

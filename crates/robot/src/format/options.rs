@@ -17,8 +17,11 @@ pub struct ReadOptions<'a> {
     pub values: &'a [(String, f64)],
     /// Values of the xacro arguments, used by `$(arg)`: name and value of each.
     pub arguments: &'a [(String, String)],
-    /// Folders of the packages that a xacro may open, used by `$(find)`: name and folder of each.
+    /// Folders of the packages that a xacro may open, used by `$(find)`, and from which an MJCF may read: name and folder of
+    /// each.
     pub packages: &'a [(String, PathBuf)],
+    /// The robot, if the file has several: a body of the world of an MJCF, or a model of an SDF.
+    pub root: Option<&'a str>,
 }
 
 /// How joints that mimic another joint are treated.

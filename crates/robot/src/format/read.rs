@@ -7,16 +7,17 @@ use std::sync::OnceLock;
 
 use gate::source::{self, Source};
 
-use super::mjcf::read_mjcf_with;
+use super::description::{self, ReadDescription};
+use super::mjcf::{Folders, read_mjcf_with, without_includes};
 use super::names;
 use super::par::read_par_with;
-use super::urdf::read_urdf_with;
+use super::urdf::{self, read_urdf_with};
 use super::xacro;
 use super::xml::root_tag;
 use super::yaml::read_yaml_with;
 use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
-use crate::robot::Robot;
+use crate::robot::{Note, Robot};
 
 /// Largest size of a file, bytes. No robot description is larger, and a reader needs several times this size as memory.
 const MAX_FILE_BYTES: u64 = 16 << 20;
@@ -47,24 +48,32 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
     format.parse(text, path, options)
 }
 
-/// Expands the macros of a text: the result is the URDF for a xacro, and the text itself for other formats.
+/// Expands the macros of a text: the result is the URDF for a xacro, the text with its included files for an MJCF, and the text
+/// itself for other formats.
 ///
-/// Fails if a xacro cannot be expanded.
+/// Fails if a xacro cannot be expanded, or if a file of an MJCF cannot be read.
 pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
     match DescriptionFormat::of(path, text)? {
-        DescriptionFormat::Xacro => {
-            xacro::expanded(text, &path.display().to_string(), path.parent(), options.arguments, options.packages)
+        DescriptionFormat::Xacro => Ok(expanded(text, path, options)?.0),
+        DescriptionFormat::Mjcf => {
+            let top = if is_standard_input(path) { None } else { path.parent() };
+            without_includes(text, &path.display().to_string(), Folders { top, packages: options.packages })
         }
+        DescriptionFormat::Urdf => Ok(urdf::repaired(text).map_or_else(|| text.into(), |(text, _)| text)),
         _ => Ok(text.into()),
     }
+}
+
+fn expanded(text: &str, path: &Path, options: ReadOptions) -> Result<(String, Vec<Note>), Error> {
+    xacro::expanded(text, &path.display().to_string(), path.parent(), options.arguments, options.packages)
 }
 
 /// Reads the text of a description from the file at `path`, without interpreting it.
 ///
 /// Fails if the file cannot be read, is larger than 16 MiB, or has a wrong encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // The format of standard input is not known before the text is read, so Latin-1 is accepted, as in a .par file.
-    decoded(path, is_standard_input(path) || DescriptionFormat::of(path, "")? == DescriptionFormat::Par)
+    // The format of standard input is not known before it is read, so Latin-1 is accepted.
+    decoded(path, is_standard_input(path) || matches!(DescriptionFormat::of(path, "")?, DescriptionFormat::Par))
 }
 
 /// Whether the path is `-`, which means standard input.
@@ -72,24 +81,23 @@ fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum DescriptionFormat {
     Yaml,
     Urdf,
     Mjcf,
     Par,
     Xacro,
+    /// A format that another package reads.
+    Registered(ReadDescription),
 }
 
 /// The file extensions that can be read, as text for messages.
-pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
+pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf, .sdf or .par";
 
 /// Robot formats that cannot be read, by extension or first element, each with advice for the user.
 const CONVERTED: [(&str, &str); 4] = [
-    (
-        "sdf",
-        "an SDF is not read: give the URDF or MJCF that it was made from, or convert it, for instance by `sdf2urdf` of sdformat_tools",
-    ),
+    ("sdf", "an SDF is not read by this program: give the URDF or MJCF that it was made from"),
     ("usd", "USD is not read: give the URDF or MJCF that it was made from"),
     ("usda", "USD is not read: give the URDF or MJCF that it was made from"),
     ("mjb", "a compiled model of MuJoCo: write it out as XML, mujoco.mj_saveLastXML(\"FILE.xml\", model)"),
@@ -115,11 +123,11 @@ impl DescriptionFormat {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "yaml" | "yml" => Ok(DescriptionFormat::Yaml),
-            "urdf" | "xml" | "mjcf" => DescriptionFormat::of_xml(text).or_else(refused),
+            "urdf" | "xml" | "mjcf" | "world" => DescriptionFormat::of_xml(text).or_else(refused),
             "par" => Ok(DescriptionFormat::Par),
             "xacro" => Ok(DescriptionFormat::Xacro),
-            other => match CONVERTED.iter().find(|known| known.0 == other) {
-                Some((_, remedy)) => refused(remedy.to_string()),
+            other => match DescriptionFormat::other(other) {
+                Some(found) => found.or_else(refused),
                 None => refused(format!("a robot is described by a {READ_EXTENSIONS} file, not by `.{other}`")),
             },
         }
@@ -132,26 +140,40 @@ impl DescriptionFormat {
             "mujocoinclude" => {
                 Err("a part of an MJCF, to be included: give the file with <mujoco> that includes it".into())
             }
-            tag => match CONVERTED.iter().find(|known| known.0 == tag) {
-                Some((_, remedy)) => Err(remedy.to_string()),
-                None => Ok(DescriptionFormat::Urdf),
-            },
+            tag => DescriptionFormat::other(tag).unwrap_or(Ok(DescriptionFormat::Urdf)),
         }
+    }
+
+    /// A format of another package by its extension or first element; a remedy if it is known and cannot be read; `None` if it
+    /// is not known.
+    fn other(name: &str) -> Option<Result<DescriptionFormat, String>> {
+        if let Some(reader) = description::reader(name) {
+            return Some(reader.read.map(DescriptionFormat::Registered).map_err(str::to_string));
+        }
+        CONVERTED.iter().find(|known| known.0 == name).map(|(_, remedy)| Err(remedy.to_string()))
     }
 
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
+        if options.root.is_some() && !matches!(self, DescriptionFormat::Mjcf | DescriptionFormat::Registered(_)) {
+            return Err(whole_file(&file_name, "[root] chooses a robot of an MJCF or an SDF".into()));
+        }
         let robot = match self {
             DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
-            DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
+            DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options)
+                .map_err(|error| with_macros_remedy(error, text, path, options)),
             DescriptionFormat::Mjcf => {
                 let folder = if is_standard_input(path) { None } else { path.parent() };
                 read_mjcf_with(text, &file_name, folder, options)
             }
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
+            DescriptionFormat::Registered(read) => read(text, &file_name, options),
             DescriptionFormat::Xacro => {
-                let text = without_macros(text, path, options)?;
-                read_urdf_with(&text, &format!("{file_name}, written out"), options)
+                let (text, mut notes) = expanded(text, path, options)?;
+                read_urdf_with(&text, &format!("{file_name}, written out"), options).map(|mut robot| {
+                    robot.notes.append(&mut notes);
+                    robot
+                })
             }
         };
         let robot = robot.map(names::shown)?;
@@ -162,7 +184,21 @@ impl DescriptionFormat {
     }
 }
 
-/// Reads a text file in UTF-8: a description, options, or a file that the program wrote (a plan, a motion, an estimate).
+/// The error for a URDF, with what helps if it has macros.
+fn with_macros_remedy(error: Error, text: &str, path: &Path, options: ReadOptions) -> Error {
+    if !error.message.contains(urdf::IS_A_MACRO) {
+        return error;
+    }
+    // As standard input, a xacro has the extension of none.
+    let name = path.file_stem().map_or("robot".into(), |stem| stem.display().to_string());
+    let remedy = match DescriptionFormat::Xacro.parse(text, path, options) {
+        Ok(_) => format!("; called {name}.xacro, it is read"),
+        Err(other) => format!("; called {name}.xacro, it would be refused too: {}", other.message),
+    };
+    Error { message: error.message + &remedy, ..error }
+}
+
+/// Reads a text file in UTF-8: a description, options or an artefact.
 ///
 /// Fails if the file cannot be read, is larger than 16 MiB (a device may have no end), or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Error> {

@@ -36,6 +36,12 @@ pub(in crate::format) fn document<'a>(
     })
 }
 
+/// The first mistake for which a text is no XML within the bounds; `None` if there is none, or if it exceeds the bounds.
+pub(in crate::format) fn mistake(text: &str) -> Option<roxmltree::Error> {
+    let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
+    crowded(text).is_none().then(|| Document::parse_with_options(text, options).err())?
+}
+
 /// The first child element with this tag.
 pub(in crate::format) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.has_tag_name(tag))

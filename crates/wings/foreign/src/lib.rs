@@ -1,11 +1,12 @@
 //! Wing (optional package) for foreign files: reads and writes files of other programs.
 //!
-//! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel and, with the feature `rosbag2-sqlite`, in SQLite bags; reads
-//! the vertices of Collada meshes; writes a robot as SYMORO's .par.
+//! Reads logs in Arrow IPC, in MATLAB's .mat, in workbooks of Excel, in other shapes of text and, with the feature
+//! `rosbag2-sqlite`, in SQLite bags; reads the vertices of Collada meshes; reads links, joints and inertials of an SDF; writes a
+//! robot as SYMORO's .par.
 //!
-//! Parts of the core that this wing uses: `logs::reading` makes a table of columns, decompresses within bounds, and receives
-//! messages of a recording. `robot::mesh` calls the reader that is registered for a file extension. `robot::format::written`
-//! makes names that a format allows.
+//! Interfaces of the core for this wing: `logs::reading` makes a table of columns, decompresses within bounds, and receives
+//! messages of a recording. `robot::mesh` calls the reader that is registered for an extension. `robot::format::RobotDescription` makes
+//! a robot of joints and bodies. `robot::format::written` makes names that a format allows.
 
 #![warn(missing_docs)]
 
@@ -13,6 +14,7 @@ mod arrow;
 mod collada;
 mod mat;
 mod par;
+mod sdf;
 #[cfg(feature = "rosbag2-sqlite")]
 mod sqlite;
 mod text;
@@ -20,10 +22,11 @@ mod workbook;
 
 use logs::reading::{LogFormat, LogReader};
 use rist::DescriptionFormat;
-use rist::wings::{DescriptionWriter, Wing};
+use rist::wings::{DescriptionReader, DescriptionWriter, Wing};
 use robot::mesh::MeshFormat;
 
 pub use par::write_par;
+pub use sdf::read as read_sdf;
 
 /// The readers and writers that this wing registers.
 pub fn wing() -> Wing {
@@ -44,6 +47,7 @@ pub fn wing() -> Wing {
         .chain(text::SHAPES)
         .collect(),
         mesh_formats: vec![MeshFormat { extension: "dae", vertices: Ok(collada::vertices) }],
+        description_readers: vec![DescriptionReader { extension: "sdf", read: Ok(sdf::read) }],
         writers: vec![DescriptionWriter { format: DescriptionFormat::Par, write: Ok(write_par) }],
         ..Wing::default()
     }

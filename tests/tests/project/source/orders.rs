@@ -195,7 +195,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         "crates/rist",
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page", "wings"],
     ),
-    ("crates/wings/foreign", &["arrow", "mat", "sqlite", "collada", "par", "text", "workbook", "lib"]),
+    ("crates/wings/foreign", &["arrow", "mat", "sqlite", "collada", "par", "sdf", "text", "workbook", "lib"]),
     ("crates/wings/inspection", &["points", "request", "predicted_accuracy"]),
     (
         "crates/wings/research",

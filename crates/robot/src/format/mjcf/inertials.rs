@@ -75,7 +75,8 @@ impl<'a> MjcfShape<'a> {
             };
             has = has.max(if has > 0 { 3 } else { 0 });
         }
-        if has < needed || (view.get("mesh").is_none() && size[..needed].iter().any(|x| *x <= 0.0)) {
+        // A shape that is fitted to a mesh takes its size from there.
+        if view.get("mesh").is_none() && (has < needed || size[..needed].iter().any(|x| *x <= 0.0)) {
             let message = format!("{}: a {kind} has {needed} sizes above 0 in `size`", view.element.called());
             return Err(view.element.error(message));
         }
@@ -110,7 +111,7 @@ impl<'a> MjcfShape<'a> {
         }
         let called = self.view.element.called();
         let volume = self.volume(meshes).map_err(|what| {
-            let remedy = "give the body an <inertial>, as mujoco.mj_saveLastXML writes one";
+            let remedy = "or give the body an <inertial>, as mujoco.mj_saveLastXML writes one";
             self.view.element.error(format!(
                 "the mass of the body follows from its shapes, which cannot be computed: {called}: {what}; {remedy}"
             ))

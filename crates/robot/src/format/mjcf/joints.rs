@@ -62,14 +62,16 @@ fn kind(view: View) -> Result<MjcfJointType, Error> {
     Ok([MjcfJointType::Hinge, MjcfJointType::Slide, MjcfJointType::Ball, MjcfJointType::Free][which])
 }
 
-/// Reads the joints of the bodies. `floats`: whether a floating base was requested.
+/// Reads the joints of the bodies. `floats`: whether a floating base was requested. `root`: the child of the world that is the
+/// robot; `None`: all of them.
 pub(super) fn moved<'a>(
     bodies: &[MjcfBody<'a>],
     compiler: &Compiler,
     floats: bool,
+    root: Option<&str>,
     notes: &mut Vec<Note>,
 ) -> Result<Moved<'a>, Error> {
-    let (floating, is_part) = parts(bodies, floats, notes)?;
+    let (floating, is_part) = parts(bodies, floats, root, notes)?;
     let mut all = Moved { joints: Vec::new(), carriers: Vec::new(), floating, is_part };
     for (b, body) in bodies.iter().enumerate() {
         if !all.is_part[b] || all.floating == Some(b) {
@@ -122,38 +124,46 @@ fn free<'a>(bodies: &[MjcfBody<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
     Ok(free)
 }
 
-/// Two results: the index of the body that is the floating base, and for each body whether it belongs to the robot.
-fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
-    let free = free(bodies)?;
-    // For each body, the child of the world that carries it (itself, if the body is such a child).
-    let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
+/// The index of the body that is the floating base, and for each body whether it belongs to the robot.
+fn parts(
+    bodies: &[MjcfBody],
+    floats: bool,
+    root: Option<&str>,
+    notes: &mut Vec<Note>,
+) -> Result<(Option<usize>, Vec<bool>), Error> {
+    let mut free = free(bodies)?;
+    // For each body, the child of the world that carries it; `None` if it is left out.
+    let mut top: Vec<Option<usize>> = Vec::with_capacity(bodies.len());
     for (b, body) in bodies.iter().enumerate() {
         top.push(match body.parent {
-            None | Some(0) => b,
+            None | Some(0) => Some(b),
             Some(p) => top[p],
         });
     }
-    let has_joints = |t: usize| (0..bodies.len()).any(|b| top[b] == t && b != t && !bodies[b].joints.is_empty());
-    let of_world = |b: usize| !bodies[b].joints.is_empty() && !free.iter().any(|f| f.0 == top[b]);
-    let is_fixed_robot = (0..bodies.len()).any(of_world);
+    if let Some(root) = root {
+        let left_out = left_out(bodies, &top, root, notes)?;
+        free.retain(|f| !left_out.contains(&f.0));
+        top.iter_mut().for_each(|top| *top = top.filter(|t| !left_out.contains(t)));
+    }
+    let has_joints = |t: usize| (0..bodies.len()).any(|b| top[b] == Some(t) && b != t && !bodies[b].joints.is_empty());
+    let of_world = |b: usize| top[b].is_some_and(|t| !free.iter().any(|f| f.0 == t)) && !bodies[b].joints.is_empty();
+    let fixed: Vec<usize> = (0..bodies.len()).filter(|b| of_world(*b)).filter_map(|b| top[b]).collect();
     let (robots, objects): (Vec<&(usize, View)>, Vec<_>) =
-        free.iter().partition(|(b, _)| has_joints(*b) || (free.len() == 1 && !is_fixed_robot));
-    let named =
-        |list: &[&(usize, View)]| list.iter().map(|(b, _)| shown(&bodies[*b].name)).collect::<Vec<_>>().join(", ");
+        free.iter().partition(|(b, _)| has_joints(*b) || (free.len() == 1 && fixed.is_empty()));
+    let named = |list: &[&(usize, View)]| listed(bodies, list.iter().map(|(b, _)| *b));
+    let choice = |b: usize| format!("one description is of one robot, [root={}]", shown(&bodies[b].name));
     match robots[..] {
         [(_, view)] if !floats => {
             let message = "the body is free to move: its base floats, which is asked for by [floating_base=true]";
             return Err(view.element.error(message));
         }
-        [(_, view)] if is_fixed_robot => {
-            let message = format!(
-                "`{}` floats while other joints hang on the world: one description is of one robot",
-                named(&robots)
-            );
+        [(b, view)] if !fixed.is_empty() => {
+            let (robot, fixed) = (named(&robots), listed(bodies, fixed.iter().copied()));
+            let message = format!("`{robot}` floats while other joints hang on the world ({fixed}): {}", choice(*b));
             return Err(view.element.error(message));
         }
-        [_, (_, view), ..] => {
-            let message = format!("several robots float ({}): one description is of one robot", named(&robots));
+        [(b, _), (_, view), ..] => {
+            let message = format!("several robots float ({}): {}", named(&robots), choice(*b));
             return Err(view.element.error(message));
         }
         _ => {}
@@ -164,22 +174,60 @@ fn parts(bodies: &[MjcfBody], floats: bool, notes: &mut Vec<Note>) -> Result<(Op
     }
     let floating = robots.first().map(|f| f.0);
     for (b, view) in robots {
-        for name in ["armature", "damping", "frictionloss"] {
-            if let Some(given) = view.numbers(name, 1, 9)?.filter(|given| given.iter().any(|x| *x != 0.0)) {
-                let text = format!(
-                    "has the `{name}` {} on its free joint, which is not read: no motor turns a floating base. \
-                     MuJoCo counts it; <freejoint> takes none from a <default>",
-                    given[0]
-                );
-                notes.push(Note { subject: shown(&bodies[*b].name), text });
-            }
+        note_dynamics_of_base(*view, &bodies[*b], notes)?;
+    }
+    let is_part = |top: &Option<usize>| match (floating, top) {
+        (Some(f), top) => *top == Some(f),
+        (None, top) => top.is_some_and(|t| !objects.iter().any(|o| o.0 == t)),
+    };
+    Ok((floating, top.iter().map(is_part).collect()))
+}
+
+/// The names of bodies, each once, for a message.
+fn listed(bodies: &[MjcfBody], list: impl Iterator<Item = usize>) -> String {
+    let mut names: Vec<String> = list.map(|b| shown(&bodies[b].name)).collect();
+    names.dedup();
+    names.join(", ")
+}
+
+/// The children of the world that move and are not the robot `root`. What the world carries without a joint stays in the base.
+///
+/// Fails if no child of the world that moves has this name.
+fn left_out(
+    bodies: &[MjcfBody],
+    top: &[Option<usize>],
+    root: &str,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<usize>, Error> {
+    let moves = |t: usize| (1..bodies.len()).any(|b| top[b] == Some(t) && !bodies[b].joints.is_empty());
+    let moving: Vec<usize> = (1..bodies.len()).filter(|t| top[*t] == Some(*t) && moves(*t)).collect();
+    let (chosen, others): (Vec<usize>, Vec<usize>) = moving.iter().partition(|t| bodies[**t].name == root);
+    if chosen.is_empty() {
+        let all = listed(bodies, moving.into_iter());
+        let message = format!("[root]: the world has no body `{}` that moves; it has {all}", shown(root));
+        return Err(bodies[0].element.error(message));
+    }
+    if !others.is_empty() {
+        let all = listed(bodies, others.iter().copied());
+        let text = format!("is the robot, as is asked for; not read are the other bodies that move ({all})");
+        notes.push(Note { subject: shown(root), text });
+    }
+    Ok(others)
+}
+
+/// Notes on the dynamics of a free joint that carries the floating base.
+fn note_dynamics_of_base(view: View, body: &MjcfBody, notes: &mut Vec<Note>) -> Result<(), Error> {
+    for name in ["armature", "damping", "frictionloss"] {
+        if let Some(given) = view.numbers(name, 1, 9)?.filter(|given| given.iter().any(|x| *x != 0.0)) {
+            let text = format!(
+                "has the `{name}` {} on its free joint, which is not read: no motor turns a floating base. MuJoCo counts \
+                 it; <freejoint> takes none from a <default>",
+                given[0]
+            );
+            notes.push(Note { subject: shown(&body.name), text });
         }
     }
-    let is_part = |b: usize| match floating {
-        Some(f) => top[b] == f,
-        None => !objects.iter().any(|o| o.0 == top[b]),
-    };
-    Ok((floating, (0..bodies.len()).map(is_part).collect()))
+    Ok(())
 }
 
 /// Reads a joint; also returns its point in the frame of its body, m.

@@ -8,7 +8,7 @@ use gate::source;
 
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
-use super::element::{MjcfElement, inside};
+use super::element::{Folders, MjcfElement};
 use super::masses::{Enclosure, Volume, enclosed};
 use crate::error::Error;
 use crate::format::shown::shown;
@@ -22,8 +22,8 @@ const MAX_MESH_BYTES: u64 = 64 << 20;
 pub(super) struct Meshes<'a> {
     listed: Vec<(String, View<'a>)>,
     compiler: &'a Compiler,
-    /// Folder of the mesh files; `None` if the description is not from a file.
-    folder: Option<&'a Path>,
+    /// The folders of the mesh files.
+    folders: Folders<'a>,
     /// Volumes that were already computed, by name of the mesh. Visual and collision shapes often share a mesh.
     known: RefCell<BTreeMap<String, Result<Volume, String>>>,
 }
@@ -33,7 +33,7 @@ impl<'a> Meshes<'a> {
         root: &'a MjcfElement,
         defaults: &'a Defaults,
         compiler: &'a Compiler,
-        folder: Option<&'a Path>,
+        folders: Folders<'a>,
     ) -> Result<Meshes<'a>, Error> {
         let mut listed = Vec::new();
         for element in root.children("asset").flat_map(|asset| asset.children("mesh")) {
@@ -41,7 +41,7 @@ impl<'a> Meshes<'a> {
             let name = element.attribute("name").or(stem).unwrap_or("").to_string();
             listed.push((name, defaults.view(element, None)?));
         }
-        Ok(Meshes { listed, compiler, folder, known: RefCell::default() })
+        Ok(Meshes { listed, compiler, folders, known: RefCell::default() })
     }
 
     fn find(&self, name: &str) -> Option<View<'a>> {
@@ -107,9 +107,9 @@ impl<'a> Meshes<'a> {
 
     fn triangles(&self, name: &str) -> Result<Vec<[Vector3; 3]>, String> {
         let (file, _) = self.file(name)?;
-        let folder = self.folder.ok_or("what comes by standard input has no folder of meshes")?;
+        let folder = self.folders.top.ok_or("what comes by standard input has no folder of meshes")?;
         mesh::check_format(Path::new(&file))?;
-        let path = inside(folder, folder, &file)?;
+        let path = self.folders.find(folder, &file)?;
         let bytes = source::read(&path, MAX_MESH_BYTES).map_err(|e| format!("{file}: it cannot be read: {e}"))?;
         mesh::triangles(&bytes, Path::new(&file))
     }

@@ -14,4 +14,5 @@ mod meshes;
 mod numbers;
 mod read;
 
+pub(in crate::format) use element::{Folders, without_includes};
 pub(in crate::format) use read::read_mjcf_with;

@@ -14,7 +14,7 @@ use super::actuators::{MjcfActuator, drives, gears};
 use super::bodies::{MjcfBody, bodies};
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
-use super::element::{self, MjcfElement};
+use super::element::{self, Folders, MjcfElement};
 use super::equalities::{Equalities, equalities};
 use super::inertials::part;
 use super::joints::{Moved, moved};
@@ -42,13 +42,14 @@ pub(in crate::format) fn read_mjcf_with(
     if let Some((name, _)) = options.values.first() {
         return Err(source.whole(no_symbol(name, &[])));
     }
-    let root = element::read(text, file, folder)?;
+    let folders = Folders { top: folder, packages: options.packages };
+    let root = element::read(text, file, folders)?;
     let defaults = Defaults::new(&root)?;
     let compiler = Compiler::new(&root, options.angles)?;
-    let meshes = Meshes::new(&root, &defaults, &compiler, folder)?;
+    let meshes = Meshes::new(&root, &defaults, &compiler, folders)?;
     let (mut notes, mut snapped) = (Vec::new(), Vec::new());
     let bodies = bodies(&root, &defaults, &compiler, &mut snapped)?;
-    let mut moved = moved(&bodies, &compiler, options.floating_base, &mut notes)?;
+    let mut moved = moved(&bodies, &compiler, options.floating_base, options.root, &mut notes)?;
     let drives = drives(&root, &defaults, &mut moved.joints, &mut notes)?;
     let tied = equalities(&root, &defaults, &bodies, &moved, &drives, options.mimic, &mut notes)?;
     let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped)?;

@@ -30,7 +30,9 @@ pub(super) fn followed(
         let Some(&leader) = index.get(tag.joint.as_str()) else {
             let meant = did_you_mean(&tag.joint, index.keys().copied());
             let (name, other) = (shown(&joint.name), shown(&tag.joint));
-            return Err(source.place(place(j), format!("joint `{name}` mimics `{other}`, which is no joint{meant}")));
+            let remedy = "with [mimic=independent] each is a coordinate of its own";
+            let message = format!("joint `{name}` mimics `{other}`, which is no joint{meant}; {remedy}");
+            return Err(source.place(place(j), message));
         };
         let (multiplier, offset) = (tag.multiplier.unwrap_or(1.0), tag.offset.unwrap_or(0.0));
         next.push(Some(Follows { leader, multiplier, offset }));

@@ -1,6 +1,6 @@
 //! Reads a robot from URDF and converts it to Khalil-Kleinfinger frames.
 //!
-//! text.rs checks the text and keeps line numbers, urdf-rs reads it, tree.rs builds the tree of moving links, and [`jointed`]
+//! repair.rs and text.rs check the text and keep line numbers, urdf-rs reads it, tree.rs builds the tree of moving links, and [`jointed`]
 //! makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
 //!
 //! Joints with `<mimic>` follow another joint (mimic.rs).
@@ -12,7 +12,8 @@
 use urdf_rs::JointType;
 
 use super::mimic::followed;
-use super::text::{Checked, check};
+use super::repair::check;
+use super::text::Checked;
 use super::tree::{MovingLink, MovingLinks, moving_links};
 use crate::angle_snap;
 use crate::error::Error;

@@ -70,8 +70,7 @@ const UNUSED_ELEMENTS: &str = "visual collision contact self_collision_checking 
     sensor";
 
 /// Required children: name of the element, and name of the child that it must have.
-const REQUIRED_CHILDREN: [(&str, &str); 4] =
-    [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
+const REQUIRED_CHILDREN: [(&str, &str); 3] = [("inertial", "mass"), ("joint", "parent"), ("joint", "child")];
 
 /// Line and column of an element in the file.
 pub(super) type Position = (usize, usize);
@@ -117,11 +116,15 @@ pub(super) struct Checked {
     pub oddities: Vec<Finding>,
 }
 
+/// The message of the error that a URDF has macros.
+pub(in crate::format) const IS_A_MACRO: &str = "is a macro, and a .urdf has none";
+
 /// Largest absolute value of a joint limit, SI units.
 const LARGEST_LIMIT: f64 = 1e100;
 
-/// Checks a URDF text. `floats`: whether a floating base was requested; then a floating or planar joint at the root is omitted.
-pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
+/// Checks a URDF text that is XML. `floats`: whether a floating base was requested; then a floating joint at the root is
+/// omitted.
+pub(super) fn check_xml(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
     let base = if floats { floating_root(root) } else { None };
@@ -138,8 +141,7 @@ pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result
         return Err(reader.error(root, message));
     }
     if let Some(xacro) = root.descendants().find(|n| n.tag_name().namespace().is_some_and(|n| n.contains("xacro"))) {
-        let message =
-            format!("<xacro:{}> is a macro: a file called .xacro is written out", shown(xacro.tag_name().name()));
+        let message = format!("<xacro:{}> {IS_A_MACRO}", shown(xacro.tag_name().name()));
         return Err(reader.error(xacro, message));
     }
     for tag in ["link", "joint"] {
@@ -260,6 +262,9 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             }
             self.copy(child, &named)?;
         }
+        if tag == "inertial" && first(node, "inertia").is_none() {
+            self.without_inertia(node, &named);
+        }
         for (of, name) in REQUIRED_CHILDREN {
             if of == tag && first(node, name).is_none() {
                 return Err(self.error(
@@ -270,6 +275,16 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         }
         let _ = write!(self.out, "</{tag}>");
         Ok(())
+    }
+
+    /// Writes the moments of an `<inertial>` without `<inertia>`: urdfdom keeps its mass, and takes the moments for zero.
+    fn without_inertia(&mut self, node: Node, named: &str) {
+        self.out += r#"<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#;
+        let line = self.at(node).0;
+        let text = format!(
+            "its <inertial> on line {line} has no <inertia>: the mass is read as a point, as by urdfdom (Pinocchio)"
+        );
+        self.notes.push(Note { subject: named.to_string(), text });
     }
 
     /// The value of an attribute, escaped for XML. Fails if a number is not finite or if the count of numbers is wrong.

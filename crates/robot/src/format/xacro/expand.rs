@@ -4,6 +4,7 @@
 //! (XML elements that a caller passes to a macro) is expanded before it is passed.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -15,6 +16,7 @@ use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue, in_si};
 use crate::error::Error;
 use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
+use crate::robot::Note;
 
 /// Largest total size of all expanded texts, bytes.
 const MAX_EXPANDED_BYTES: usize = 64 << 20;
@@ -25,7 +27,10 @@ const MAX_CALL_DEPTH: usize = 60;
 /// Largest depth of nested elements, including the elements of macros.
 const MAX_ELEMENT_DEPTH: usize = 300;
 
-/// Expands a xacro text to XML. `arguments`: values for `$(arg)`. `packages`: folders for `$(find)`.
+/// Elements of other programs. What is in them does not matter for the robot, so they may name packages that are not there.
+const ELEMENTS_OF_OTHERS: [&str; 4] = ["gazebo", "ros2_control", "transmission", "visual"];
+
+/// Expands a xacro text to XML, with notes. `arguments`: values for `$(arg)`. `packages`: folders for `$(find)`.
 ///
 /// Fails, with file and line, if the text is no xacro, if it exceeds the bounds of this file, or if it needs data of the
 /// computer, for example an environment variable.
@@ -35,7 +40,7 @@ pub(in crate::format) fn expanded(
     folder: Option<&Path>,
     arguments: &[(String, String)],
     packages: &[(String, PathBuf)],
-) -> Result<String, Error> {
+) -> Result<(String, Vec<Note>), Error> {
     let root = read(text, file)?;
     let mut expander = Expander {
         files: Files::new(folder, packages),
@@ -47,6 +52,8 @@ pub(in crate::format) fn expanded(
         bytes: MAX_EXPANDED_BYTES,
         nested: 0,
         depth: 0,
+        of_others: 0,
+        notes: Vec::new(),
     };
     let mut out = Vec::new();
     expander.element(&root, &mut out)?;
@@ -60,7 +67,7 @@ pub(in crate::format) fn expanded(
             Err(DescriptionFile { file }
                 .whole(format!("[arg]: the description has no argument `{}`; it has {has}", shown(name))))
         }
-        None => Ok(written),
+        None => Ok((written, expander.notes)),
     }
 }
 
@@ -102,6 +109,9 @@ struct Expander<'a> {
     nested: usize,
     /// Current depth of nested macro calls and includes.
     depth: usize,
+    /// Number of elements of other programs around the current element.
+    of_others: usize,
+    notes: Vec<Note>,
 }
 
 impl Expander<'_> {
@@ -124,12 +134,15 @@ impl Expander<'_> {
 
     /// Expands an ordinary element, which is written to the output.
     fn plain(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
+        let is_of_others = usize::from(ELEMENTS_OF_OTHERS.contains(&element.tag.as_str()));
+        self.of_others += is_of_others;
         let mut attributes = Vec::with_capacity(element.attributes.len());
         for (name, value) in &element.attributes {
             attributes.push((name.clone(), self.text(value, element)?.text()));
         }
         let mut children = Vec::new();
         self.children(&element.children, element, &mut children)?;
+        self.of_others -= is_of_others;
         out.push(Child::Element(Rc::new(XacroElement {
             tag: element.tag.clone(),
             is_macro: false,
@@ -229,7 +242,9 @@ impl Expander<'_> {
         };
         let name = if matches!(meaning, Meaning::Block(_)) { format!("**{name}") } else { name };
         let last = self.scopes.len() - 1;
+        let is_lazy = element.attribute("lazy_eval").and_then(|lazy| XacroValue::literal(lazy).truth()) != Some(false);
         let (place, meaning) = match (element.attribute("scope"), meaning) {
+            (None, Meaning::Raw(raw)) if !is_lazy => (last, Meaning::Value(literal(self.text(&raw, element)?))),
             (None, meaning) => (last, meaning),
             // A property that a macro defines for an outer scope (attribute `scope`) is evaluated inside the macro.
             (Some(scope), Meaning::Raw(raw)) => {
@@ -409,24 +424,35 @@ impl Expander<'_> {
     }
 
     fn expression(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
-        let mut known = NameLookup { expander: self, element };
+        let mut known = NameLookup { expander: self, element, is_eval: false };
         expression::value(text, &mut known).map_err(|e| element.error(format!("${{{}}}: {e}", shown(text))))
     }
 
-    /// Evaluates `$(arg name)`, `$(find package)` and `$(dirname)`. Commands that need data of the computer, for example
-    /// `$(env)`, are refused.
+    /// The value of an argument. A file may use an argument that it does not declare; then the user must give its value.
+    fn argument_value(&mut self, name: &str) -> Result<XacroValue, String> {
+        self.declared.insert(name.into());
+        let value = self.arguments.get(name).map(|value| XacroValue::Text(value.clone()));
+        value.ok_or_else(|| format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
+    }
+
+    /// Evaluates `$(arg name)`, `$(eval expression)`, `$(find package)` and `$(dirname)`. Commands that need data of the host
+    /// are refused.
     fn command(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
         let (command, name) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let name = name.trim();
         match command {
-            "arg" => {
-                // A file may use an argument that it does not declare. Then the user must give its value.
-                self.declared.insert(name.into());
-                self.arguments.get(name).map(|value| XacroValue::Text(value.clone())).ok_or_else(|| {
-                    element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
-                })
+            "arg" => self.argument_value(name).map_err(|e| element.error(e)),
+            "eval" => {
+                let mut known = NameLookup { expander: self, element, is_eval: true };
+                let value = expression::value(name, &mut known);
+                // As in xacro, the result is a text.
+                let value = value.map(|value| XacroValue::Text(value.text()));
+                value.map_err(|e| element.error(format!("$(eval {}): {e}", shown(name))))
             }
-            "find" => self.files.package(name).map(XacroValue::Text).map_err(|e| element.error(e)),
+            "find" => match self.files.package(name) {
+                Err(_) if self.of_others > 0 => Ok(XacroValue::Text(format!("$(find {name})"))),
+                found => found.map(XacroValue::Text).map_err(|e| element.error(e)),
+            },
             "dirname" => {
                 let folder = Path::new(&*element.file).parent().unwrap_or(Path::new(""));
                 Ok(XacroValue::Text(folder.display().to_string()))
@@ -443,18 +469,32 @@ impl Expander<'_> {
 struct NameLookup<'a, 'b> {
     expander: &'a mut Expander<'b>,
     element: &'a XacroElement,
+    /// Whether the expression is of `$(eval)`, where names are arguments; otherwise they are properties.
+    is_eval: bool,
 }
 
 impl NameSource for NameLookup<'_, '_> {
     fn value(&mut self, name: &str) -> Result<XacroValue, String> {
+        if self.is_eval {
+            let is_constant = name == "pi" && !self.expander.arguments.contains_key(name);
+            return if is_constant { Ok(XacroValue::Number(PI)) } else { self.argument(name) };
+        }
         let found = self.expander.known(name, self.element).map_err(|e| e.message)?;
         found.ok_or_else(|| format!("`{}` is not defined", shown(name)))
     }
 
     fn yaml(&mut self, file: &str) -> Result<XacroValue, String> {
         let (text, file) = self.expander.files.text(file, &self.element.file)?;
-        let node = DescriptionFile { file: &file }.parse(&in_si(&text)).map_err(|e| e.to_string())?;
+        let (node, twice) = DescriptionFile { file: &file }.parse_last_key(&in_si(&text)).map_err(|e| e.to_string())?;
+        if let Some(twice) = twice {
+            let note = Note { subject: file, text: format!("{twice}; the last value counts, as for PyYAML") };
+            self.expander.notes.extend((!self.expander.notes.contains(&note)).then_some(note));
+        }
         Ok(XacroValue::of_yaml(&node))
+    }
+
+    fn argument(&mut self, name: &str) -> Result<XacroValue, String> {
+        self.expander.argument_value(name).map(literal)
     }
 }
 

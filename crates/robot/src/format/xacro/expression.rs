@@ -2,11 +2,13 @@
 //! computer, except YAML files that may be read. Operators, lowest precedence first:
 //!
 //! ```text
-//! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x.key; 1.5, 'text', [x, y], name
+//! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x[i:j], x.key, x.f(y); 1.5, 'text',
+//! [x, y], name
 //! ```
 
 use std::rc::Rc;
 
+use super::methods::{method, slice};
 use super::operations::{binary, contains, function};
 use super::tokens::tokens;
 use super::value::{NameSource, XacroValue};
@@ -222,14 +224,22 @@ impl ExpressionParser<'_> {
         let mut value = self.atom()?;
         loop {
             let key = if self.take("[") {
-                let key = self.choice()?;
+                let key = if self.peek() == Some(":") { XacroValue::None } else { self.choice()? };
+                if self.take(":") {
+                    let end = if self.peek() == Some("]") { XacroValue::None } else { self.choice()? };
+                    value = if self.is_live { slice(&value, &key, &end)? } else { XacroValue::None };
+                    self.expect("]")?;
+                    continue;
+                }
                 self.expect("]")?;
                 key
             } else if self.take(".") {
                 let key = self.peek().unwrap_or("").to_string();
                 self.at += 1;
-                if self.peek() == Some("(") {
-                    return Err(format!("the method `{key}` is not known here"));
+                if self.take("(") {
+                    let arguments = self.arguments(")")?;
+                    value = if self.is_live { method(&value, &key, &arguments)? } else { XacroValue::None };
+                    continue;
                 }
                 XacroValue::Text(key)
             } else {
@@ -324,6 +334,10 @@ mod tests {
         fn yaml(&mut self, file: &str) -> Result<XacroValue, String> {
             Ok(XacroValue::Text(file.into()))
         }
+
+        fn argument(&mut self, name: &str) -> Result<XacroValue, String> {
+            Err(format!("the argument `{name}` has no value"))
+        }
     }
 
     /// Each expected text is the value as Python 3 prints it.
@@ -372,7 +386,7 @@ mod tests {
             ("1/0", "division by zero"),
             ("'a' * 3", "`*` of a text and a number"),
             ("open('/etc/passwd')", "the function `open`"),
-            ("name.upper()", "the method `upper`"),
+            ("name.title()", "the method `title`"),
             ("m['z']", "a map has no `z`"),
             ("'a", "is not closed"),
         ] {

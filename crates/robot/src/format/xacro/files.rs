@@ -1,4 +1,7 @@
-//! Opens the files that a xacro may use: below its own folder, and below the folders of given packages.
+//! Opens the files that a xacro may use: below its own folder, and below the folders of packages.
+//!
+//! A package that is not given is searched as a mesh is: a folder with its name that is, or is in, a folder above the
+//! description, the nearest first. It counts only with a `package.xml`, because files of other folders must not be read.
 
 use std::path::{Path, PathBuf};
 
@@ -12,25 +15,46 @@ const MAX_INCLUDED_BYTES: u64 = 16 << 20;
 /// The folders in which files may be opened, and the number of bytes that may still be read.
 pub(super) struct Files<'a> {
     folder: Option<&'a Path>,
-    packages: &'a [(String, PathBuf)],
+    packages: Vec<(String, PathBuf)>,
     left: u64,
 }
 
 impl<'a> Files<'a> {
-    pub(super) fn new(folder: Option<&'a Path>, packages: &'a [(String, PathBuf)]) -> Files<'a> {
-        Files { folder, packages, left: MAX_INCLUDED_BYTES }
+    pub(super) fn new(folder: Option<&'a Path>, packages: &[(String, PathBuf)]) -> Files<'a> {
+        Files { folder, packages: packages.to_vec(), left: MAX_INCLUDED_BYTES }
     }
 
-    /// The folder of a package. Fails if the user did not give it.
-    pub(super) fn package(&self, name: &str) -> Result<String, String> {
+    /// The folder of a package. Fails if the user did not give it, and if it is not above the description.
+    pub(super) fn package(&mut self, name: &str) -> Result<String, String> {
+        if !self.packages.iter().any(|(known, _)| known == name)
+            && let Some(folder) = self.package_above(name)
+        {
+            self.packages.push((name.into(), folder));
+        }
         let found = self.packages.iter().find(|(known, _)| known == name);
         found.map(|(_, folder)| folder.display().to_string()).ok_or_else(|| {
             format!(
-                "the package `{}` is not given, and none is looked for: [package={}=FOLDER]",
+                "the package `{}` is not given, and no folder of this name with a package.xml is above the file: \
+                 [package={}=FOLDER]",
                 shown(name),
                 shown(name)
             )
         })
+    }
+
+    fn package_above(&self, name: &str) -> Option<PathBuf> {
+        // A name with a separator or `..` is no name of a package.
+        if Path::new(name).file_name().is_none_or(|last| last != name) {
+            return None;
+        }
+        let folder = self.folder?;
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let full = std::path::absolute(folder).ok()?;
+        let candidates = full.ancestors().flat_map(|above| {
+            let own = above.file_name().is_some_and(|last| last == name).then(|| above.to_path_buf());
+            own.into_iter().chain([above.join(name)])
+        });
+        candidates.into_iter().find(|folder| folder.join("package.xml").is_file())
     }
 
     /// Reads a file: its text and its path. A relative path is relative to the folder of the file `from`.

@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use super::value::{MAX_TEXT_BYTES, NameSource, XacroValue};
 
-/// Largest length of a list that results from adding two lists.
-const MAX_LIST_ITEMS: usize = 2000;
+/// Largest length of a list that an operator or a method makes.
+pub(super) const MAX_LIST_ITEMS: usize = 2000;
 
 /// Calls the function `name` with these arguments. `names`: gives the values of names, and the content of YAML files.
 pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn NameSource) -> Result<XacroValue, String> {
@@ -43,6 +43,8 @@ pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn Nam
         ("len", [XacroValue::List(items)]) => XacroValue::Int(items.len() as i64),
         ("len", [XacroValue::Map(entries)]) => XacroValue::Int(entries.len() as i64),
         ("load_yaml", [XacroValue::Text(file)]) => names.yaml(file)?,
+        ("arg", [XacroValue::Text(name)]) => names.argument(name)?,
+        ("list", [XacroValue::List(items)]) => XacroValue::List(items.clone()),
         ("message" | "warning" | "print_location", _) => XacroValue::Text(String::new()),
         _ => return Err(format!("the function `{name}` of these {} arguments is not known here", arguments.len())),
     })

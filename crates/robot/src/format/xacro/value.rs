@@ -20,10 +20,11 @@ pub(super) enum XacroValue {
     Map(Rc<BTreeMap<String, XacroValue>>),
 }
 
-/// Supplies the values of names, and the content of YAML files.
+/// Supplies the values of names and arguments, and the content of YAML files.
 pub(super) trait NameSource {
     fn value(&mut self, name: &str) -> Result<XacroValue, String>;
     fn yaml(&mut self, file: &str) -> Result<XacroValue, String>;
+    fn argument(&mut self, name: &str) -> Result<XacroValue, String>;
 }
 
 impl XacroValue {
@@ -104,12 +105,17 @@ impl XacroValue {
         }
     }
 
-    /// The element of a list at an index, or the entry of a map with a key; `None` if it does not exist.
+    /// The element of a list or a text at an index, or the entry of a map with a key; `None` if it does not exist.
     pub(super) fn entry(&self, key: &XacroValue) -> Option<XacroValue> {
+        let place = |i: i64, length: usize| match i < 0 {
+            true => length.checked_sub(i.unsigned_abs() as usize),
+            false => Some(i as usize),
+        };
         match (self, key) {
-            (XacroValue::List(items), XacroValue::Int(i)) => {
-                let at = if *i < 0 { items.len().checked_sub(i.unsigned_abs() as usize)? } else { *i as usize };
-                items.get(at).cloned()
+            (XacroValue::List(items), XacroValue::Int(i)) => items.get(place(*i, items.len())?).cloned(),
+            (XacroValue::Text(text), XacroValue::Int(i)) => {
+                let character = text.chars().nth(place(*i, text.chars().count())?)?;
+                Some(XacroValue::Text(character.into()))
             }
             (XacroValue::Map(entries), key) => entries.get(&key.text()).cloned(),
             _ => None,
