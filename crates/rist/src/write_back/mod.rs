@@ -11,5 +11,5 @@ mod steps;
 mod text_edit;
 pub mod urdf;
 
-pub use steps::{write_mjcf, write_urdf};
+pub use steps::{write_mjcf, write_repaired, write_urdf};
 pub use urdf::WrittenBack;

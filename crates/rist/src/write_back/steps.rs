@@ -6,8 +6,9 @@ use linear_model::parameter::ParameterId;
 use crate::write_back::body::JointDynamics;
 use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
-use crate::write_back::urdf::{WrittenBack, write_back};
+use crate::write_back::urdf::{WrittenBack, write_back, write_repairs};
 
+use crate::describe::linting::Lint;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::samples::Bodies;
@@ -30,6 +31,20 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     let mut notes = missing_in_a_urdf(model, bodies, estimate);
     notes.append(&mut written.notes);
     Ok(WrittenBack { notes, ..written })
+}
+
+/// The URDF with the repairs of a search for mistakes, and the number of bodies that they change; all other text is unchanged.
+///
+/// Fails if the text is no URDF, and with a verdict if no finding has a repair whose numbers are determined.
+pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, usize), Error> {
+    let bodies: Vec<_> =
+        found.findings.iter().filter_map(|f| f.repair.as_ref()).flat_map(|repair| &repair.bodies).collect();
+    if bodies.is_empty() {
+        return Err(Error::verdict(format_args!(
+            "nothing is written: no finding has a repair that alone is plausible"
+        )));
+    }
+    Ok((write_repairs(urdf, file, &bodies)?, bodies.len()))
 }
 
 /// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or

@@ -10,6 +10,8 @@
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
 use logs::Error;
+use robot::format::roll_pitch_yaw;
+use robot::lint::RepairedBody;
 use robot::{LinkId, Robot};
 use roxmltree::{Document, Node};
 
@@ -62,6 +64,40 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
+/// Writes repaired bodies into the URDF `text`: only their numbers change.
+///
+/// Fails if the text is no URDF, or if a link or its inertial is missing in it.
+pub fn write_repairs(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String, Error> {
+    let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
+    let root = document.root_element();
+    if !root.has_tag_name("robot") {
+        let found = root.tag_name().name();
+        let message =
+            format!("repairs are written into a URDF, whose root is <robot>, found <{found}>: convert it first");
+        return Err(Error::at(file, 0, message));
+    }
+    let mut edits = Edits::of(text);
+    for body in bodies {
+        let link = element(root, "link", &body.name, file)?;
+        let missing = || Error::at(file, 0, format!("link {}: it has no <inertial> to write into", body.name));
+        let inertial = link.children().find(|n| n.has_tag_name("inertial")).ok_or_else(missing)?;
+        if let Some(pose) = &body.pose {
+            let [x, y, z] = pose.position;
+            let rpy = roll_pitch_yaw(&pose.rotation).map(|angle| angle.to_string()).join(" ");
+            edits.set_child(&inertial, "origin", &[("xyz", format!("{x} {y} {z}")), ("rpy", rpy)]);
+        }
+        edits.set_child(&inertial, "mass", &[("value", body.mass.to_string())]);
+        edits.set_child(&inertial, "inertia", &six(&body.inertia));
+    }
+    Ok(edits.apply())
+}
+
+/// The attributes of `<inertia>`.
+fn six(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [(&'static str, String); 6] {
+    let inertia = [("ixx", xx), ("ixy", xy), ("ixz", xz), ("iyy", yy), ("iyz", yz), ("izz", zz)];
+    inertia.map(|(k, v)| (k, v.to_string()))
+}
+
 /// The child element of `<robot>` with this tag and name; elements in a transmission are not searched.
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
     // The robot stores names in printable form.
@@ -72,11 +108,9 @@ fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Res
 
 fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
     let [x, y, z] = body.centre;
-    let [xx, xy, xz, yy, yz, zz] = body.inertia;
     let origin = [("xyz", format!("{x} {y} {z}")), ("rpy", "0 0 0".into())];
     let mass = [("value", body.mass.to_string())];
-    let inertia = [("ixx", xx), ("ixy", xy), ("ixz", xz), ("iyy", yy), ("iyz", yz), ("izz", zz)];
-    let inertia = inertia.map(|(k, v)| (k, v.to_string()));
+    let inertia = six(&body.inertia);
     let children: [(&str, &[(&str, String)]); 3] = [("origin", &origin), ("mass", &mass), ("inertia", &inertia)];
     match link.children().find(|n| n.has_tag_name("inertial")) {
         Some(inertial) => children.iter().for_each(|(tag, attributes)| edits.set_child(&inertial, tag, attributes)),

@@ -9,4 +9,4 @@ mod tree;
 mod write;
 
 pub use read::{read_urdf, read_urdf_with};
-pub use write::write_urdf;
+pub use write::{roll_pitch_yaw, write_urdf};

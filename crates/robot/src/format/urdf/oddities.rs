@@ -21,12 +21,13 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
     let mut findings = Vec::new();
     for owner in root.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
         let name = owner.attribute("name").unwrap_or("");
-        let mut find = |mistake, text| findings.push(Finding { link: name.to_string(), mistake, text });
+        let mut find = |mistake, text| findings.push(Finding::new(name, mistake, text, ""));
         turned_by_degrees(owner, &mut find);
         if owner.has_tag_name("joint") {
             zeros(owner, &mut find);
             refused_elsewhere(owner, &mut find);
         }
+        below_the_diagonal(owner, &mut find);
         blanks(owner, &mut find);
     }
     findings
@@ -112,6 +113,28 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
+/// Finds entries below the diagonal of the inertia that differ from those above it; only the latter are read.
+fn below_the_diagonal(owner: Node, find: &mut impl FnMut(Mistake, String)) {
+    let Some(inertia) = child(owner, "inertial").and_then(|n| child(n, "inertia")) else { return };
+    let differs =
+        |(above, below): &(&str, &str)| number(inertia, below).is_some_and(|x| number(inertia, above) != Some(x));
+    let entries: Vec<String> = [("ixy", "iyx"), ("ixz", "izx"), ("iyz", "izy")]
+        .into_iter()
+        .filter(differs)
+        .map(|(above, below)| {
+            let value = |key| shown(inertia.attribute(key).unwrap_or("absent"));
+            format!("{above} {}, {below} {}", value(above), value(below))
+        })
+        .collect();
+    if !entries.is_empty() {
+        let text = format!(
+            "the inertia is not symmetric ({}): ixy, ixz and iyz are read, which of them is meant is not known",
+            entries.join("; ")
+        );
+        find(Mistake::NotSymmetric, text);
+    }
+}
+
 /// Finds numbers with a blank or a line break at the end.
 fn blanks(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let elements = ["mass", "inertia", "limit", "dynamics", "mimic"];
@@ -147,7 +170,7 @@ mod tests {
                     effort=\"50\" velocity=\"3\"/><dynamics damping=\"0.1\"/></joint></robot>";
         assert!(text.contains(old), "{old}");
         let robot = read_urdf(&text.replacen(old, new, 1), "r.urdf").unwrap_or_else(|e| panic!("{e}"));
-        lint(&robot).into_iter().map(|f| (f.link, f.mistake)).collect()
+        lint(&robot).into_iter().map(|f| (f.subjects.join(", "), f.mistake)).collect()
     }
 
     #[test]

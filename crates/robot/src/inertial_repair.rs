@@ -1,0 +1,153 @@
+//! Tries the usual slips of files on a body that is impossible or implausible. A slip is named only if undoing it makes the
+//! body plausible and undoing no other one does.
+
+use crate::body::{Body, shifted};
+use crate::body_doubt::{doubts, shown};
+use crate::finding::{Repair, RepairedBody};
+use crate::robot::Format;
+use crate::vector::scaled;
+
+/// Results closer than this, relative to the largest moment, are one result.
+const SAME_SHARE: f64 = 1e-6;
+
+/// What undoing a slip does to a body; `None` where the slip cannot have been made.
+type Undo = Box<dyn Fn(&Body) -> Option<Body>>;
+
+/// A slip, and the clause that names its repair.
+struct Slip {
+    text: String,
+    undo: Undo,
+    /// Whether the numbers of the file determine all numbers of the repaired body.
+    is_determined: bool,
+}
+
+/// Orders in which the numbers may have been written into the slots of the file: for each of xx xy xz yy yz zz, the slot of the
+/// file (in the same order) that has it.
+const ORDERS: [(&str, [usize; 6]); 3] = [
+    ("Ixz and Iyz exchanged", [0, 1, 4, 3, 2, 5]),
+    ("the six taken in Pinocchio's order, xx xy yy xz yz zz", [0, 1, 3, 2, 4, 5]),
+    ("the six taken in MuJoCo's order, xx yy zz xy xz yz", [0, 3, 4, 1, 5, 2]),
+];
+/// The order of a URDF written into the slots of an MJCF, which are xx yy zz xy xz yz.
+const URDF_IN_MJCF: (&str, [usize; 6]) =
+    ("the six taken in the order of a URDF, xx xy xz yy yz zz", [0, 3, 5, 1, 2, 4]);
+
+/// Factors of mass, of lengths and of inertia by which units are confused.
+const UNITS: [(&str, [f64; 3]); 11] = [
+    ("the mass in g", [1e-3, 1.0, 1.0]),
+    ("the mass in t, or 1000 times as large", [1e3, 1.0, 1.0]),
+    ("the centre of mass in mm", [1.0, 1e-3, 1.0]),
+    ("the inertia in g m^2", [1.0, 1.0, 1e-3]),
+    ("the inertia in kg mm^2", [1.0, 1.0, 1e-6]),
+    ("the inertia in g mm^2", [1.0, 1.0, 1e-9]),
+    ("the inertia 1000 times as large", [1.0, 1.0, 1e3]),
+    ("mass and inertia in g and g m^2", [1e-3, 1.0, 1e-3]),
+    ("mass and inertia in g and g mm^2", [1e-3, 1.0, 1e-9]),
+    ("centre and inertia in mm and kg mm^2", [1.0, 1e-3, 1e-6]),
+    ("all in g and mm", [1e-3, 1e-3, 1e-9]),
+];
+
+/// The only repair that makes a body plausible; `None` if none does, or if several do.
+pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
+    let mut found: Option<(Slip, Body)> = None;
+    for slip in slips(format) {
+        let Some(changed) = (slip.undo)(body).filter(|changed| doubts(changed).is_empty()) else { continue };
+        match &found {
+            Some((_, first)) if !is_same(first, &changed) => return None,
+            Some(_) => {}
+            None => found = Some((slip, changed)),
+        }
+    }
+    let (slip, changed) = found?;
+    let text = format!("with {} it is plausible", slip.text);
+    if !slip.is_determined {
+        let text = format!("{text}, and Izz has to be written (Ixx {}, Iyy {})", changed.given[0], changed.given[3]);
+        return Some(Repair { text, bodies: Vec::new() });
+    }
+    let pose = (changed.pose != body.pose).then_some(changed.pose);
+    let bodies = if body.about_origin {
+        Vec::new()
+    } else {
+        vec![RepairedBody { name: body.name.clone(), mass: changed.mass, pose, inertia: changed.given }]
+    };
+    Some(Repair { text, bodies })
+}
+
+fn is_same(a: &Body, b: &Body) -> bool {
+    let largest = a.given.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let near = |x: f64, y: f64| (x - y).abs() <= SAME_SHARE * largest;
+    a.mass == b.mass && a.pose == b.pose && a.given.iter().zip(&b.given).all(|(x, y)| near(*x, *y))
+}
+
+fn slips(format: Format) -> Vec<Slip> {
+    let orders = if format == Format::Mjcf { vec![ORDERS[0], URDF_IN_MJCF] } else { ORDERS.to_vec() };
+    let mut all: Vec<Slip> =
+        orders.into_iter().map(|(text, order)| slip(text, move |b| with(b, order.map(|k| b.given[k])))).collect();
+    all.push(Slip { is_determined: false, ..slip("the six taken as the first two rows of the matrix", two_rows) });
+    all.push(slip("the signs of the negative moments changed", positive_moments));
+    all.push(slip("the inertia taken about the origin of the frame instead of the centre of mass", about_origin));
+    all.push(slip("the inertia taken about the centre of mass instead of the origin of the frame", about_centre));
+    all.push(slip("m (c.c E - c c^T) added, which was taken off once too often,", |b| moved(b, 1.0)));
+    all.push(slip("the parallel-axis terms of its shapes added", of_shapes));
+    for (text, [mass, length, inertia]) in UNITS {
+        all.push(slip(text, move |b| in_units(b, mass, length, inertia)));
+    }
+    all
+}
+
+fn slip(text: &str, undo: impl Fn(&Body) -> Option<Body> + 'static) -> Slip {
+    Slip { text: text.into(), undo: Box::new(undo), is_determined: true }
+}
+
+/// The body with other numbers; `None` if they are the same.
+fn with(body: &Body, given: [f64; 6]) -> Option<Body> {
+    (given != body.given).then(|| Body { given, ..body.clone() })
+}
+
+/// xx xy xz yx yy yz in the six slots: the two numbers xy and yx are equal. The missing zz is set to a value that is possible.
+fn two_rows(body: &Body) -> Option<Body> {
+    let [xx, xy, xz, yx, yy, yz] = body.given;
+    (xy == yx && xy != yy).then(|| Body { given: [xx, xy, xz, yy, yz, xx.max(yy)], ..body.clone() })
+}
+
+fn positive_moments(body: &Body) -> Option<Body> {
+    let [xx, xy, xz, yy, yz, zz] = body.given;
+    with(body, [xx.abs(), xy, xz, yy.abs(), yz, zz.abs()])
+}
+
+/// The numbers of a file that wants them about the centre of mass are about the origin.
+fn about_origin(body: &Body) -> Option<Body> {
+    if body.about_origin { None } else { moved(body, -1.0) }
+}
+
+/// The numbers of a file that wants them about the origin are about the centre of mass.
+fn about_centre(body: &Body) -> Option<Body> {
+    if body.about_origin { moved(body, 1.0) } else { None }
+}
+
+fn moved(body: &Body, times: f64) -> Option<Body> {
+    if !body.own || (body.about_origin && times < 0.0) {
+        return None;
+    }
+    with(body, shifted(&body.given, times * body.mass, body.centre_from_origin()))
+}
+
+/// The moments of the shapes are about their own centres: the distances between them are missing.
+fn of_shapes(body: &Body) -> Option<Body> {
+    let [xx, xy, xz, yy, yz, zz] = body.extent.as_ref()?.uniform().1;
+    let is_parallel = body.pose.rotation == crate::inertial::Pose::IDENTITY.rotation;
+    let added = [yy + zz, -xy, -xz, xx + zz, -yz, xx + yy];
+    if is_parallel { with(body, std::array::from_fn(|k| body.given[k] + body.mass * added[k])) } else { None }
+}
+
+fn in_units(body: &Body, mass: f64, length: f64, inertia: f64) -> Option<Body> {
+    let position = scaled(body.pose.position, length);
+    let is_new = length == 1.0 || (body.own && position != body.pose.position);
+    let pose = crate::inertial::Pose { position, ..body.pose };
+    is_new.then(|| Body {
+        mass: shown(mass * body.mass, 15),
+        given: body.given.map(|x| shown(inertia * x, 15)),
+        pose,
+        ..body.clone()
+    })
+}
