@@ -46,6 +46,8 @@ const LONGEST_ROD: f64 = 2.0;
 const HEAVIEST_SHARE: f64 = 5.0;
 /// Number of other bodies from which on masses are compared.
 const FEWEST_OTHERS: usize = 3;
+/// A repaired body has at least this fraction of the mean mass of the others: a factor of 1000 moves a body much farther.
+const LIGHTEST_REPAIR: f64 = 1.0 / 30.0;
 
 /// One reason to doubt a body.
 #[derive(Clone, Debug)]
@@ -53,6 +55,20 @@ pub(crate) struct Doubt {
     pub mistake: Mistake,
     pub fact: &'static str,
     pub evidence: String,
+}
+
+/// Whether a repaired body is plausible. It is judged by stricter bounds than a body of the file, because a repair that only
+/// just fits is no evidence.
+pub(crate) fn is_sound(body: &Body) -> bool {
+    let (others, count) = body.others;
+    let is_light = count >= FEWEST_OTHERS && body.mass * (count as f64) < LIGHTEST_REPAIR * others;
+    let radius = (principal_axes(&body.inertia()).0[2].max(0.0) / body.mass).sqrt();
+    !is_light && radius >= metal_radius(body.mass) && doubts(body).is_empty()
+}
+
+/// Radius of gyration of a ball of the densest metal, m.
+fn metal_radius(mass: f64) -> f64 {
+    (0.4f64).sqrt() * (3.0 * mass / (4.0 * PI * LARGEST_DENSITY)).cbrt()
 }
 
 /// The reasons to doubt a body, the worst first; empty if the body is plausible.
@@ -73,7 +89,7 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
         }
         return found;
     }
-    let metal = (0.4f64).sqrt() * (3.0 * mass / (4.0 * PI * LARGEST_DENSITY)).cbrt();
+    let metal = metal_radius(mass);
     let size = inertia.iter().fold(0.0f64, |largest, i| largest.max(i.abs()));
     if (size / mass).sqrt() <= ZERO_RADIUS_SHARE * metal {
         if mass > POINT_MASS_KG {

@@ -19,8 +19,8 @@ const UPRIGHT_SLACK: f64 = 1e-9;
 /// The limit counts as exceeded from this factor on: limits are rounded.
 const EXCEEDED: f64 = 1.05;
 
-/// Adds the findings on the joints.
-pub(crate) fn gravity_load(robot: &Robot, findings: &mut Vec<Finding>) {
+/// Adds the findings on the joints. `is_doubted`: whether a body is doubted, so that no torque is compared.
+pub(crate) fn gravity_load(robot: &Robot, is_doubted: bool, findings: &mut Vec<Finding>) {
     let is_weightless = !robot.links.iter().any(|link| link.inertial.is_some_and(|x| x[9] > 0.0));
     // A robot that floats stands in no posture without contacts; in a loop, joints share a load.
     if is_weightless || robot.massless > 0 || !robot.loops.is_empty() {
@@ -34,7 +34,8 @@ pub(crate) fn gravity_load(robot: &Robot, findings: &mut Vec<Finding>) {
             findings.push(Finding::new(&joint.name, Mistake::NoGravity, fact, ""));
             continue;
         }
-        let limit = robot.coordinates.get(k.0).and_then(|c| c.limits.effort).filter(|effort| *effort > 0.0);
+        let limit =
+            robot.coordinates.get(k.0).and_then(|c| c.limits.effort).filter(|effort| *effort > 0.0 && !is_doubted);
         let Some(limit) = limit else { continue };
         let worst = worst(robot, j);
         if worst > EXCEEDED * limit {

@@ -2,7 +2,7 @@
 //! body plausible and undoing no other one does.
 
 use crate::body::{Body, shifted};
-use crate::body_doubt::{doubts, shown};
+use crate::body_doubt::{is_sound, shown};
 use crate::finding::{Repair, RepairedBody};
 use crate::robot::Format;
 use crate::vector::scaled;
@@ -51,7 +51,7 @@ const UNITS: [(&str, [f64; 3]); 11] = [
 pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
     let mut found: Option<(Slip, Body)> = None;
     for slip in slips(format) {
-        let Some(changed) = (slip.undo)(body).filter(|changed| doubts(changed).is_empty()) else { continue };
+        let Some(changed) = (slip.undo)(body).filter(is_sound) else { continue };
         match &found {
             Some((_, first)) if !is_same(first, &changed) => return None,
             Some(_) => {}
@@ -59,7 +59,7 @@ pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
         }
     }
     let (slip, changed) = found?;
-    let text = format!("with {} it is plausible", slip.text);
+    let text = format!("with {} that is plausible", slip.text);
     if !slip.is_determined {
         let text = format!("{text}, and Izz has to be written (Ixx {}, Iyy {})", changed.given[0], changed.given[3]);
         return Some(Repair { text, bodies: Vec::new() });
@@ -87,7 +87,7 @@ fn slips(format: Format) -> Vec<Slip> {
     all.push(slip("the signs of the negative moments changed", positive_moments));
     all.push(slip("the inertia taken about the origin of the frame instead of the centre of mass", about_origin));
     all.push(slip("the inertia taken about the centre of mass instead of the origin of the frame", about_centre));
-    all.push(slip("m (c.c E - c c^T) added, which was taken off once too often,", |b| moved(b, 1.0)));
+    all.push(slip("m (c.c E - c c^T) added, which was taken off once too often,", taken_off_twice));
     all.push(slip("the parallel-axis terms of its shapes added", of_shapes));
     for (text, [mass, length, inertia]) in UNITS {
         all.push(slip(text, move |b| in_units(b, mass, length, inertia)));
@@ -123,6 +123,13 @@ fn about_origin(body: &Body) -> Option<Body> {
 /// The numbers of a file that wants them about the origin are about the centre of mass.
 fn about_centre(body: &Body) -> Option<Body> {
     if body.about_origin { moved(body, 1.0) } else { None }
+}
+
+/// The shift to the centre of mass was made twice. Where half of the shift already makes the body sound, many shifts do, and
+/// this one is not told by the numbers.
+fn taken_off_twice(body: &Body) -> Option<Body> {
+    let is_told = !body.about_origin && !moved(body, 0.5).is_some_and(|half| is_sound(&half));
+    if is_told { moved(body, 1.0) } else { None }
 }
 
 fn moved(body: &Body, times: f64) -> Option<Body> {

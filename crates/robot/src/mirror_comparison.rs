@@ -47,8 +47,7 @@ fn is_usable(body: &Body) -> bool {
 fn take_over(bad: &Body, good: &Body, signs: Vector3, findings: &mut [Finding]) {
     let image = image(good, signs);
     for finding in findings.iter_mut().filter(|finding| finding.subjects[0] == bad.name && finding.repair.is_none()) {
-        let text =
-            format!("the other side is plausible: its mirror image ({} for {}) is the repair", good.name, bad.name);
+        let text = "the mirror image of the other side, which is plausible, is the repair".to_string();
         finding.repair = Some(Repair { text, bodies: vec![RepairedBody { name: bad.name.clone(), ..image.clone() }] });
     }
 }

@@ -50,8 +50,9 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path, mass: Option<f64>) -> L
 }
 
 fn with_findings(robot: &Robot, findings: Vec<Finding>) -> Lint {
-    let of_base: f64 = robot.base.parts.iter().map(|part| part.mass).sum();
-    let of_links: f64 = robot.links.iter().filter_map(|link| link.inertial).map(|x| x[9]).sum();
+    // The sum of no numbers is -0.
+    let of_base = 0.0 + robot.base.parts.iter().map(|part| part.mass).sum::<f64>();
+    let of_links = 0.0 + robot.links.iter().filter_map(|link| link.inertial).map(|x| x[9]).sum::<f64>();
     Lint {
         findings,
         links: robot.links.len(),
