@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use crate::body::Body;
 use crate::finding::Mistake;
 use crate::principal::principal_axes;
-use crate::vector::norm;
+use crate::vector::{minus, norm};
 
 /// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of I, because files contain rounded digits.
 const EIGENVALUE_SLACK: f64 = 1e-4;
@@ -31,15 +31,22 @@ const POSSIBLE_RADIUS_SHARE: f64 = 0.5;
 const ZERO_RADIUS_SHARE: f64 = 1e-4;
 /// A body without inertia is suspicious if its mass is above this, kg. A lighter one is often only a marker of a frame.
 const POINT_MASS_KG: f64 = 0.05;
-/// Lowest and highest usual mean density of a whole link, kg/m^3: foam and solid steel.
-const LINK_DENSITIES: (f64, f64) = (20.0, 12_000.0);
-/// Largest usual distance of a centre of mass from the box of the shapes, as a multiple of its diagonal.
-const CENTRE_MARGIN: f64 = 0.5;
-/// Largest usual spread of the mass along an axis, as a multiple of the largest one in the box of the shapes: collision shapes
-/// leave out motors and cables.
+/// Lowest and highest usual mean density of a whole link, kg/m^3: the lightest foam and solid lead.
+const LINK_DENSITIES: (f64, f64) = (10.0, 12_000.0);
+/// Largest usual distance of a centre of mass from the box of the shapes, as a multiple of its diagonal: some files give the
+/// shapes of a part of a link only.
+const CENTRE_MARGIN: f64 = 1.0;
+/// Largest usual distance of the mass from its centre (root of the mean square), as a multiple of half the diagonal of the box of
+/// the shapes. The limit for exact shapes is one; collision shapes leave out motors and cables.
 const WIDEST_SPREAD: f64 = 2.0;
-/// Smallest usual spread of the mass along an axis, as a fraction of that of constant density: one heavy motor in a long link.
+/// Smallest usual distance of the mass from its centre, as a fraction of that of constant density: one heavy motor in a long
+/// link.
 const NARROWEST_SPREAD: f64 = 0.2;
+/// The same for a body after a repair, whose bound is stricter.
+const SOUND_SPREAD: f64 = 0.4;
+/// A body lighter than this fraction of the robot is not compared with shapes and other bodies if it is fixed to another one:
+/// many files have frames and sensors with masses that only have to be positive.
+const NEGLIGIBLE_SHARE: f64 = 5e-3;
 /// A body without shapes is too large if a rod with its inertia is longer than this multiple of the robot's longest chain.
 const LONGEST_ROD: f64 = 2.0;
 /// A moving body is too heavy if its mass is this multiple of the mass of all others together.
@@ -49,6 +56,9 @@ const FEWEST_OTHERS: usize = 3;
 /// A repaired body has at least this fraction of the mean mass of the others: a factor of 1000 moves a body much farther.
 const LIGHTEST_REPAIR: f64 = 1.0 / 30.0;
 
+/// A moment below this fraction of the largest is a rounding error.
+const ROUNDING: f64 = 1e-9;
+
 /// One reason to doubt a body.
 #[derive(Clone, Debug)]
 pub(crate) struct Doubt {
@@ -57,13 +67,26 @@ pub(crate) struct Doubt {
     pub evidence: String,
 }
 
+/// Whether the distance of the mass from its centre is between that of a heavy core and that of a hollow shell, as it is for a
+/// repaired body.
+fn fits_well(body: &Body) -> bool {
+    let Some(extent) = &body.extent else { return true };
+    let [given, even] = [body.variance(), extent.uniform().0].map(|second| spread(&second));
+    given <= 0.5 * extent.diagonal() && given >= SOUND_SPREAD * even
+}
+
+/// Root of the mean square of the distance of the mass from its centre, m, from the matrix of second moments.
+fn spread(second: &[f64; 6]) -> f64 {
+    (second[0] + second[3] + second[5]).max(0.0).sqrt()
+}
+
 /// Whether a repaired body is plausible. It is judged by stricter bounds than a body of the file, because a repair that only
 /// just fits is no evidence.
 pub(crate) fn is_sound(body: &Body) -> bool {
     let (others, count) = body.others;
     let is_light = count >= FEWEST_OTHERS && body.mass * (count as f64) < LIGHTEST_REPAIR * others;
     let radius = (principal_axes(&body.inertia()).0[2].max(0.0) / body.mass).sqrt();
-    !is_light && radius >= metal_radius(body.mass) && doubts(body).is_empty()
+    !is_light && radius >= metal_radius(body.mass) && doubts(body).is_empty() && fits_well(body)
 }
 
 /// Radius of gyration of a ball of the densest metal, m.
@@ -104,8 +127,9 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
         doubt(Mistake::Impossible, "no body has these moments of inertia", impossible([least, middle, most]));
         return found;
     }
-    if mass == 1.0 && inertia == [1.0, 0.0, 0.0, 1.0, 0.0, 1.0] {
-        doubt(Mistake::Placeholder, "1 kg and 1 1 1 kg m^2 are a placeholder of an exporter", String::new());
+    if inertia == [1.0, 0.0, 0.0, 1.0, 0.0, 1.0] {
+        let fact = "moments of 1 1 1 kg m^2 are a placeholder of an exporter";
+        doubt(Mistake::Placeholder, fact, format!("of {mass} kg"));
         return found;
     }
     let radius = (most.max(0.0) / mass).sqrt();
@@ -121,15 +145,21 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
         let fact = "the centre of mass is far from the joint";
         doubt(Mistake::Units, fact, format!("{distance:.1} m"));
     }
-    size_doubts(body, radius, &mut doubt);
-    mass_doubts(body, &mut doubt);
+    if !body.own && mass < NEGLIGIBLE_SHARE * (mass + body.others.0) {
+        return found;
+    }
+    // Shapes that are too small for the mass are those of a part of the body, or a point for the sake of a shape.
+    if !mass_doubts(body, &mut doubt) {
+        size_doubts(body, radius, &mut doubt);
+    }
     found
 }
 
 /// Why no body has the moments.
 fn impossible([least, middle, most]: [f64; 3]) -> String {
-    let [a, b, c] = [least, middle, most].map(|x| shown(x, 5));
-    let why = if least < 0.0 {
+    let size = most.abs().max(least.abs());
+    let [a, b, c] = [least, middle, most].map(|x| if x.abs() < ROUNDING * size { 0.0 } else { shown(x, 5) });
+    let why = if a < 0.0 {
         "none may be negative".to_string()
     } else {
         format!("the sum of the smaller two misses the largest by {}", shown(most - least - middle, 3))
@@ -140,7 +170,6 @@ fn impossible([least, middle, most]: [f64; 3]) -> String {
 /// Compares the spread of the mass with the room of the shapes, or with the robot if there is none.
 fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'static str, String)) {
     let variance = body.variance();
-    let spread = |k: usize| variance[[0, 3, 5][k]].max(0.0).sqrt();
     let Some(extent) = &body.extent else {
         let rod = (12.0 * principal_axes(&variance).0[2].max(0.0)).sqrt();
         if radius > LARGE_RADIUS_M || (body.link.is_some() && body.reach > 0.0 && rod > LONGEST_ROD * body.reach) {
@@ -152,50 +181,37 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
         }
         return;
     };
-    let centre = body.pose.position;
-    let outside = extent.distance(centre);
-    if outside > CENTRE_MARGIN * extent.diagonal() {
-        let text = format!("by {outside:.3} m, of shapes {:.3} m across", extent.diagonal());
+    let outside = extent.distance(body.pose.position);
+    let diagonal = extent.diagonal();
+    if outside > CENTRE_MARGIN * diagonal {
+        let text = format!("by {outside:.3} m, of shapes {diagonal:.3} m across");
         return doubt(Mistake::CentreOutside, "the centre of mass lies outside the collision shapes", text);
     }
-    let widest = |k: usize| extent.largest_variance(centre, k).max(1e-4 * extent.diagonal().powi(2)).sqrt();
-    let axis = |of: &dyn Fn(usize) -> f64| (0..3).max_by(|a, b| of(*a).total_cmp(&of(*b))).unwrap_or(0);
-    let wide = axis(&|k| spread(k) / widest(k));
-    if spread(wide) > WIDEST_SPREAD * widest(wide) {
-        let text = format!(
-            "{} kg spread by {:.3} m along {}, where the collision shapes allow {:.3} m",
-            body.mass,
-            spread(wide),
-            ["x", "y", "z"][wide],
-            widest(wide)
-        );
-        return doubt(Mistake::Size, "the inertia is too large for the shapes", text);
-    }
-    let uniform = extent.uniform().0;
-    let even = |k: usize| uniform[[0, 3, 5][k]].sqrt();
-    // The widest axis alone is compared: what is thin may be a shell or a flange.
-    let long = axis(&even);
-    if spread(long) < NARROWEST_SPREAD * even(long) {
-        let text = format!(
-            "{} kg spread by {:.3} m along {}, where constant density gives {:.3} m",
-            body.mass,
-            spread(long),
-            ["x", "y", "z"][long],
-            even(long)
-        );
+    let (given, even) = (spread(&variance), spread(&extent.uniform().0));
+    let text = format!(
+        "{} kg at a mean distance of {given:.3} m from their centre, constant density has {even:.3} m, the shapes are {diagonal:.3} m across",
+        body.mass
+    );
+    if given > WIDEST_SPREAD * 0.5 * diagonal {
+        doubt(Mistake::Size, "the inertia is too large for the shapes", text);
+    } else if given < NARROWEST_SPREAD * even {
         doubt(Mistake::Size, "the inertia is too small for the shapes", text);
     }
 }
 
-/// Compares the mass with the volume of the shapes and with the other bodies.
-fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String)) {
-    if let Some(volume) = body.extent.as_ref().and_then(|e| e.volume) {
+/// Compares the mass with the volume of the shapes and with the other bodies. Returns whether the shapes are too small.
+fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String)) -> bool {
+    let mut is_small = false;
+    if let Some((extent, volume)) = body.extent.as_ref().and_then(|e| Some((e, e.volume?))) {
         let density = body.mass / volume;
+        // Shapes may be a few points of contact; their box is as large as the body.
+        let box_volume: f64 = minus(extent.high, extent.low).iter().product();
         let text = || format!("{} kg in {volume:.2e} m^3 are {density:.3e} kg/m^3", body.mass);
         if density < LINK_DENSITIES.0 {
             doubt(Mistake::Density, "the mass is too small for the volume of the shapes", text());
-        } else if density > LINK_DENSITIES.1 {
+        } else if body.mass > LINK_DENSITIES.1 * box_volume {
             doubt(Mistake::Density, "the mass is too large for the volume of the shapes", text());
+            is_small = true;
         }
     }
     let (others, count) = body.others;
@@ -203,6 +219,7 @@ fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String
         let text = format!("{} kg, the {count} others {} kg", body.mass, shown(others, 3));
         doubt(Mistake::MassBesideOthers, "the mass is far above that of all other bodies together", text);
     }
+    is_small
 }
 
 /// A number rounded to `digits` significant digits.

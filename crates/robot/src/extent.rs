@@ -1,8 +1,4 @@
 //! The room that the shapes of a body take up, for a comparison with its inertial parameters.
-//!
-//! A distribution of mass between low and high along an axis, with the centre c, has a variance of at most
-//! (high - c)(c - low) [Bhatia, Davis 2000]. So the second moment of a body about its centre, divided by its mass, is bounded by
-//! its bounding box.
 
 use std::f64::consts::PI;
 
@@ -70,13 +66,6 @@ impl Extent {
         norm([0, 1, 2].map(|i| (self.low[i] - point[i]).max(point[i] - self.high[i]).max(0.0)))
     }
 
-    /// Largest second moment about `centre` along an axis, divided by the mass, m^2. A centre outside counts as on the edge.
-    pub(crate) fn largest_variance(&self, centre: Vector3, axis: usize) -> f64 {
-        let half = 0.5 * (self.high[axis] - self.low[axis]);
-        let off = (centre[axis] - 0.5 * (self.high[axis] + self.low[axis])).abs().min(half);
-        (half - off) * (half + off)
-    }
-
     /// The matrix of second moments of constant density about the centre of all shapes, divided by the mass, m^2: of all
     /// shapes, and of the distances of their centres alone. Entries xx xy xz yy yz zz.
     pub(crate) fn uniform(&self) -> ([f64; 6], [f64; 6]) {
@@ -142,8 +131,6 @@ mod tests {
         for (found, wanted) in [(whole[0], 0.0003 + 0.04), (whole[3], 0.0003), (apart[0], 0.04), (apart[3], 0.0)] {
             assert!((found - wanted).abs() < 1e-15, "{found} {wanted}");
         }
-        // Half of the mass at each end is the widest that can be: (0.43 - 0.2)(0.2 + 0.03).
-        assert!((extent.largest_variance([0.2, 0.0, 0.0], 0) - 0.23 * 0.23).abs() < 1e-15);
         assert!((extent.volume.unwrap() - 2.0 * 0.06f64.powi(3)).abs() < 1e-18);
     }
 

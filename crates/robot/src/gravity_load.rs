@@ -149,3 +149,51 @@ fn torque(robot: &Robot, j: LinkId, q: &[f64]) -> f64 {
         JointKind::Fixed => 0.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::format::read_urdf;
+    use crate::lint::{Mistake, lint};
+
+    /// Two rods of 1 m and 2 kg in one plane. The worst torque of the first joint is (1 + 3) 2 9.81/2 = 39.24 N m, of the second
+    /// 9.81 N m, where both are level.
+    fn found(axis: &str, first: &str, second: &str) -> Vec<(String, Mistake)> {
+        let joint = |name: &str, parent: &str, child: &str, at: &str, limit: &str| {
+            format!(
+                "<link name=\"{child}\"><inertial><origin xyz=\"0.5 0 0\"/><mass value=\"2\"/><inertia ixx=\"0.01\" ixy=\"0\" \
+                 ixz=\"0\" iyy=\"0.17\" iyz=\"0\" izz=\"0.17\"/></inertial></link><joint name=\"{name}\" type=\"revolute\">\
+                 <parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"{at}\"/><axis xyz=\"{axis}\"/>\
+                 <limit {limit} velocity=\"1\"/></joint>"
+            )
+        };
+        let text = format!(
+            "<robot name=\"r\"><link name=\"b\"/>{}{}</robot>",
+            joint("j1", "b", "l1", "0 0 0.5", first),
+            joint("j2", "l1", "l2", "1 0 0", second)
+        );
+        lint(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|f| (f.subjects.join(" "), f.mistake)).collect()
+    }
+
+    #[test]
+    fn the_worst_posture_within_the_limits_counts() {
+        let of = |effort: f64, low: f64, high: f64| format!("effort=\"{effort}\" lower=\"{low}\" upper=\"{high}\"");
+        // At zero both rods are level; the search has to find that from hanging rods too.
+        for (effort, low, wanted) in [(36.0, -1.0, true), (39.0, -1.0, false), (36.0, 1.4, false), (36.0, -3.0, true)] {
+            let found = found("0 1 0", &of(effort, low, 1.6), &of(20.0, -3.0, 3.0));
+            let wanted = if wanted { vec![("j1".to_string(), Mistake::Effort)] } else { vec![] };
+            assert_eq!(found, wanted, "{effort} {low}");
+        }
+        let other = found("0 1 0", &of(50.0, 1.0, 3.0), &of(9.0, -3.0, 3.0));
+        assert_eq!(other, [("j2".to_string(), Mistake::Effort)]);
+        // An effort of 0 is no limit; another finding says so.
+        let none = found("0 1 0", &of(0.0, -1.0, 1.0), &of(20.0, -3.0, 3.0));
+        assert_eq!(none, [("j1".to_string(), Mistake::Limits)]);
+    }
+
+    #[test]
+    fn vertical_axes_are_a_note() {
+        let limit = "effort=\"1\" lower=\"-1\" upper=\"1\"";
+        assert_eq!(found("0 0 1", limit, limit), [("j1 j2".to_string(), Mistake::NoGravity)]);
+        assert!(found("1 0 0", limit, limit).iter().all(|f| f.1 != Mistake::NoGravity));
+    }
+}

@@ -12,13 +12,16 @@ const NO_LIMIT: f64 = 1e5;
 const FEWEST_COPIES: usize = 3;
 /// Two full turns, rad. A larger position limit of whole numbers is probably in degrees.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
+/// A last body is too light if its mass is below this fraction of the mass of the body before it.
+const LIGHT_SHARE: f64 = 0.01;
 /// Largest usual deviation from the mass of the data sheet, as a fraction of it.
 const SHEET_SHARE: f64 = 0.05;
 
 /// Adds the findings on masses and copies, and then the findings on the limits. `sheet`: mass of the data sheet, kg.
 pub(crate) fn inertial_conventions(robot: &Robot, bodies: &[Body], sheet: Option<f64>, findings: &mut Vec<Finding>) {
     no_mass(robot, bodies, findings);
-    copied(bodies, findings);
+    copied(robot, bodies, findings);
+    light(robot, bodies, findings);
     let total: f64 = bodies.iter().map(|body| body.mass).sum();
     if let Some(sheet) = sheet.filter(|sheet| (total - sheet).abs() > SHEET_SHARE * sheet) {
         let of_base: f64 = bodies.iter().filter(|body| body.link.is_none()).map(|body| body.mass).sum();
@@ -64,19 +67,46 @@ fn no_mass(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Finds out whether most bodies have the same mass and inertia.
-fn copied(bodies: &[Body], findings: &mut Vec<Finding>) {
+/// Finds last bodies that are far lighter than the body before them, though their motor is as strong: lighter than its screws.
+fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
+    let mass = |j: LinkId| bodies.iter().filter(|body| body.link == Some(j)).map(|body| body.mass).sum::<f64>();
+    let effort = |j: LinkId| match robot.link(j).joint.variable.terms[..] {
+        [(k, _)] => robot.coordinates.get(k.0)?.limits.effort.filter(|effort| *effort > 0.0),
+        _ => None,
+    };
+    for j in robot.link_ids() {
+        let link = robot.link(j);
+        let is_last = !robot.links.iter().any(|other| other.antecedent == Some(j));
+        let (Some(before), true) = (link.antecedent, is_last) else { continue };
+        let is_like = (link.joint.kind, JointKind::Revolute) == (robot.link(before).joint.kind, link.joint.kind);
+        let is_strong = is_like && effort(before).zip(effort(j)).is_some_and(|(before, own)| own >= before);
+        let (own, other) = (mass(j), mass(before));
+        if is_strong && own > 0.0 && own < LIGHT_SHARE * other {
+            let fact = "the last body is far lighter than the one before it, and its motor is as strong";
+            let text = format!("{own} kg after {other} kg");
+            findings.push(Finding::new(&link.name, Mistake::MassBesideOthers, fact, text));
+        }
+    }
+}
+
+/// Finds out whether most bodies have the same mass and inertia. Equal bodies in different branches are usual: rotors, fingers.
+fn copied(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     let heavy: Vec<&Body> = bodies.iter().filter(|body| body.mass > 0.0).collect();
     let alike = |a: &Body| heavy.iter().filter(|b| (b.mass, b.given) == (a.mass, a.given)).count();
     let Some(most) = heavy.iter().rev().max_by_key(|body| alike(body)) else { return };
     let count = alike(most);
-    if count >= FEWEST_COPIES && 2 * count > heavy.len() {
+    let same = || heavy.iter().filter(|body| (body.mass, body.given) == (most.mass, most.given));
+    let carries =
+        |a: LinkId, b: LinkId| a != b && std::iter::successors(Some(b), |&j| robot.link(j).antecedent).any(|j| j == a);
+    let links: Vec<LinkId> = same().filter_map(|body| body.link).collect();
+    let is_chain = links.iter().any(|&a| links.iter().any(|&b| carries(a, b)));
+    if count >= FEWEST_COPIES && 2 * count > heavy.len() && is_chain {
         let fact = format!(
             "{count} of {} bodies have one mass, {} kg, and one inertia: were they copied?",
             heavy.len(),
             most.mass
         );
-        for body in heavy.iter().filter(|body| (body.mass, body.given) == (most.mass, most.given)) {
+        for body in same() {
             findings.push(Finding::new(&body.name, Mistake::Copied, fact.clone(), ""));
         }
     }
@@ -104,7 +134,7 @@ fn limits(robot: &Robot, findings: &mut Vec<Finding>) {
 #[cfg(test)]
 mod tests {
     use crate::format::read_urdf;
-    use crate::lint::{Mistake, lint};
+    use crate::lint::{LintContext, Mistake, Severity, lint, lint_with};
 
     fn found(inertial: &str, geometry: &str, limit: &str) -> Vec<Mistake> {
         let link = |name: &str| {
@@ -116,7 +146,13 @@ mod tests {
              <limit {limit} effort=\"1\" velocity=\"1\"/></joint></robot>",
             link("a")
         );
-        lint(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|f| f.mistake).collect()
+        sorted(&text)
+    }
+
+    /// The mistakes that are no notes.
+    fn sorted(text: &str) -> Vec<Mistake> {
+        let found = lint(&read_urdf(text, "r.urdf").unwrap());
+        found.into_iter().map(|f| f.mistake).filter(|m| m.severity() != Severity::Note).collect()
     }
 
     fn body(mass: f64, centre: &str, i: f64) -> String {
@@ -134,17 +170,18 @@ mod tests {
         let mesh = "<geometry><mesh filename=\"a.stl\"/></geometry>";
         for (inertial, geometry, limit, wanted) in [
             (body(8.0, "0 0 0", 0.06), BOX, LIMIT, vec![]),
-            (body(0.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::ShapeWithoutMass]),
-            (body(0.0, "0 0 0", 0.0), "", LIMIT, vec![]),
+            (body(0.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::NoMass]),
+            (body(0.0, "0 0 0", 0.0), "", LIMIT, vec![Mistake::NoMass]),
             (body(50.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::MassWithoutInertia]),
             (body(1.0, "0 0 0", 1.0), BOX, LIMIT, vec![Mistake::Placeholder]),
-            (body(0.008, "0 0 0", 6e-5), BOX, LIMIT, vec![Mistake::Density]),
+            (body(0.05, "0 0 0", 4e-4), BOX, LIMIT, vec![Mistake::Density]),
             (body(8.0, "1.5 0 0", 0.06), BOX, LIMIT, vec![Mistake::CentreOutside]),
-            (body(8.0, "0 0 0", 16.0), BOX, LIMIT, vec![Mistake::Units]),
+            (body(8.0, "0 0 0", 16.0), BOX, LIMIT, vec![Mistake::Size]),
             (body(150.0, "0 0 0", 1e-4), mesh, LIMIT, vec![Mistake::Units]),
             (body(8.0, "1.5 0 0", 0.06), mesh, LIMIT, vec![]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"2\" upper=\"-2\"", vec![Mistake::Limits]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-170\" upper=\"170\"", vec![Mistake::Limits]),
+            (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-31.4159\" upper=\"31.4159\"", vec![]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-999999\" upper=\"999999\"", vec![Mistake::Limits]),
         ] {
             assert_eq!(found(&inertial, geometry, limit), wanted, "{inertial} {limit}");
@@ -168,9 +205,49 @@ mod tests {
         };
         let urdf = |masses| {
             let (text, _) = crate::format::write_urdf(&crate::format::read_yaml(&text(masses), "r.yaml").unwrap());
-            lint(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|f| f.mistake).collect::<Vec<_>>()
+            sorted(&text)
         };
         assert_eq!(urdf([2.0, 2.0, 2.0, 5.0]), [Mistake::Copied]);
         assert_eq!(urdf([2.0, 2.0, 3.0, 5.0]), []);
+    }
+
+    /// An arm of four bodies with these masses and one inertia that fits them; the base comes first. Efforts are 9 and 5 N m.
+    fn arm(masses: [f64; 4], efforts: [f64; 3]) -> String {
+        let mut text = "<robot name=\"r\">".to_string();
+        for (k, mass) in masses.into_iter().enumerate() {
+            let i = mass * 0.003;
+            text += &format!("<link name=\"l{k}\"><inertial>{}</inertial></link>", body(mass, "0.02 0 0.1", i));
+        }
+        for (k, effort) in efforts.into_iter().enumerate() {
+            text += &format!(
+                "<joint name=\"j{k}\" type=\"revolute\"><parent link=\"l{k}\"/><child link=\"l{}\"/><origin xyz=\"0 0 0.2\"/>\
+                 <axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"{effort}\" velocity=\"1\"/></joint>",
+                k + 1
+            );
+        }
+        text + "</robot>"
+    }
+
+    #[test]
+    fn masses_are_compared_with_the_others() {
+        let strong = [200.0; 3];
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.8], strong)), []);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 42.9], strong)), [Mistake::MassBesideOthers]);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], strong)), [Mistake::MassBesideOthers]);
+        // The motor of a finger is weak.
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], [200.0, 200.0, 1.0])), []);
+        assert_eq!(sorted(&arm([0.0; 4], strong)), [Mistake::NoMassAtAll]);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.0], strong)), [Mistake::NoMass]);
+        // A link without mass in the middle is usual, and so is a base without mass that does not float.
+        assert_eq!(sorted(&arm([0.0, 2.0, 0.0, 0.8], strong)), []);
+    }
+
+    #[test]
+    fn the_total_mass_is_compared_with_the_sheet() {
+        let robot = read_urdf(&arm([3.0, 2.0, 1.5, 0.8], [200.0; 3]), "r.urdf").unwrap();
+        let found = |mass| lint_with(&robot, LintContext { meshes: &|_| None, mass: Some(mass) });
+        assert_eq!(found(7.5), []);
+        let [finding] = &found(10.0)[..] else { panic!("{:?}", found(10.0)) };
+        assert!(finding.text().contains("7.300 kg with the base of 3.000 kg, 10 kg are expected (-27 %)"), "{finding}");
     }
 }

@@ -115,3 +115,90 @@ fn axes(robot: &Robot, pair: &MirrorPair, findings: &mut Vec<Finding>) {
         findings.push(Finding::new(&subject, Mistake::NotMirrored, fact, text));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::format::read_urdf;
+    use crate::lint::{Finding, Mistake, lint};
+
+    /// A body of a leg: mass, centre and products; the moments are those of a box.
+    type Part = (f64, [f64; 3], f64);
+
+    fn legs([left, right]: [[Part; 2]; 2], right_axis: &str) -> Vec<Finding> {
+        let body = |name: &str, (mass, [x, y, z], product): Part| {
+            let i = mass * 0.002;
+            format!(
+                "<link name=\"{name}\"><inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{mass}\"/><inertia ixx=\"{i}\" \
+                 ixy=\"{product}\" ixz=\"0\" iyy=\"{i}\" iyz=\"0\" izz=\"{i}\"/></inertial></link>"
+            )
+        };
+        let joint = |name: &str, parent: &str, child: &str, at: &str, axis: &str| {
+            format!(
+                "<joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+                 <origin xyz=\"{at}\"/><axis xyz=\"{axis}\"/></joint>"
+            )
+        };
+        let text = [
+            body("pelvis", (4.0, [0.0; 3], 0.0)),
+            body("l_thigh", left[0]),
+            body("l_shank", left[1]),
+            body("r_thigh", right[0]),
+            body("r_shank", right[1]),
+            joint("l_hip", "pelvis", "l_thigh", "0 0.1 -0.1", "1 0 0"),
+            joint("l_knee", "l_thigh", "l_shank", "0 0 -0.2", "0 1 0"),
+            joint("r_hip", "pelvis", "r_thigh", "0 -0.1 -0.1", "1 0 0"),
+            joint("r_knee", "r_thigh", "r_shank", "0 0 -0.2", right_axis),
+        ]
+        .concat();
+        lint(&read_urdf(&format!("<robot name=\"r\">{text}</robot>"), "r.urdf").unwrap())
+    }
+
+    const THIGH: Part = (0.75, [0.01, 0.02, -0.06], 1e-4);
+    const SHANK: Part = (1.26, [0.0, 0.01, -0.15], 2e-4);
+    const MIRRORED: [Part; 2] = [(0.75, [0.01, -0.02, -0.06], -1e-4), (1.26, [0.0, -0.01, -0.15], -2e-4)];
+
+    #[test]
+    fn mirror_images_have_no_finding() {
+        assert_eq!(legs([[THIGH, SHANK], MIRRORED], "0 1 0"), []);
+        assert_eq!(legs([[THIGH, SHANK], MIRRORED], "0 -1 0"), []);
+    }
+
+    #[test]
+    fn copies_and_masses_and_axes_are_one_sentence_each() {
+        let copies = legs([[THIGH, SHANK], [THIGH, SHANK]], "0 1 0");
+        let text = copies[0].to_string();
+        assert!(copies.len() == 1 && text.contains("sign of y of the centre and of ixy, iyz"), "{copies:#?}");
+        assert!(text.starts_with("l_thigh and r_thigh, l_shank and r_shank: left and right are copies"), "{text}");
+        let light = (0.165, MIRRORED[0].1, 0.0);
+        let uneven = legs([[THIGH, SHANK], [light, MIRRORED[1]]], "0 1 0");
+        assert!(
+            uneven.len() == 1 && uneven[0].text().contains("0.75 kg and 0.165 kg, a factor of 4.55"),
+            "{uneven:#?}"
+        );
+        let axes = legs([[THIGH, SHANK], MIRRORED], "1 0 0");
+        assert_eq!(
+            axes.iter().map(|f| (f.mistake, f.subjects[0].as_str())).collect::<Vec<_>>(),
+            [(Mistake::NotMirrored, "l_knee and r_knee")]
+        );
+    }
+
+    #[test]
+    fn a_side_without_inertia_gets_the_image_of_the_other() {
+        let zero = |part: Part| (part.0, part.1, 0.0);
+        let text = legs([[THIGH, SHANK], MIRRORED], "0 1 0");
+        assert_eq!(text, []);
+        // A mass of 0 on both bodies of one side is one sentence with both names.
+        let findings = legs([[THIGH, SHANK], [(0.0, [0.0; 3], 0.0), (0.0, [0.0; 3], 0.0)]], "0 1 0");
+        let [finding] = &findings[..] else { panic!("{findings:#?}") };
+        assert_eq!(
+            (finding.mistake, &finding.subjects[..]),
+            (Mistake::NoMass, &["r_thigh".to_string(), "r_shank".into()][..])
+        );
+        let repair = finding.repair.as_ref().unwrap();
+        assert!(repair.text.contains("the mirror image of the other side"), "{}", repair.text);
+        for (body, wanted) in repair.bodies.iter().zip([zero(MIRRORED[0]), zero(MIRRORED[1])]) {
+            assert_eq!((body.mass, body.pose.unwrap().position), (wanted.0, wanted.1));
+        }
+        assert!((repair.bodies[0].inertia[1] + 1e-4).abs() < 1e-18, "{:?}", repair.bodies[0].inertia);
+    }
+}

@@ -119,6 +119,9 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
             let far = norm(minus(p, q));
             let is_image = off <= ORIGIN_SLACK_M + ORIGIN_SLACK_SHARE * far;
             let signs = if is_image { signs(&poses[left.0].rotation, &poses[right.0].rotation, plane.1) } else { None };
+            // The frames of the last link of a limb do not show where the body lies: a reflection in a point is no evidence.
+            let is_last = !robot.links.iter().any(|link| link.antecedent == Some(left));
+            let signs = signs.filter(|signs| !is_last || signs.iter().filter(|s| **s < 0.0).count() == 1);
             pairs.push(MirrorPair { left, right, signs });
             planes.push(plane);
             break;

@@ -186,6 +186,7 @@ mod tests {
             ("value=\"1.5\"", "value=\"1.5\n\"", of("l", Mistake::OtherReaders)),
             ("ixx=\"0.01\"", "ixx=\"0.01 \"", of("l", Mistake::OtherReaders)),
             ("upper=\"2\"", "upper=\"2 \"", of("j", Mistake::OtherReaders)),
+            ("ixz=\"0\"", "ixz=\"0\" izx=\"0.007\"", of("l", Mistake::NotSymmetric)),
             ("<limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"3\"/>", "", of("j", Mistake::OtherReaders)),
         ] {
             assert_eq!(found(old, new), wanted, "{new}");
@@ -199,6 +200,7 @@ mod tests {
         for (old, new) in [
             ("6.2832", "-3.1416"),
             ("value=\"1.5\"", "value=\" 1.5\""),
+            ("ixz=\"0\"", "ixz=\"0\" izx=\"0.0\" iyx=\"0\""),
             ("xyz=\"0 0 1\"", "xyz=\"0 0 1 \""),
             ("damping=\"0.1\"", "friction=\"0.1\""),
             (
