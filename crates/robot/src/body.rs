@@ -3,7 +3,7 @@
 use crate::collision::Collision;
 use crate::extent::{Extent, MeshPoints};
 use crate::inertial::{Part, Pose, transform_inertial};
-use crate::robot::{Link, LinkId, Robot};
+use crate::robot::{JointKind, Link, LinkId, Robot};
 use crate::vector::{Vector3, norm};
 
 /// A rigid body, its six numbers as they stand in the file.
@@ -24,6 +24,10 @@ pub(crate) struct Body {
     /// The room of its shapes, in the frame of the body in the file; `None` if it is not known.
     pub extent: Option<Extent>,
     pub has_shape: bool,
+    /// Whether a joint turns it, so that its inertia has an effect. The base counts as turning.
+    pub turns: bool,
+    /// Whether no other link is behind its link.
+    pub is_last: bool,
     /// Length of the longest chain of joints of the robot, m.
     pub reach: f64,
     /// Mass of all other bodies, kg, and the number of those with a mass.
@@ -77,6 +81,9 @@ pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     let (total, count) = (found.iter().map(|b| b.mass).sum::<f64>(), found.iter().filter(|b| b.mass > 0.0).count());
     let reach = reach(robot);
     for body in &mut found {
+        let mut chain = std::iter::successors(body.link, |&j| robot.link(j).antecedent);
+        body.turns = body.link.is_none() || chain.any(|j| robot.link(j).joint.kind == JointKind::Revolute);
+        body.is_last = body.link.is_some() && !robot.links.iter().any(|link| link.antecedent == body.link);
         body.reach = reach;
         body.others = (total - body.mass, count - usize::from(body.mass > 0.0));
     }
@@ -97,6 +104,8 @@ fn body(part: &Part, link: Option<LinkId>, frame: (&Pose, bool), shapes: &[Colli
         pose: to_body.compose(&part.pose),
         extent: Extent::of(&shapes, &to_body, meshes),
         has_shape: !shapes.is_empty(),
+        turns: true,
+        is_last: false,
         reach: 0.0,
         others: (0.0, 0),
     }
@@ -116,12 +125,15 @@ fn about_origin(link: &Link, x: &[f64; 10], j: usize) -> Body {
         pose: Pose { position, ..Pose::IDENTITY },
         extent: None,
         has_shape: false,
+        turns: true,
+        is_last: false,
         reach: 0.0,
         others: (0.0, 0),
     }
 }
 
-/// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames.
+/// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames, and of the travel of
+/// prismatic joints; infinite without their limits.
 fn reach(robot: &Robot) -> f64 {
     let mut so_far: Vec<f64> = Vec::new();
     for link in &robot.links {
@@ -129,7 +141,15 @@ fn reach(robot: &Robot) -> f64 {
         let own = link.geometry.pose(&robot.symbols, 0.0, 0.0).compose(&link.file_frame);
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| robot.link(i).file_frame);
         let step = norm(before.inverse().compose(&own).position);
-        so_far.push(link.antecedent.map_or(0.0, |i| so_far[i.0]) + step);
+        let limits = match link.joint.variable.terms[..] {
+            [(k, _)] => robot.coordinates.get(k.0).and_then(|c| c.limits.position),
+            _ => None,
+        };
+        let travel = match link.joint.kind {
+            JointKind::Prismatic => limits.map_or(f64::INFINITY, |(low, high)| low.abs().max(high.abs())),
+            _ => 0.0,
+        };
+        so_far.push(link.antecedent.map_or(0.0, |i| so_far[i.0]) + step + travel);
     }
     so_far.into_iter().fold(0.0, f64::max)
 }

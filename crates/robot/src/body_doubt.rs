@@ -49,7 +49,7 @@ const SOUND_SPREAD: f64 = 0.4;
 const NEGLIGIBLE_SHARE: f64 = 5e-3;
 /// A body without shapes is too large if a rod with its inertia is longer than this multiple of the robot's longest chain.
 const LONGEST_ROD: f64 = 2.0;
-/// A moving body is too heavy if its mass is this multiple of the mass of all others together.
+/// The last body of a branch is too heavy if its mass is this multiple of the mass of all others together.
 const HEAVIEST_SHARE: f64 = 5.0;
 /// Number of other bodies from which on masses are compared.
 const FEWEST_OTHERS: usize = 3;
@@ -115,7 +115,7 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
     let metal = metal_radius(mass);
     let size = inertia.iter().fold(0.0f64, |largest, i| largest.max(i.abs()));
     if (size / mass).sqrt() <= ZERO_RADIUS_SHARE * metal {
-        if mass > POINT_MASS_KG {
+        if mass > POINT_MASS_KG && body.turns {
             let fact = "the inertia is 0 though the mass is not: a point weighs so";
             doubt(Mistake::MassWithoutInertia, fact, format!("{mass} kg"));
         }
@@ -215,7 +215,7 @@ fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String
         }
     }
     let (others, count) = body.others;
-    if body.link.is_some() && count >= FEWEST_OTHERS && body.mass > HEAVIEST_SHARE * others {
+    if body.is_last && count >= FEWEST_OTHERS && body.mass > HEAVIEST_SHARE * others {
         let text = format!("{} kg, the {count} others {} kg", body.mass, shown(others, 3));
         doubt(Mistake::MassBesideOthers, "the mass is far above that of all other bodies together", text);
     }

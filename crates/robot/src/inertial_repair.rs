@@ -154,7 +154,9 @@ fn of_shapes(body: &Body) -> Option<Body> {
 }
 
 fn in_units(body: &Body, mass: f64, length: f64, inertia: f64) -> Option<Body> {
-    let position = scaled(body.pose.position, length);
+    // Parameters about the origin have first moments: another mass moves the centre, unless they have the same factor.
+    let is_moved = body.about_origin && mass != inertia;
+    let position = scaled(body.pose.position, if is_moved { length / mass } else { length });
     // A centre in mm is as far away as no body is; one that is only outside its shapes is another mistake.
     let is_far = length == 1.0 || (body.own && norm(body.pose.position) > NEAREST_CENTRE_IN_MM);
     let is_new = is_far && (mass >= 1.0 || body.mass > LEAST_MASS_IN_G);
