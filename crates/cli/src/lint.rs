@@ -35,10 +35,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let directory = model.parent().unwrap_or(Path::new(""));
     let found = rist::lint_with_meshes(&arguments.model.read()?, directory, arguments.mass);
     print_result(&found, || Ok(found.to_json()))?;
-    if let Some(out) = arguments.write.as_ref().filter(|_| !found.findings.is_empty()) {
+    if let Some(out) = &arguments.write {
         let (text, bodies) = rist::write_repaired(&found, &rist::text_of(model)?, &model.display().to_string())?;
         write_file(out, &text)?;
-        note(format_args!("{} has {} repaired; lint it again", out.display(), counted(bodies, "body")));
+        note(format_args!("{}: repaired {}; read it before you use it", out.display(), bodies.join(", ")));
     }
     match found.count() {
         0 => Ok(()),

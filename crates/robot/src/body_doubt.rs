@@ -135,7 +135,7 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
     let radius = (most.max(0.0) / mass).sqrt();
     if radius < POSSIBLE_RADIUS_SHARE * metal {
         let fact = "no metal is so dense that the mass has so small an inertia";
-        doubt(Mistake::Units, fact, format!("{mass} kg with a radius of gyration of {radius:.1e} m"));
+        doubt(Mistake::Units, fact, format!("{} kg with a radius of gyration of {radius:.1e} m", shown(mass, 4)));
     }
     if mass > LARGE_MASS_KG {
         doubt(Mistake::Units, "no link is so heavy", format!("{mass} kg"));
@@ -175,7 +175,8 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
         if radius > LARGE_RADIUS_M || (body.link.is_some() && body.reach > 0.0 && rod > LONGEST_ROD * body.reach) {
             let text = format!(
                 "{} kg with a radius of gyration of {radius:.3} m, a rod of {rod:.2} m, where the longest chain of joints is {:.2} m",
-                body.mass, body.reach
+                shown(body.mass, 4),
+                body.reach
             );
             doubt(Mistake::Size, "the inertia is too large for the robot", text);
         }
@@ -190,7 +191,7 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
     let (given, even) = (spread(&variance), spread(&extent.uniform().0));
     let text = format!(
         "{} kg at a mean distance of {given:.3} m from their centre, constant density has {even:.3} m, the shapes are {diagonal:.3} m across",
-        body.mass
+        shown(body.mass, 4)
     );
     if given > WIDEST_SPREAD * 0.5 * diagonal {
         doubt(Mistake::Size, "the inertia is too large for the shapes", text);
@@ -206,7 +207,7 @@ fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String
         let density = body.mass / volume;
         // Shapes may be a few points of contact; their box is as large as the body.
         let box_volume: f64 = minus(extent.high, extent.low).iter().product();
-        let text = || format!("{} kg in {volume:.2e} m^3 are {density:.3e} kg/m^3", body.mass);
+        let text = || format!("{} kg in {volume:.2e} m^3 are {:?} kg/m^3", shown(body.mass, 4), shown(density, 3));
         if density < LINK_DENSITIES.0 {
             doubt(Mistake::Density, "the mass is too small for the volume of the shapes", text());
         } else if body.mass > LINK_DENSITIES.1 * box_volume {
@@ -216,7 +217,7 @@ fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String
     }
     let (others, count) = body.others;
     if body.is_last && count >= FEWEST_OTHERS && body.mass > HEAVIEST_SHARE * others {
-        let text = format!("{} kg, the {count} others {} kg", body.mass, shown(others, 3));
+        let text = format!("{} kg, the {count} others {} kg", shown(body.mass, 4), shown(others, 4));
         doubt(Mistake::MassBesideOthers, "the mass is far above that of all other bodies together", text);
     }
     is_small

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::body::Body;
+use crate::body_doubt::shown;
 use crate::finding::{Finding, Mistake};
 use crate::robot::{Drive, JointKind, LinkId, Robot};
 
@@ -10,10 +11,12 @@ use crate::robot::{Drive, JointKind, LinkId, Robot};
 const NO_LIMIT: f64 = 1e5;
 /// Equal bodies count as copies from this number on.
 const FEWEST_COPIES: usize = 3;
-/// Two full turns, rad. A larger position limit of whole numbers is probably in degrees.
+/// Two full turns, rad. A larger position limit is probably in degrees, unless it is a number of half turns in rad.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
 /// A last body is too light if its mass is below this fraction of the mass of the body before it.
 const LIGHT_SHARE: f64 = 0.01;
+/// Rounding of a number of half turns in a file, half turns: 31.4 is ten of them.
+const HALF_TURN_SLACK: f64 = 0.01;
 /// Largest usual deviation from the mass of the data sheet, as a fraction of it.
 const SHEET_SHARE: f64 = 0.05;
 
@@ -83,7 +86,7 @@ fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
         let (own, other) = (mass(j), mass(before));
         if is_strong && own > 0.0 && own < LIGHT_SHARE * other {
             let fact = "the last body is far lighter than the one before it, and its motor is as strong";
-            let text = format!("{own} kg after {other} kg");
+            let text = format!("{} kg after {} kg", shown(own, 4), shown(other, 4));
             findings.push(Finding::new(&link.name, Mistake::MassBesideOthers, fact, text));
         }
     }
@@ -117,12 +120,12 @@ fn limits(robot: &Robot, findings: &mut Vec<Finding>) {
         let [(k, _)] = link.joint.variable.terms[..] else { continue };
         let Some((low, high)) = robot.coordinates.get(k.0).and_then(|c| c.limits.position) else { continue };
         let farthest = low.abs().max(high.abs());
-        let is_whole = low.fract() == 0.0 && high.fract() == 0.0;
+        let is_half_turns = [low, high].iter().all(|x| (x / PI - (x / PI).round()).abs() < HALF_TURN_SLACK);
         let fact = if low > high {
             "the lower limit is above its upper limit"
         } else if farthest >= NO_LIMIT {
             "the limits are no limits: a search for a motion takes them at their word"
-        } else if link.joint.kind == JointKind::Revolute && farthest > DEGREES_LIMIT_RAD && is_whole {
+        } else if link.joint.kind == JointKind::Revolute && farthest > DEGREES_LIMIT_RAD && !is_half_turns {
             "the limits are many turns in rad: are degrees meant?"
         } else {
             continue;

@@ -46,9 +46,7 @@ pub fn lint_with(robot: &Robot, context: LintContext) -> Vec<Finding> {
     gravity_load(robot, is_doubted, &mut findings);
     findings.extend(robot.oddities.iter().cloned());
     bodies.iter().for_each(|body| turned_frame(body, &mut findings));
-    let mut findings = grouped(findings);
-    findings.sort_by_key(Finding::severity);
-    findings
+    grouped(findings)
 }
 
 /// Adds what is doubtful of one body: with the repair if it is unique, otherwise each doubt.
@@ -65,8 +63,8 @@ fn judged(robot: &Robot, body: &Body, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Joins the findings of one fact; the first subject is that of the first finding.
-fn grouped(findings: Vec<Finding>) -> Vec<Finding> {
+/// Joins the findings of one fact, the worst facts first; the first subject is that of the first finding.
+pub fn grouped(findings: Vec<Finding>) -> Vec<Finding> {
     let mut groups: Vec<Finding> = Vec::new();
     let clause = |finding: &Finding| finding.repair.as_ref().map(|repair| repair.text.clone());
     for finding in findings {
@@ -83,6 +81,7 @@ fn grouped(findings: Vec<Finding>) -> Vec<Finding> {
             }
         }
     }
+    groups.sort_by_key(Finding::severity);
     groups
 }
 

@@ -1,7 +1,7 @@
 //! Compares the bodies of left and right limbs: mass, centre of mass, inertia and axis.
 
 use crate::body::Body;
-use crate::body_doubt::doubts;
+use crate::body_doubt::{doubts, shown};
 use crate::finding::{Finding, Mistake, Repair, RepairedBody};
 use crate::inertial::{Pose, transform_inertial};
 use crate::mirror_pairs::MirrorPair;
@@ -72,7 +72,8 @@ fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding
     let mut find = |fact: &str, evidence| findings.push(Finding::new(&subject, Mistake::NotMirrored, fact, evidence));
     let ratio = left.mass.max(right.mass) / left.mass.min(right.mass);
     if ratio > MASS_FACTOR {
-        let text = format!("{} kg and {} kg, a factor of {ratio:.2}", left.mass, right.mass);
+        let [one, other] = [left, right].map(|body| shown(body.mass, 4));
+        let text = format!("{one} kg and {other} kg, a factor of {ratio:.2}");
         find("left and right differ in mass; the values alone do not tell which is right", text);
         return;
     }
@@ -98,7 +99,7 @@ fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding
             changed.chars().map(String::from).collect::<Vec<_>>().join(", "),
             odd.join(", ")
         );
-        let text = format!("both centres at {:?} m", left.pose.position);
+        let text = format!("both centres at {:?} m", left.pose.position.map(|x| shown(x, 3)));
         find(&fact, text);
     }
 }

@@ -33,10 +33,10 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// The URDF with the repairs of a search for mistakes, and the number of bodies that they change; all other text is unchanged.
+/// The URDF with the repairs of a search for mistakes, and the names of the bodies that they change; all other text is unchanged.
 ///
 /// Fails if the text is no URDF, and with a verdict if no finding has a repair whose numbers are determined.
-pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, usize), Error> {
+pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, Vec<String>), Error> {
     let bodies: Vec<_> =
         found.findings.iter().filter_map(|f| f.repair.as_ref()).flat_map(|repair| &repair.bodies).collect();
     if bodies.is_empty() {
@@ -44,7 +44,8 @@ pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, u
             "nothing is written: no finding has a repair that alone is plausible"
         )));
     }
-    Ok((write_repairs(urdf, file, &bodies)?, bodies.len()))
+    let names = bodies.iter().map(|body| body.name.clone()).collect();
+    Ok((write_repairs(urdf, file, &bodies)?, names))
 }
 
 /// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or

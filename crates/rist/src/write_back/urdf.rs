@@ -131,6 +131,7 @@ fn empty(link: &Node, edits: &mut Edits) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robot::Pose;
     use robot::format::read_urdf;
 
     const URDF: &str = r#"<?xml version="1.0"?>
@@ -198,6 +199,33 @@ mod tests {
     fn nothing_to_write_changes_no_byte() {
         let robot = read_urdf(URDF, "arm.urdf").unwrap();
         assert_eq!(write_back(URDF, "arm.urdf", &robot, &[], &[]).unwrap().text, URDF);
+    }
+
+    #[test]
+    fn a_repair_changes_the_numbers_of_its_body_alone() {
+        let inertia = [0.03, 0.001, 0.0, 0.02, 0.0, 0.03];
+        let turned = Pose { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], position: [0.2, 0.0, 0.1] };
+        let upper = RepairedBody { name: "upper".into(), mass: 2.5, pose: None, inertia };
+        let tool = RepairedBody { name: "tool".into(), mass: 0.5, pose: Some(turned), inertia };
+        let written = write_repairs(URDF, "arm.urdf", &[&upper, &tool]).unwrap();
+        let robot = read_urdf(&written, "arm.urdf").unwrap();
+        let part = |name: &str| robot.links[0].parts.iter().find(|part| part.name == name).cloned().unwrap();
+        let given = read_urdf(URDF, "arm.urdf").unwrap().links[0].parts[0].pose;
+        assert_eq!((part("upper").mass, part("upper").inertia, part("upper").pose), (2.5, inertia, given));
+        assert!(written.contains(r#"<origin xyz="0.2 0 0.1" rpy="0 0 1.5707963267948966"/>"#), "{written}");
+        for kept in [
+            "<!-- keep me -->",
+            "<!-- from CAD -->",
+            "<origin xyz=\"0.1 0 0\" rpy=\"0 0.5 0\"/>",
+            "<mass value='2.5'/>",
+        ] {
+            assert!(written.contains(kept), "{written}");
+        }
+        let missing = RepairedBody { name: "hand".into(), mass: 1.0, pose: None, inertia };
+        let message = write_repairs(URDF, "arm.urdf", &[&missing]).unwrap_err().to_string();
+        assert!(message.contains("link hand: it has no <inertial>"), "{message}");
+        let message = write_repairs("<mujoco/>", "arm.xml", &[&upper]).unwrap_err().to_string();
+        assert!(message.contains("found <mujoco>"), "{message}");
     }
 
     #[test]
