@@ -46,7 +46,7 @@ const NARROWEST_SPREAD: f64 = 0.2;
 const SOUND_SPREAD: f64 = 0.4;
 /// A body lighter than this fraction of the robot is not compared with shapes and other bodies if it is fixed to another one:
 /// many files have frames and sensors with masses that only have to be positive.
-const NEGLIGIBLE_SHARE: f64 = 5e-3;
+pub const NEGLIGIBLE_SHARE: f64 = 5e-3;
 /// A body without shapes is too large if a rod with its inertia is longer than this multiple of the robot's longest chain.
 const LONGEST_ROD: f64 = 2.0;
 /// The last body of a branch is too heavy if its mass is this multiple of the mass of all others together.

@@ -14,6 +14,7 @@ use crate::mirror_pairs::mirror_pairs;
 use crate::principal::principal_axes;
 use crate::robot::Robot;
 
+pub use crate::body_doubt::NEGLIGIBLE_SHARE;
 pub use crate::extent::MeshPoints;
 pub use crate::finding::{Finding, Mistake, Repair, RepairedBody, Severity};
 

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use clearance::bodies::{bodies, mesh_points};
 use clearance::outside::outside;
-use robot::lint::{Finding, LintContext, Mistake, Severity};
+use robot::lint::{Finding, LintContext, Mistake, NEGLIGIBLE_SHARE, Severity, grouped};
 use robot::{Collision, CollisionShape, Part, Robot};
 use serde_json::{Value, json};
 
 /// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Collision
 /// meshes omit motors and cables, so smaller distances are normal.
-const REPORTED_DISTANCE_SHARE: f64 = 0.1;
+const REPORTED_DISTANCE_SHARE: f64 = 0.2;
 
 /// The suspected mistakes in a description.
 #[derive(Clone, Debug)]
@@ -40,12 +40,13 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path, mass: Option<f64>) -> L
         _ => None,
     };
     let mut findings = robot::lint::lint_with(robot, LintContext { meshes: &meshes, mass });
-    let is_known =
-        |name: &String| findings.iter().any(|f| f.mistake == Mistake::CentreOutside && f.subjects.contains(name));
-    let outside = outside_meshes(robot, directory);
-    let outside: Vec<Finding> = outside.into_iter().filter(|f| !is_known(&f.subjects[0])).collect();
+    let is_known = |f: &Finding| {
+        let mut others = findings.iter().filter(|other| other.mistake == Mistake::CentreOutside);
+        others.any(|other| other.subjects.contains(&f.subjects[0]))
+    };
+    let outside: Vec<Finding> = outside_meshes(robot, directory).into_iter().filter(|f| !is_known(f)).collect();
     findings.extend(outside);
-    findings.sort_by_key(Finding::severity);
+    let findings = grouped(findings);
     with_findings(robot, findings)
 }
 
@@ -63,14 +64,19 @@ fn with_findings(robot: &Robot, findings: Vec<Finding>) -> Lint {
 
 /// The bodies whose centre of mass lies outside the hull of their collision meshes.
 fn outside_meshes(robot: &Robot, directory: &Path) -> Vec<Finding> {
-    let of_base = std::iter::once((None, &robot.base.parts));
-    let of_links = robot.links.iter().enumerate().map(|(k, link)| (Some(k), &link.parts));
-    let parts: Vec<(Option<usize>, &Part)> =
-        of_base.chain(of_links).flat_map(|(link, parts)| parts.iter().map(move |part| (link, part))).collect();
+    let of_base = std::iter::once((None, "", &robot.base.parts));
+    let of_links = robot.links.iter().enumerate().map(|(k, link)| (Some(k), link.name.as_str(), &link.parts));
+    let parts: Vec<(Option<usize>, &str, &Part)> =
+        of_base.chain(of_links).flat_map(|(k, name, parts)| parts.iter().map(move |part| (k, name, part))).collect();
+    let total: f64 = parts.iter().map(|(_, _, part)| part.mass).sum();
+    // Fixed frames and sensors have masses that only have to be positive.
+    let counts = |name: &str, part: &Part| part.name == name || part.mass > NEGLIGIBLE_SHARE * total;
     let mut found = Vec::new();
     for body in bodies(robot, directory) {
-        let own = parts.iter().filter(|(link, part)| *link == body.link && part.name == body.name && part.mass > 0.0);
-        for (_, part) in own {
+        let own = parts.iter().filter(|(link, name, part)| {
+            *link == body.link && part.name == body.name && part.mass > 0.0 && counts(name, part)
+        });
+        for (_, _, part) in own {
             let Some((apart, across)) = outside(&body, part.pose.position) else { continue };
             if apart > REPORTED_DISTANCE_SHARE * across {
                 let fact = "the centre of mass lies outside the hull of the collision meshes";
