@@ -42,6 +42,8 @@ const WIDEST_SPREAD: f64 = 2.0;
 /// Smallest usual distance of the mass from its centre, as a fraction of that of constant density: one heavy motor in a long
 /// link.
 const NARROWEST_SPREAD: f64 = 0.2;
+/// Factor of the latter bound for meshes, of which only the box is known: the arms of a multicopter fill little of it.
+const MESH_SHARE: f64 = 0.5;
 /// The same for a body after a repair, whose bound is stricter.
 const SOUND_SPREAD: f64 = 0.4;
 /// A body lighter than this fraction of the robot is not compared with shapes and other bodies if it is fixed to another one:
@@ -195,7 +197,7 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
     );
     if given > WIDEST_SPREAD * 0.5 * diagonal {
         doubt(Mistake::Size, "the inertia is too large for the shapes", text);
-    } else if given < NARROWEST_SPREAD * even {
+    } else if given < NARROWEST_SPREAD * even * if extent.volume.is_some() { 1.0 } else { MESH_SHARE } {
         doubt(Mistake::Size, "the inertia is too small for the shapes", text);
     }
 }
