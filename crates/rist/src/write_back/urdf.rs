@@ -83,7 +83,8 @@ pub fn write_repairs(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result
         let inertial = link.children().find(|n| n.has_tag_name("inertial")).ok_or_else(missing)?;
         if let Some(pose) = &body.pose {
             let [x, y, z] = pose.position;
-            let rpy = roll_pitch_yaw(&pose.rotation).map(|angle| angle.to_string()).join(" ");
+            // Adding zero writes 0 for -0.
+            let rpy = roll_pitch_yaw(&pose.rotation).map(|angle| (angle + 0.0).to_string()).join(" ");
             edits.set_child(&inertial, "origin", &[("xyz", format!("{x} {y} {z}")), ("rpy", rpy)]);
         }
         edits.set_child(&inertial, "mass", &[("value", body.mass.to_string())]);
