@@ -115,21 +115,9 @@ fn body(part: &Part, link: Option<LinkId>, frame: (&Pose, bool), shapes: &[Colli
 fn about_origin(link: &Link, x: &[f64; 10], j: usize) -> Body {
     let mass = x[9];
     let position = if mass == 0.0 { [0.0; 3] } else { [x[6] / mass, x[7] / mass, x[8] / mass] };
-    Body {
-        name: link.name.clone(),
-        link: Some(LinkId(j)),
-        own: true,
-        mass,
-        given: std::array::from_fn(|k| x[k]),
-        about_origin: true,
-        pose: Pose { position, ..Pose::IDENTITY },
-        extent: None,
-        has_shape: false,
-        turns: true,
-        is_last: false,
-        reach: 0.0,
-        others: (0.0, 0),
-    }
+    let (name, pose) = (link.name.clone(), Pose { position, ..Pose::IDENTITY });
+    let part = Part { name, pose, mass, inertia: std::array::from_fn(|k| x[k]) };
+    Body { about_origin: true, ..body(&part, Some(LinkId(j)), (&Pose::IDENTITY, true), &[], &|_| None) }
 }
 
 /// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames, and of the travel of
