@@ -116,13 +116,19 @@ pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, St
     match &collision.shape {
         CollisionShape::Unread { reason } => Err(reason.clone()),
         CollisionShape::Mesh { file, scale } => {
-            let path = mesh_path(file, directory).map_err(|what| format!("mesh {file}: {what}"))?;
-            let points = vertices(&path).map_err(|what| format!("mesh {file}: {what}"))?;
-            let points = scaled(&points, scale).map_err(|what| format!("mesh {file}: {what}"))?;
+            let points = mesh_points(file, scale, directory)?;
             Solid::around(&points).ok_or_else(|| format!("mesh {file}: it has no vertex"))
         }
         shape => Solid::of_primitive(shape).ok_or_else(|| "its shape is not known".to_string()),
     }
+}
+
+/// The vertices of a mesh, m, in the frame of its shape. `directory`: folder of the description.
+///
+/// Fails if the file cannot be found or read, or if a coordinate exceeds 100 m.
+pub fn mesh_points(file: &str, scale: &Vector3, directory: &Path) -> Result<Vec<Vector3>, String> {
+    let points = mesh_path(file, directory).and_then(|path| vertices(&path));
+    points.and_then(|points| scaled(&points, scale)).map_err(|what| format!("mesh {file}: {what}"))
 }
 
 /// Scales the vertices of a mesh; the result is in the frame of its link, m.

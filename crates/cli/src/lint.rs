@@ -1,28 +1,46 @@
 //! `rist lint`: searches a description for frequent mistakes in inertial parameters.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::describe::linting::counted;
 
+use crate::artefact::write_file;
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::terminal::print_result;
+use crate::terminal::{note, print_result};
 
-/// Look for classic mistakes in a description's inertial parameters
+/// Look for mistakes in a description: bodies, limits, left and right
 ///
-/// Exit code 1 where there is one.
+/// Exit code 1 where there is one. Notes are no mistakes.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
+
+    /// Total mass of the robot with its base, kg, as the data sheet gives it
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+
+    /// File to write: the URDF with the repairs that alone make a body plausible; comments and order stay
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let directory = arguments.model.model.parent().unwrap_or(Path::new(""));
-    let found = rist::lint_with_meshes(&arguments.model.read()?, directory);
+    if let Some(mass) = arguments.mass.filter(|mass| !(mass.is_finite() && *mass > 0.0)) {
+        return Err(Failure::new(format_args!("[mass] is a positive number of kg, found {mass}")));
+    }
+    let model = &arguments.model.model;
+    let directory = model.parent().unwrap_or(Path::new(""));
+    let found = rist::lint_with_meshes(&arguments.model.read()?, directory, arguments.mass);
     print_result(&found, || Ok(found.to_json()))?;
-    match found.findings.len() {
+    if let Some(out) = &arguments.write {
+        let (text, bodies) = rist::write_repaired(&found, &rist::text_of(model)?, &model.display().to_string())?;
+        write_file(out, &text)?;
+        note(format_args!("{}: repaired {}; read it before you use it", out.display(), bodies.join(", ")));
+    }
+    match found.count() {
         0 => Ok(()),
         n => Err(Failure::verdict(counted(n, "finding"))),
     }

@@ -1,144 +1,117 @@
-//! Finds values of a description that are physically possible but probably not intended: placeholders, copies, masses that do
-//! not fit the shape, limits without effect.
-//!
-//! A body of mass m and density of at most rho has at least the radius of gyration of a ball with the same mass and the
-//! density rho: sqrt(2/5) (3 m/(4 pi rho))^(1/3). rho is the density of the densest metal.
+//! Finds values of a description that are possible but probably not intended: no masses, copies, limits without effect.
 
 use std::f64::consts::PI;
 
-use crate::collision::{Collision, CollisionShape};
+use crate::body::Body;
+use crate::body_doubt::shown;
 use crate::finding::{Finding, Mistake};
-use crate::inertial::{Part, Pose};
-use crate::principal::principal_axes;
-use crate::robot::{Drive, JointKind, Robot};
-use crate::vector::{Vector3, norm, plus, turned};
+use crate::robot::{Drive, JointKind, LinkId, Robot};
 
-/// Density of osmium, the densest metal, kg/m^3.
-const LARGEST_DENSITY: f64 = 22_600.0;
-/// If the radius of gyration is below this fraction of the smallest possible radius, the units are probably wrong.
-const POSSIBLE_RADIUS_SHARE: f64 = 0.5;
-/// Lowest and highest usual mean density of a whole link, kg/m^3: foam and solid steel.
-const LINK_DENSITIES: (f64, f64) = (20.0, 12_000.0);
-/// Largest usual distance of a centre of mass from the collision shapes, as a multiple of the diagonal of their bounding box.
-const CENTRE_MARGIN: f64 = 0.5;
-/// Largest usual radius of gyration, as a multiple of the diagonal of the collision shapes. A body inside the shapes has at most
-/// one; two allows for rough shapes.
-const RADIUS_MARGIN: f64 = 2.0;
-/// A body without inertia is suspicious if its mass is above this, kg. A lighter body is often only the marker of a frame.
-const POINT_MASS_KG: f64 = 0.05;
 /// A limit of at least this absolute value means that there is no limit, rad or m.
 const NO_LIMIT: f64 = 1e5;
 /// If at least this number of bodies have the same mass and inertia, they count as copies of one body.
 const FEWEST_COPIES: usize = 3;
-/// Two full turns, rad. A larger position limit is probably in degrees.
+/// Two full turns, rad. A larger position limit is probably in degrees, unless it is a number of half turns in rad.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
+/// A last body is too light if its mass is below this fraction of the mass of the body before it.
+const LIGHT_SHARE: f64 = 0.01;
+/// Rounding of a number of half turns in a file, half turns: 31.4 is ten of them.
+const HALF_TURN_SLACK: f64 = 0.01;
+/// Largest usual deviation from the mass of the data sheet, as a fraction of it.
+const SHEET_SHARE: f64 = 0.05;
 
-/// Adds the findings on the bodies of all links, then the finding on copied bodies, then the findings on the limits.
-pub(crate) fn inertial_conventions(robot: &Robot, findings: &mut Vec<Finding>) {
-    let links = robot.links.iter().map(|link| (&link.parts, &link.collisions));
-    let bodies: Vec<(&Part, Vec<&Collision>)> = std::iter::once((&robot.base.parts, &robot.base.collisions))
-        .chain(links)
-        .flat_map(|(parts, shapes)| {
-            parts.iter().map(|part| (part, shapes.iter().filter(|s| s.link == part.name).collect()))
-        })
-        .collect();
-    for (part, shapes) in &bodies {
-        let find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
-        of_body(part, shapes, find);
+/// Adds the findings on masses and copies, and then the findings on the limits. `sheet`: mass of the data sheet, kg.
+pub(crate) fn inertial_conventions(robot: &Robot, bodies: &[Body], sheet: Option<f64>, findings: &mut Vec<Finding>) {
+    no_mass(robot, bodies, findings);
+    copied(robot, bodies, findings);
+    light(robot, bodies, findings);
+    let total: f64 = bodies.iter().map(|body| body.mass).sum();
+    if let Some(sheet) = sheet.filter(|sheet| (total - sheet).abs() > SHEET_SHARE * sheet) {
+        let of_base: f64 = bodies.iter().filter(|body| body.link.is_none()).map(|body| body.mass).sum();
+        let off = 100.0 * (total - sheet) / sheet;
+        let text = format!("{total:.3} kg with the base of {of_base:.3} kg, {sheet} kg are expected ({off:+.0} %)");
+        findings.push(Finding::new(
+            &robot.name,
+            Mistake::TotalMass,
+            "the total mass is not that of the data sheet",
+            text,
+        ));
     }
-    copied(&bodies.iter().map(|body| body.0).collect::<Vec<_>>(), findings);
     limits(robot, findings);
 }
 
-fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, String)) {
-    let mass = part.mass;
-    if mass == 0.0 && !shapes.is_empty() && part.inertia.iter().all(|i| *i == 0.0) {
-        find(Mistake::ShapeWithoutMass, "its mass is 0, though it has a collision shape".into());
-    }
-    if mass <= 0.0 {
-        return;
-    }
-    let largest = principal_axes(&part.inertia).0[2];
-    if mass > POINT_MASS_KG && part.inertia.iter().all(|i| *i == 0.0) {
-        return find(
-            Mistake::MassWithoutInertia,
-            format!("its mass is {mass} kg, its inertia is 0: a point weighs so"),
-        );
-    }
-    if mass == 1.0 && part.inertia == [1.0, 0.0, 0.0, 1.0, 0.0, 1.0] {
-        return find(Mistake::Placeholder, "1 kg and 1 1 1 kg m^2: a placeholder of an exporter".into());
-    }
-    // Compares the radius of gyration with its lower bound for the densest metal.
-    let radius = (largest.max(0.0) / mass).sqrt();
-    let least = (0.4f64).sqrt() * (3.0 * mass / (4.0 * PI * LARGEST_DENSITY)).cbrt();
-    if radius > 0.0 && radius < POSSIBLE_RADIUS_SHARE * least {
-        let text = format!(
-            "{mass} kg with a radius of gyration of {radius:.1e} m: no metal is so dense; are g or mm in its figures?"
-        );
-        return find(Mistake::Units, text);
-    }
-    // Compares density, centre of mass and radius of gyration with the collision shapes.
-    let Some((low, high, volume)) = extent(shapes) else { return };
-    let diagonal = norm([0, 1, 2].map(|i| high[i] - low[i]));
-    let density = mass / volume;
-    if density < LINK_DENSITIES.0 || density > LINK_DENSITIES.1 {
-        let text = format!("{mass} kg in collision shapes of {volume:.2e} m^3 are {density:.2e} kg/m^3: no link is so");
-        find(Mistake::Density, text);
-    }
-    let centre = part.pose.position;
-    let outside = norm([0, 1, 2].map(|i| (low[i] - centre[i]).max(centre[i] - high[i]).max(0.0)));
-    if outside > CENTRE_MARGIN * diagonal {
-        let text = format!(
-            "its centre of mass lies {outside:.3} m outside its collision shapes, which are {diagonal:.3} m across"
-        );
-        find(Mistake::CentreOutside, text);
-    } else if radius > RADIUS_MARGIN * diagonal {
-        let text =
-            format!("its radius of gyration is {radius:.2} m, and its collision shapes are {diagonal:.3} m across");
-        find(Mistake::Units, text);
-    }
-}
-
-/// Lowest and highest corner of the bounding box of the shapes, m, and their total volume, m^3, in the frame of their link.
-/// `None` if a shape is a mesh or could not be read, or if the volume is zero.
-fn extent(shapes: &[&Collision]) -> Option<(Vector3, Vector3, f64)> {
-    let (mut low, mut high, mut volume) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
-    for shape in shapes {
-        let (half, own) = match shape.shape {
-            CollisionShape::Box { size: [x, y, z] } => ([x / 2.0, y / 2.0, z / 2.0], x * y * z),
-            CollisionShape::Cylinder { radius: r, length } => ([r, r, length / 2.0], PI * r * r * length),
-            CollisionShape::Capsule { radius: r, length } => {
-                ([r, r, length / 2.0 + r], PI * r * r * (length + 4.0 / 3.0 * r))
-            }
-            CollisionShape::Sphere { radius: r } => ([r; 3], 4.0 / 3.0 * PI * r * r * r),
-            CollisionShape::Mesh { .. } | CollisionShape::Unread { .. } => return None,
-        };
-        volume += own;
-        let Pose { rotation, position } = &shape.pose;
-        for k in 0..8 {
-            let corner = [0, 1, 2].map(|i| if k >> i & 1 == 1 { half[i] } else { -half[i] });
-            let corner = plus(turned(rotation, corner), *position);
-            for i in 0..3 {
-                (low[i], high[i]) = (low[i].min(corner[i]), high[i].max(corner[i]));
-            }
+/// Finds rows of zeros. A link without mass in the middle of a branch is usual: several joints may turn about one point.
+fn no_mass(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
+    let is_empty = |body: &Body| body.mass == 0.0 && body.given == [0.0; 6];
+    let mut find = |body: &Body, mistake, fact| findings.push(Finding::new(&body.name, mistake, fact, ""));
+    let is_useless = bodies.len() > 1 && bodies.iter().all(is_empty);
+    let carried = |j: LinkId| bodies.iter().filter(move |body| body.link == Some(j));
+    let mut mass: Vec<f64> = robot.link_ids().map(|j| carried(j).map(|body| body.mass).sum()).collect();
+    for j in robot.link_ids().rev() {
+        if let Some(i) = robot.link(j).antecedent {
+            mass[i.0] += mass[j.0];
         }
     }
-    (volume > 0.0).then_some((low, high, volume))
+    for body in bodies.iter().filter(|body| is_empty(body)) {
+        match body.link {
+            _ if is_useless => {
+                let fact = "no body has a mass: give the parts a material in the CAD program and export again";
+                find(body, Mistake::NoMassAtAll, fact);
+            }
+            None if body.own => {
+                find(body, Mistake::MasslessBase, "the base has no mass, which matters where it floats");
+            }
+            None => {}
+            Some(j) if body.own && (body.has_shape || mass[j.0] == 0.0) => {
+                find(body, Mistake::NoMass, "mass and inertia are 0");
+            }
+            Some(_) => {}
+        }
+    }
 }
 
-/// Finds out whether most links have the same mass and inertia.
-fn copied(parts: &[&Part], findings: &mut Vec<Finding>) {
-    let heavy: Vec<&&Part> = parts.iter().filter(|part| part.mass > 0.0).collect();
-    let alike = |a: &Part| heavy.iter().filter(|b| (b.mass, b.inertia) == (a.mass, a.inertia)).count();
-    let Some(most) = heavy.iter().max_by_key(|part| alike(part)) else { return };
+/// Finds last bodies that are far lighter than the body before them, though their motor is as strong: lighter than its screws.
+fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
+    let mass = |j: LinkId| bodies.iter().filter(|body| body.link == Some(j)).map(|body| body.mass).sum::<f64>();
+    let effort = |j: LinkId| match robot.link(j).joint.variable.terms[..] {
+        [(k, _)] => robot.coordinates.get(k.0)?.limits.effort.filter(|effort| *effort > 0.0),
+        _ => None,
+    };
+    for j in robot.link_ids() {
+        let link = robot.link(j);
+        let is_last = !robot.links.iter().any(|other| other.antecedent == Some(j));
+        let (Some(before), true) = (link.antecedent, is_last) else { continue };
+        let is_like = (link.joint.kind, JointKind::Revolute) == (robot.link(before).joint.kind, link.joint.kind);
+        let is_strong = is_like && effort(before).zip(effort(j)).is_some_and(|(before, own)| own >= before);
+        let (own, other) = (mass(j), mass(before));
+        if is_strong && own > 0.0 && own < LIGHT_SHARE * other {
+            let fact = "the last body is far lighter than the one before it, and its motor is as strong";
+            let text = format!("{} kg after {} kg", shown(own, 4), shown(other, 4));
+            findings.push(Finding::new(&link.name, Mistake::MassBesideOthers, fact, text));
+        }
+    }
+}
+
+/// Finds out whether most bodies have the same mass and inertia. Equal bodies in different branches are usual: rotors, fingers.
+fn copied(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
+    let heavy: Vec<&Body> = bodies.iter().filter(|body| body.mass > 0.0).collect();
+    let alike = |a: &Body| heavy.iter().filter(|b| (b.mass, b.given) == (a.mass, a.given)).count();
+    let Some(most) = heavy.iter().rev().max_by_key(|body| alike(body)) else { return };
     let count = alike(most);
-    if count >= FEWEST_COPIES && 2 * count > heavy.len() {
-        let text = format!(
-            "{count} of {} links have its mass, {} kg, and its inertia: were they copied?",
+    let same = || heavy.iter().filter(|body| (body.mass, body.given) == (most.mass, most.given));
+    let carries =
+        |a: LinkId, b: LinkId| a != b && std::iter::successors(Some(b), |&j| robot.link(j).antecedent).any(|j| j == a);
+    let links: Vec<LinkId> = same().filter_map(|body| body.link).collect();
+    let is_chain = links.iter().any(|&a| links.iter().any(|&b| carries(a, b)));
+    if count >= FEWEST_COPIES && 2 * count > heavy.len() && is_chain {
+        let fact = format!(
+            "{count} of {} bodies have one mass, {} kg, and one inertia: were they copied?",
             heavy.len(),
             most.mass
         );
-        findings.push(Finding { link: most.name.clone(), mistake: Mistake::Copied, text });
+        for body in same() {
+            findings.push(Finding::new(&body.name, Mistake::Copied, fact.clone(), ""));
+        }
     }
 }
 
@@ -147,23 +120,24 @@ fn limits(robot: &Robot, findings: &mut Vec<Finding>) {
         let [(k, _)] = link.joint.variable.terms[..] else { continue };
         let Some((low, high)) = robot.coordinates.get(k.0).and_then(|c| c.limits.position) else { continue };
         let farthest = low.abs().max(high.abs());
-        let text = if low > high {
-            format!("its lower limit {low} is above its upper limit {high}")
+        let is_half_turns = [low, high].iter().all(|x| (x / PI - (x / PI).round()).abs() < HALF_TURN_SLACK);
+        let fact = if low > high {
+            "the lower limit is above its upper limit"
         } else if farthest >= NO_LIMIT {
-            format!("its limits are {low} and {high}: a search for a motion takes them at their word")
-        } else if link.joint.kind == JointKind::Revolute && farthest > DEGREES_LIMIT_RAD {
-            format!("its limits are {low} and {high} rad: are degrees meant?")
+            "the limits are no limits: a search for a motion takes them at their word"
+        } else if link.joint.kind == JointKind::Revolute && farthest > DEGREES_LIMIT_RAD && !is_half_turns {
+            "the limits are many turns in rad: are degrees meant?"
         } else {
             continue;
         };
-        findings.push(Finding { link: link.joint.name.clone(), mistake: Mistake::Limits, text });
+        findings.push(Finding::new(&link.joint.name, Mistake::Limits, fact, format!("{low} and {high}")));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::format::read_urdf;
-    use crate::lint::{Mistake, lint};
+    use crate::lint::{LintContext, Mistake, Severity, lint, lint_with};
 
     fn found(inertial: &str, geometry: &str, limit: &str) -> Vec<Mistake> {
         let link = |name: &str| {
@@ -175,7 +149,13 @@ mod tests {
              <limit {limit} effort=\"1\" velocity=\"1\"/></joint></robot>",
             link("a")
         );
-        lint(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|f| f.mistake).collect()
+        sorted(&text)
+    }
+
+    /// The mistakes that are no notes.
+    fn sorted(text: &str) -> Vec<Mistake> {
+        let found = lint(&read_urdf(text, "r.urdf").unwrap());
+        found.into_iter().map(|f| f.mistake).filter(|m| m.severity() != Severity::Note).collect()
     }
 
     fn body(mass: f64, centre: &str, i: f64) -> String {
@@ -193,17 +173,18 @@ mod tests {
         let mesh = "<geometry><mesh filename=\"a.stl\"/></geometry>";
         for (inertial, geometry, limit, wanted) in [
             (body(8.0, "0 0 0", 0.06), BOX, LIMIT, vec![]),
-            (body(0.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::ShapeWithoutMass]),
-            (body(0.0, "0 0 0", 0.0), "", LIMIT, vec![]),
+            (body(0.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::NoMass]),
+            (body(0.0, "0 0 0", 0.0), "", LIMIT, vec![Mistake::NoMass]),
             (body(50.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::MassWithoutInertia]),
             (body(1.0, "0 0 0", 1.0), BOX, LIMIT, vec![Mistake::Placeholder]),
-            (body(0.008, "0 0 0", 6e-5), BOX, LIMIT, vec![Mistake::Density]),
+            (body(0.05, "0 0 0", 4e-4), BOX, LIMIT, vec![Mistake::Density]),
             (body(8.0, "1.5 0 0", 0.06), BOX, LIMIT, vec![Mistake::CentreOutside]),
-            (body(8.0, "0 0 0", 16.0), BOX, LIMIT, vec![Mistake::Units]),
+            (body(8.0, "0 0 0", 16.0), BOX, LIMIT, vec![Mistake::Size]),
             (body(150.0, "0 0 0", 1e-4), mesh, LIMIT, vec![Mistake::Units]),
             (body(8.0, "1.5 0 0", 0.06), mesh, LIMIT, vec![]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"2\" upper=\"-2\"", vec![Mistake::Limits]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-170\" upper=\"170\"", vec![Mistake::Limits]),
+            (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-31.4159\" upper=\"31.4159\"", vec![]),
             (body(8.0, "0 0 0", 0.06), BOX, "lower=\"-999999\" upper=\"999999\"", vec![Mistake::Limits]),
         ] {
             assert_eq!(found(&inertial, geometry, limit), wanted, "{inertial} {limit}");
@@ -227,9 +208,49 @@ mod tests {
         };
         let urdf = |masses| {
             let (text, _) = crate::format::write_urdf(&crate::format::read_yaml(&text(masses), "r.yaml").unwrap());
-            lint(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|f| f.mistake).collect::<Vec<_>>()
+            sorted(&text)
         };
         assert_eq!(urdf([2.0, 2.0, 2.0, 5.0]), [Mistake::Copied]);
         assert_eq!(urdf([2.0, 2.0, 3.0, 5.0]), []);
+    }
+
+    /// An arm of four bodies with these masses and one inertia that fits them; the base comes first. Efforts are 9 and 5 N m.
+    fn arm(masses: [f64; 4], efforts: [f64; 3]) -> String {
+        let mut text = "<robot name=\"r\">".to_string();
+        for (k, mass) in masses.into_iter().enumerate() {
+            let i = mass * 0.003;
+            text += &format!("<link name=\"l{k}\"><inertial>{}</inertial></link>", body(mass, "0.02 0 0.1", i));
+        }
+        for (k, effort) in efforts.into_iter().enumerate() {
+            text += &format!(
+                "<joint name=\"j{k}\" type=\"revolute\"><parent link=\"l{k}\"/><child link=\"l{}\"/><origin xyz=\"0 0 0.2\"/>\
+                 <axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"{effort}\" velocity=\"1\"/></joint>",
+                k + 1
+            );
+        }
+        text + "</robot>"
+    }
+
+    #[test]
+    fn masses_are_compared_with_the_others() {
+        let strong = [200.0; 3];
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.8], strong)), []);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 42.9], strong)), [Mistake::MassBesideOthers]);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], strong)), [Mistake::MassBesideOthers]);
+        // The motor of a finger is weak.
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], [200.0, 200.0, 1.0])), []);
+        assert_eq!(sorted(&arm([0.0; 4], strong)), [Mistake::NoMassAtAll]);
+        assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.0], strong)), [Mistake::NoMass]);
+        // A link without mass in the middle is usual, and so is a base without mass that does not float.
+        assert_eq!(sorted(&arm([0.0, 2.0, 0.0, 0.8], strong)), []);
+    }
+
+    #[test]
+    fn the_total_mass_is_compared_with_the_sheet() {
+        let robot = read_urdf(&arm([3.0, 2.0, 1.5, 0.8], [200.0; 3]), "r.urdf").unwrap();
+        let found = |mass| lint_with(&robot, LintContext { meshes: &|_| None, mass: Some(mass) });
+        assert_eq!(found(7.5), []);
+        let [finding] = &found(10.0)[..] else { panic!("{:?}", found(10.0)) };
+        assert!(finding.text().contains("7.300 kg with the base of 3.000 kg, 10 kg are expected (-27 %)"), "{finding}");
     }
 }

@@ -10,16 +10,16 @@ use crate::random_situations::draw::Draw;
 /// The kinds of mistakes, each with phrases of a finding that names it. One phrase is enough.
 const KINDS: [(&str, &[&str]); 14] = [
     ("none", &[]),
-    ("negative mass", &["its mass is -"]),
-    ("mass in g", &["are grams meant?", "are g or mm in its figures?"]),
-    ("centre in mm", &["are millimetres meant?"]),
-    ("inertia in kg mm^2", &["are its inertia and its mass in kg m^2"]),
-    ("swapped products", &["are they swapped?"]),
+    ("negative mass", &["the mass is negative"]),
+    ("mass in g", &["no link is so heavy", "no metal is so dense", "the mass is far above", "the mass in g"]),
+    ("centre in mm", &["the centre of mass is far from the joint", "outside the collision"]),
+    ("inertia in kg mm^2", &["the inertia is too large for"]),
+    ("swapped products", &["Ixz and Iyz exchanged"]),
     ("Pinocchio's order", &["Pinocchio's order"]),
-    ("moved twice", &["was that taken off once too often"]),
-    ("negative moment", &["none may be negative", "misses the largest by"]),
-    ("no inertia", &["its inertia is 0"]),
-    ("no mass", &["its mass is 0, its inertia is not"]),
+    ("moved twice", &["taken off once too often"]),
+    ("negative moment", &["no body has these moments"]),
+    ("no inertia", &["the inertia is 0"]),
+    ("no mass", &["the mass is 0, the inertia is not"]),
     ("limits in degrees", &["are degrees meant?"]),
     ("limits exchanged", &["is above its upper limit"]),
     ("placeholder", &["a placeholder of an exporter"]),
@@ -213,11 +213,13 @@ impl Element {
 }
 
 fn findings(_: &[String], run: &Run) -> Vec<String> {
-    let is_count = |line: &&str| line.contains(" of them without parameters");
-    run.out.lines().filter(|line| !is_count(line)).map(str::to_string).collect()
+    let is_other = |line: &&str| {
+        line.contains(" of them without parameters") || line.starts_with("total mass ") || line.starts_with("note: ")
+    };
+    run.out.lines().filter(|line| !is_other(line)).map(str::to_string).collect()
 }
 
-/// Applies the proposal of a finding: exchanges entries, or converts the unit of values.
+/// Does what a finding names: exchanges, or another unit.
 fn obeyed(case: &Case, finding: &str) -> Told {
     let mut text = std::fs::read_to_string(&case.words[1]).ok()?;
     let name = finding.split_once(": ")?.0.to_string();
@@ -226,16 +228,18 @@ fn obeyed(case: &Case, finding: &str) -> Told {
     let six = INERTIA.map(|key| element.number(&text, "inertia", key));
     let mass = element.number(&text, "mass", "value");
     let centre = element.centre(&text);
-    if finding.contains("was that taken off once too often") {
+    if finding.contains("taken off once too often") {
         element.set_inertia(&mut text, &shifted(six, mass, centre));
-    } else if finding.contains("are they swapped?") {
+    } else if finding.contains("Ixz and Iyz exchanged") {
         element.set_inertia(&mut text, &exchanged(six, 2, 4));
     } else if finding.contains("Pinocchio's order") {
         element.set_inertia(&mut text, &exchanged(six, 2, 3));
-    } else if finding.contains("are grams meant?") {
+    } else if finding.contains("with the mass in g that") {
         element.set(&mut text, "mass", "value", 1e-3 * mass);
-    } else if finding.contains("are millimetres meant?") {
+    } else if finding.contains("with the centre of mass in mm that") {
         element.set_centre(&mut text, centre.map(|x| 1e-3 * x));
+    } else if finding.contains("with the inertia in kg mm^2 that") {
+        element.set_inertia(&mut text, &six.map(|i| 1e-6 * i));
     } else if finding.contains("are degrees meant?") {
         for side in ["lower", "upper"] {
             let limit = element.number(&text, "limit", side);

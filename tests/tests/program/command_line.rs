@@ -322,8 +322,35 @@ fn lint_fails_on_findings_only() {
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
 
-/// `rist lint` reports a centre of mass that is outside the collision mesh. If the mesh is moved to the centre of mass, there is
-/// no finding.
+/// What is written has the numbers of the named body alone changed, and is sound; nothing is written where no repair is known.
+#[test]
+fn lint_writes_the_repair_that_it_names() {
+    let here = folder("lint_write");
+    let arm = |inertia: &str| {
+        let text = format!(
+            "<robot name=\"r\"><!-- kept --><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\"/><mass value=\"0.9\"/>\
+             <inertia {inertia}/></inertial></link><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/><child link=\"l\"/>\
+             <origin xyz=\"0 0 0.3\"/><axis xyz=\"1 0 0\"/></joint></robot>"
+        );
+        std::fs::write(here.join("arm.urdf"), text).unwrap();
+    };
+    arm("ixx=\"-0.004\" ixy=\"0\" ixz=\"0\" iyy=\"-0.005\" iyz=\"0\" izz=\"0.002\"");
+    let run = rist(&here, &["lint", "arm.urdf", "--write", "repaired.urdf"]);
+    assert!(run.code == Some(1) && run.out.contains("with the signs of the negative moments changed"), "{}", run.out);
+    let text = std::fs::read_to_string(here.join("repaired.urdf")).unwrap();
+    assert!(
+        text.contains("<!-- kept -->") && text.contains("ixx=\"0.004\"") && text.contains("iyy=\"0.005\""),
+        "{text}"
+    );
+    rist(&here, &["lint", "repaired.urdf"]).told(0, &["0 findings in 1 link", "total mass 0.900 kg"]);
+    rist(&here, &["lint", "repaired.urdf", "--mass", "2"]).ended(1);
+    rist(&here, &["lint", "repaired.urdf", "--mass", "-2"]).ended(2);
+    arm("ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.0022\"");
+    let run = rist(&here, &["lint", "arm.urdf", "--write", "none.urdf"]).ended(1);
+    assert!(run.err.contains("nothing is written") && !here.join("none.urdf").exists(), "{}", run.err);
+}
+
+/// A centre of mass outside of its mesh is told, one inside is not, also where shape and centre are moved together.
 #[test]
 fn lint_looks_into_meshes() {
     let here = folder("lint_meshes");
@@ -348,8 +375,9 @@ fn lint_looks_into_meshes() {
         rist(&here, &["lint", "arm.urdf"])
     };
     let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
-    // The face of the box is at x = 0.2 m, and the centre of mass is at x = 0.4 m; the diagonal of the box is 0.245 m.
-    let said = "l: its centre of mass lies 0.200 m outside the hull of its collision meshes, which are 0.245 m across";
+    // From 0.4 to the wall at 0.2; a box of 0.2 x 0.1 x 0.1 is 0.245 across.
+    let said =
+        "l: the centre of mass lies outside the hull of the collision meshes: by 0.200 m, of meshes 0.245 m across";
     assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);
     for (centre, shape, mesh) in [
         ("0.1 0 0", "0.1 0 0", "meshes/box.stl"),

@@ -113,8 +113,8 @@ fn motions_and_findings_as_json() {
     assert_eq!(logs, ["logs/e01.csv", "logs/e02.csv", "logs/v01.csv"]);
     assert!(logs.iter().chain([&"logs/truth.yaml"]).all(|file| here.join(file).is_file()));
 
-    let linted = json(&here, &["lint", &path("ur5.urdf")], 1);
-    assert_eq!((&linted["links"], linted["findings"][0]["link"].as_str()), (&6.into(), Some("upper_arm")));
+    let linted = json(&here, &["lint", &path("ur5.urdf")], 0);
+    assert_eq!((&linted["links"], linted["findings"][0]["subjects"][0].as_str()), (&6.into(), Some("upper_arm")));
     for command in [&["convert", &arm, "--to", "par"][..], &["completions", "bash"], &["generate", &arm]] {
         let run = rist(&here, &[command, &["--json"]].concat());
         assert_eq!((run.code, run.out.as_str()), (Some(2), ""), "{command:?}");

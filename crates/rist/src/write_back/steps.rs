@@ -6,9 +6,9 @@ use linear_model::parameter::ParameterId;
 use crate::write_back::body::JointDynamics;
 use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
-use crate::write_back::urdf::{WrittenBack, write_back};
+use crate::write_back::urdf::{WrittenBack, write_back, write_repairs};
 
-use crate::describe::description::{ModelOptions, without_macros};
+use crate::describe::linting::Lint;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::samples::Bodies;
@@ -34,8 +34,23 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// The text of the MJCF that a model was read from, with the files that it includes: [`write_mjcf`] writes into it. `None` if
-/// the model was read from another format.
+/// The URDF with the repairs of a search for mistakes, and the names of the bodies that they change; all other text is unchanged.
+///
+/// Fails if the text is no URDF, and with a verdict if no finding has a repair whose numbers are determined.
+pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, Vec<String>), Error> {
+    let bodies: Vec<_> =
+        found.findings.iter().filter_map(|f| f.repair.as_ref()).flat_map(|repair| &repair.bodies).collect();
+    if bodies.is_empty() {
+        return Err(Error::verdict(format_args!(
+            "nothing is written: no finding has a repair that alone is plausible"
+        )));
+    }
+    let names = bodies.iter().map(|body| body.name.clone()).collect();
+    Ok((write_repairs(urdf, file, &bodies)?, names))
+}
+
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or
+/// the existing model `into` (name and text).
 ///
 /// Fails if an included file cannot be read.
 pub fn own_mjcf(model: &Model, text: &str, options: &ModelOptions) -> Result<Option<String>, Error> {

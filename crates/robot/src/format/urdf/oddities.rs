@@ -21,12 +21,13 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
     let mut findings = Vec::new();
     for owner in root.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
         let name = owner.attribute("name").unwrap_or("");
-        let mut find = |mistake, text| findings.push(Finding { link: name.to_string(), mistake, text });
+        let mut find = |mistake, text| findings.push(Finding::new(name, mistake, text, ""));
         turned_by_degrees(owner, &mut find);
         if owner.has_tag_name("joint") {
             zeros(owner, &mut find);
             refused_elsewhere(owner, &mut find);
         }
+        below_the_diagonal(owner, &mut find);
         blanks(owner, &mut find);
     }
     findings
@@ -113,6 +114,28 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
+/// Finds entries below the diagonal of the inertia that differ from those above it; only the latter are read.
+fn below_the_diagonal(owner: Node, find: &mut impl FnMut(Mistake, String)) {
+    let Some(inertia) = child(owner, "inertial").and_then(|n| child(n, "inertia")) else { return };
+    let differs =
+        |(above, below): &(&str, &str)| number(inertia, below).is_some_and(|x| number(inertia, above) != Some(x));
+    let entries: Vec<String> = [("ixy", "iyx"), ("ixz", "izx"), ("iyz", "izy")]
+        .into_iter()
+        .filter(differs)
+        .map(|(above, below)| {
+            let value = |key| shown(inertia.attribute(key).unwrap_or("absent"));
+            format!("{above} {}, {below} {}", value(above), value(below))
+        })
+        .collect();
+    if !entries.is_empty() {
+        let text = format!(
+            "the inertia is not symmetric ({}): ixy, ixz and iyz are read, which of them is meant is not known",
+            entries.join("; ")
+        );
+        find(Mistake::NotSymmetric, text);
+    }
+}
+
 /// Finds numbers with a blank or a line break at the end.
 fn blanks(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let elements = ["mass", "inertia", "limit", "dynamics", "mimic"];
@@ -148,7 +171,7 @@ mod tests {
                     effort=\"50\" velocity=\"3\"/><dynamics damping=\"0.1\"/></joint></robot>";
         assert!(text.contains(old), "{old}");
         let robot = read_urdf(&text.replacen(old, new, 1), "r.urdf").unwrap_or_else(|e| panic!("{e}"));
-        lint(&robot).into_iter().map(|f| (f.link, f.mistake)).collect()
+        lint(&robot).into_iter().map(|f| (f.subjects.join(", "), f.mistake)).collect()
     }
 
     #[test]
@@ -164,6 +187,7 @@ mod tests {
             ("value=\"1.5\"", "value=\"1.5\n\"", of("l", Mistake::OtherReaders)),
             ("ixx=\"0.01\"", "ixx=\"0.01 \"", of("l", Mistake::OtherReaders)),
             ("upper=\"2\"", "upper=\"2 \"", of("j", Mistake::OtherReaders)),
+            ("ixz=\"0\"", "ixz=\"0\" izx=\"0.007\"", of("l", Mistake::NotSymmetric)),
             ("<limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"3\"/>", "", of("j", Mistake::OtherReaders)),
         ] {
             assert_eq!(found(old, new), wanted, "{new}");
@@ -177,6 +201,7 @@ mod tests {
         for (old, new) in [
             ("6.2832", "-3.1416"),
             ("value=\"1.5\"", "value=\" 1.5\""),
+            ("ixz=\"0\"", "ixz=\"0\" izx=\"0.0\" iyx=\"0\""),
             ("xyz=\"0 0 1\"", "xyz=\"0 0 1 \""),
             ("damping=\"0.1\"", "friction=\"0.1\""),
             (

@@ -1,0 +1,228 @@
+//! Finds the left and the right limbs of a robot: pairs of links that are mirror images by their names, their place in the tree
+//! and their frames at q = 0.
+//!
+//! M_i = diag(+-1, +-1, +-1) with det M_i = -1 takes a vector of the frame of the left link to that of the right link:
+//! R_right M_i = S R_left, where S = E - 2 n n^T is the reflection in the plane of the robot with the normal n.
+
+use crate::inertial::Pose;
+use crate::robot::{LinkId, Robot};
+use crate::vector::{Matrix3, Vector3, dot, minus, norm, plus_scaled, product, scaled, transposed, turned};
+
+/// A left and a right link that are mirror images of each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MirrorPair {
+    /// The link with the name of the left side.
+    pub left: LinkId,
+    /// The link with the name of the right side.
+    pub right: LinkId,
+    /// The signs of M_i: coordinate k of a point of the left link, in its frame of the file, has this sign in the frame of the
+    /// right link. `None` if the frames are no mirror images at q = 0.
+    pub signs: Option<Vector3>,
+}
+
+/// The words of the sides, left first. Short words count between separators only.
+const SIDES: [(&str, &str); 11] = [
+    ("left", "right"),
+    ("l", "r"),
+    ("fl", "fr"),
+    ("rl", "rr"),
+    ("hl", "hr"),
+    ("bl", "br"),
+    ("lf", "rf"),
+    ("lh", "rh"),
+    ("lb", "rb"),
+    ("lr", "rr"),
+    ("lm", "rm"),
+];
+/// Two frames are mirror images if their origins differ by at most this length, m, plus this share of their distance from the
+/// plane: files give lengths to the millimetre.
+const ORIGIN_SLACK_M: f64 = 2e-3;
+const ORIGIN_SLACK_SHARE: f64 = 0.02;
+/// Largest deviation of an entry of M_i from 0 or +-1, rad: files give angles to the hundredth.
+const TURN_SLACK: f64 = 0.02;
+
+/// The name of the other side: for every way to exchange the words of the sides in a name, the changed name. Empty if the name
+/// has no word of the left side.
+fn right_names(name: &str) -> Vec<String> {
+    let found = left_words(name);
+    let exchange = |words: &[(usize, &str, &str)]| {
+        let mut changed = name.to_string();
+        for (at, word, other) in words.iter().rev() {
+            let given = &name[*at..at + word.len()];
+            let other: String = match given.chars().all(char::is_uppercase) {
+                true => other.to_uppercase(),
+                false if given.starts_with(char::is_uppercase) => other[..1].to_uppercase() + &other[1..],
+                false => (*other).to_string(),
+            };
+            changed.replace_range(*at..at + word.len(), &other);
+        }
+        changed
+    };
+    let mut names = vec![exchange(&found)];
+    names.extend(found.iter().map(|word| exchange(std::slice::from_ref(word))));
+    names.retain(|changed| changed != name);
+    names
+}
+
+/// The words of the left side in a name: where they begin, the word, and the word of the right side.
+fn left_words(name: &str) -> Vec<(usize, &'static str, &'static str)> {
+    let lower = name.to_ascii_lowercase();
+    let bytes = name.as_bytes();
+    // A word ends before a character that is no letter, and before a capital letter after a small one or before a small one.
+    let is_edge = |at: usize| {
+        let letter = |k: usize| bytes.get(k).filter(|b| b.is_ascii_alphabetic()).copied();
+        let before = at.checked_sub(1).and_then(letter);
+        let (Some(before), Some(here)) = (before, letter(at)) else { return true };
+        let next_is_small = letter(at + 1).is_some_and(|b| b.is_ascii_lowercase());
+        here.is_ascii_uppercase() && (before.is_ascii_lowercase() || next_is_small)
+    };
+    let mut found: Vec<(usize, &str, &str)> = Vec::new();
+    for (left, right) in SIDES {
+        for (at, _) in lower.match_indices(left) {
+            let is_word = is_edge(at) && is_edge(at + left.len());
+            let is_new = found.iter().all(|(other, word, _)| at + left.len() <= *other || other + word.len() <= at);
+            if is_new && (is_word || left == SIDES[0].0) {
+                found.push((at, left, right));
+            }
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+/// The pairs of mirrored links of a robot, antecedents first. Limbs need the same joints and the same links before them.
+pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
+    let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
+    let poses: Vec<Pose> = poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect();
+    let mut pairs: Vec<MirrorPair> = Vec::new();
+    // The plane of each pair: a point of it and its normal.
+    let mut planes: Vec<(Vector3, Vector3)> = Vec::new();
+    for left in robot.link_ids() {
+        let link = robot.link(left);
+        for name in right_names(&link.name) {
+            let Some(right) = robot.link_ids().find(|&j| robot.link(j).name == name && j != left) else { continue };
+            let other = robot.link(right);
+            let before = (link.antecedent, other.antecedent);
+            let of_before = pairs.iter().position(|pair| (Some(pair.left), Some(pair.right)) == before);
+            if link.joint.kind != other.joint.kind || (of_before.is_none() && before.0 != before.1) {
+                continue;
+            }
+            let (p, q) = (poses[left.0].position, poses[right.0].position);
+            let plane = match of_before {
+                Some(k) => planes[k],
+                None => match plane_between(p, q) {
+                    Some(plane) => plane,
+                    None => continue,
+                },
+            };
+            let off = norm(minus(reflected(p, plane), q));
+            let far = norm(minus(p, q));
+            let is_image = off <= ORIGIN_SLACK_M + ORIGIN_SLACK_SHARE * far;
+            let signs = if is_image { signs(&poses[left.0].rotation, &poses[right.0].rotation, plane.1) } else { None };
+            // The frames of the last link of a limb do not show where the body lies: a reflection in a point is no evidence.
+            let is_last = !robot.links.iter().any(|link| link.antecedent == Some(left));
+            let signs = signs.filter(|signs| !is_last || signs.iter().filter(|s| **s < 0.0).count() == 1);
+            pairs.push(MirrorPair { left, right, signs });
+            planes.push(plane);
+            break;
+        }
+    }
+    pairs
+}
+
+/// The plane in the middle between two points. `None` if it is not parallel to two axes of the base: then the points are no
+/// mirror images.
+fn plane_between(p: Vector3, q: Vector3) -> Option<(Vector3, Vector3)> {
+    let apart = minus(p, q);
+    let along = (0..3)
+        .find(|&k| apart[k].abs() > ORIGIN_SLACK_M && apart[k].abs() >= (1.0 - ORIGIN_SLACK_SHARE) * norm(apart))?;
+    let normal = [0, 1, 2].map(|k| if k == along { 1.0 } else { 0.0 });
+    Some((plus_scaled(q, apart, 0.5), normal))
+}
+
+fn reflected(p: Vector3, (point, normal): (Vector3, Vector3)) -> Vector3 {
+    plus_scaled(p, normal, -2.0 * dot(minus(p, point), normal))
+}
+
+/// The diagonal of M_i = R_right^T S R_left; `None` if it is no diagonal matrix.
+fn signs(left: &Matrix3, right: &Matrix3, normal: Vector3) -> Option<Vector3> {
+    let reflection: Matrix3 = [0, 1, 2].map(|i| {
+        let unit = [0, 1, 2].map(|k| if k == i { 1.0 } else { 0.0 });
+        plus_scaled(unit, scaled(normal, normal[i]), -2.0)
+    });
+    let m = product(&transposed(right), &product(&reflection, left));
+    let near = |i: usize, j: usize| (m[i][j].abs() - if i == j { 1.0 } else { 0.0 }).abs() <= TURN_SLACK;
+    let is_diagonal = (0..3).all(|i| (0..3).all(|j| near(i, j)));
+    is_diagonal.then(|| [0, 1, 2].map(|i| m[i][i].signum()))
+}
+
+impl MirrorPair {
+    /// The axis of a link's joint in its frame of the file.
+    pub(crate) fn axis(robot: &Robot, link: LinkId) -> Vector3 {
+        turned(&transposed(&robot.link(link).file_frame.rotation), [0.0, 0.0, 1.0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::read_urdf;
+
+    #[test]
+    fn words_of_the_sides_are_exchanged() {
+        for (name, right) in [
+            ("l_thigh", Some("r_thigh")),
+            ("FL_hip", Some("FR_hip")),
+            ("leg_left_1_link", Some("leg_right_1_link")),
+            ("LHipPitch", Some("RHipPitch")),
+            ("LeftArm", Some("RightArm")),
+            ("leftshoulder", Some("rightshoulder")),
+            ("RL_calf", Some("RR_calf")),
+            ("arm-L", Some("arm-R")),
+            ("wheel", None),
+            ("r_thigh", None),
+            ("elbow", None),
+            ("L1", Some("R1")),
+        ] {
+            assert_eq!(right_names(name).first().map(String::as_str), right, "{name}");
+        }
+        // A finger on the left of a left hand: on a right hand it is on the right or on the left.
+        assert_eq!(right_names("left_l_finger"), ["right_r_finger", "right_l_finger", "left_r_finger"]);
+    }
+
+    fn legs(right_knee: &str, rpy: &str) -> Vec<Option<Vector3>> {
+        let leg = |side: &str, hip: &str, knee: &str, rpy: &str| {
+            let link = |name: &str| format!("<link name=\"{side}_{name}\"/>");
+            let joint = |name: &str, parent: &str, child: &str, at: &str, axis: &str| {
+                format!(
+                    "<joint name=\"{side}_{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{side}_{child}\"/>\
+                     <origin xyz=\"{at}\" rpy=\"{rpy}\"/><axis xyz=\"{axis}\"/></joint>"
+                )
+            };
+            let thigh = format!("{side}_thigh");
+            [
+                link("thigh"),
+                link("shank"),
+                joint("hip", "b", "thigh", hip, "1 0 0"),
+                joint("knee", &thigh, "shank", knee, "0 1 0"),
+            ]
+            .concat()
+        };
+        let text = format!(
+            "<robot name=\"r\"><link name=\"b\"/>{}{}</robot>",
+            leg("l", "0 0.1 0", "0.02 0.01 -0.2", "0 0 0"),
+            leg("r", "0 -0.1 0", right_knee, rpy)
+        );
+        mirror_pairs(&read_urdf(&text, "r.urdf").unwrap()).into_iter().map(|pair| pair.signs).collect()
+    }
+
+    #[test]
+    fn legs_are_pairs_and_frames_tell_the_signs() {
+        let across = Some([1.0, -1.0, 1.0]);
+        assert_eq!(legs("0.02 -0.01 -0.2", "0 0 0"), [across, across]);
+        assert_eq!(legs("0.02 -0.01 -0.3", "0 0 0"), [across, None]);
+        // The right thigh is turned by a half about x: its y and z point the other way, its knee too.
+        assert_eq!(legs("0.02 0.01 0.2", "3.14159265358979 0 0"), [Some([1.0, 1.0, -1.0]), across]);
+        assert_eq!(legs("0.02 -0.01 -0.2", "0.3 0 0")[0], None);
+    }
+}
