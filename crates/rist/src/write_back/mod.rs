@@ -13,5 +13,5 @@ mod steps;
 mod text_edit;
 pub mod urdf;
 
-pub use steps::{write_mjcf, write_repaired, write_urdf};
+pub use steps::{own_mjcf, write_mjcf, write_repaired, write_urdf};
 pub use urdf::WrittenBack;

@@ -8,6 +8,7 @@ use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
 use crate::write_back::urdf::{WrittenBack, write_back, write_repairs};
 
+use crate::describe::description::{ModelOptions, without_macros};
 use crate::describe::linting::Lint;
 use crate::describe::model::Model;
 use crate::error::Error;
