@@ -79,11 +79,12 @@ fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<LogArgument>
 }
 
 fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<LogArgument> {
-    let of = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+    let mut arrays = Vec::new();
+    for (key, value) in given {
         let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
-        Ok((key, value))
-    };
-    of_arrays(given.iter().map(of).collect::<PyResult<_>>()?, name)
+        arrays.push((key, value));
+    }
+    of_arrays(arrays, name)
 }
 
 /// A table of named arrays of Python.
@@ -104,11 +105,11 @@ fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<LogArgument> {
     let columns = match arrow::columns(given) {
         // pandas needs pyarrow for its Arrow stream; its columns are arrays of NumPy without it.
         Err(e) if e.is_instance_of::<PyImportError>(given.py()) && given.hasattr("columns")? => {
-            let column = |key: PyResult<Bound<'_, PyAny>>| {
+            let mut columns = Vec::new();
+            for key in given.getattr("columns")?.try_iter()? {
                 let key = key?;
-                Ok((key.str()?.to_string(), given.get_item(&key)?.call_method0("to_numpy")?))
-            };
-            let columns = given.getattr("columns")?.try_iter()?.map(column).collect::<PyResult<Vec<_>>>()?;
+                columns.push((key.str()?.to_string(), given.get_item(&key)?.call_method0("to_numpy")?));
+            }
             return of_arrays(columns, name);
         }
         columns => columns?,
