@@ -152,7 +152,7 @@ pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f6
     write_measured(path, robot, x, amplitude, noise, 0.0);
 }
 
-/// The same as [`write`], with white noise on the positions. `encoder`: its standard deviation, rad (m).
+/// The same as [`write()`], with white noise on the positions. `encoder`: its standard deviation, rad (m).
 pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
     let machine = Machine { noise, encoder, ..Machine::exact(robot, x, amplitude) };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();

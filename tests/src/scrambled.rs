@@ -103,6 +103,20 @@ pub enum Outcome {
     Silent(String),
 }
 
+/// The signals of the arm, with friction and noise, at [`RATE_HZ`].
+fn simulated(model: &Model) -> JointLog {
+    let parameters = model.nominal_standard_parameters().unwrap_or_default();
+    let machine = Machine {
+        viscous: &[0.8; 3],
+        coulomb: &[0.6; 3],
+        noise: 0.03,
+        encoder: 1e-5,
+        speed: 1e-3,
+        ..Machine::exact(&model.robot, &parameters, &AMPLITUDES)
+    };
+    machine.log().every(4)
+}
+
 /// The arm of the logs.
 pub fn arm() -> Model {
     let bodies = [
@@ -147,17 +161,7 @@ impl Scrambled {
     /// The log of a seed.
     pub fn of(model: &Model, seed: u64) -> Scrambled {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-        let parameters = model.nominal_standard_parameters().unwrap_or_default();
-        let viscous = [0.8; 3];
-        let machine = Machine {
-            viscous: &viscous,
-            coulomb: &[0.6; 3],
-            noise: 0.03,
-            encoder: 1e-5,
-            speed: 1e-3,
-            ..Machine::exact(&model.robot, &parameters, &AMPLITUDES)
-        };
-        let truth = machine.log().every(4);
+        let truth = simulated(model);
         let mut logged = truth.clone();
         let names = NAMES[random.below(NAMES.len())];
         let shape = SHAPES[random.below(SHAPES.len())];

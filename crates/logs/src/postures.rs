@@ -50,7 +50,7 @@ impl Postures {
     /// Reads the postures of these coordinates from a file.
     ///
     /// Fails if the file cannot be read, if a column is missing, if the joints never rest, or if a table has more rows than
-    /// [`MAX_POSTURES`].
+    /// `MAX_POSTURES`.
     pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
         Postures::of_table(&Table::read(path)?, coordinates, names)
     }

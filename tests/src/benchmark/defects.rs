@@ -37,7 +37,7 @@ pub enum Defect {
     /// Flexible joints: the links oscillate at this frequency, Hz, if the motors are blocked.
     Elastic(f64),
     /// Backlash with this gap, rad, in series with a stiff spring. The joint oscillates on this spring with the frequency
-    /// [`STIFF`].
+    /// `STIFF`.
     Play(f64),
 }
 

@@ -561,9 +561,7 @@ fn clock(
     let rising = (0..table.header.len()).filter(|column| rises(&table.columns[*column]));
     let is_apart = |column: &usize| !of_joints.contains(column) && !is_counter(&table.columns[*column]);
     let rising = rising.filter(|column| is_named(column) || is_apart(column));
-    let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
-        return None;
-    };
+    let column = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c)))?;
     proposal.columns.push(Proposed {
         key: "time",
         value: quoted(&table.header[column]),

@@ -44,11 +44,7 @@ impl Table {
                 [n] if n == rows && n > 1 => push(&mut table, key, array.values),
                 // (k, N) is the order of MATLAB and HDF5: a row per signal.
                 [n, k] | [k, n] if n == rows && n > 1 && k > 0 => {
-                    if table.header.len() + k > MAX_COLUMNS {
-                        let shape = format!("{:?}", array.shape);
-                        let message = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape {shape}");
-                        return Err(Error::at(file, 0, message));
-                    }
+                    check_width(file, table.header.len() + k, &key, &array.shape)?;
                     let is_transposed = array.shape[0] != rows;
                     for c in 0..k {
                         let values = array.values.iter().skip(if is_transposed { c * n } else { c });
@@ -94,6 +90,16 @@ impl Table {
         self.columns.push(vec![f64::NAN; self.rows()]);
         self.header.push(name);
         self.texts.push(Some((0, what)));
+    }
+}
+
+/// Fails if a table with an array has too many columns.
+fn check_width(file: &str, columns: usize, key: &str, shape: &[usize]) -> Result<(), Error> {
+    match columns > MAX_COLUMNS {
+        true => {
+            Err(Error::at(file, 0, format!("more than {MAX_COLUMNS} columns with array `{key}` of shape {shape:?}")))
+        }
+        false => Ok(()),
     }
 }
 

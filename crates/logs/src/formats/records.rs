@@ -1,7 +1,7 @@
 //! Converts rows of named, nested values (as in JSON) to a table of columns.
 //!
 //! A number is a column with the name of its key, an array the columns key_1 .. key_k, and an object the columns key.name. Next to
-//! an array `name` of texts, as in sensor_msgs/JointState, an array of the same length has the columns key_<text>, whatever the
+//! an array `name` of texts, as in sensor_msgs/JointState, an array of the same length has the columns `key_<text>`, whatever the
 //! order of the texts in a row. A key that a row lacks is a missing number.
 
 use std::collections::BTreeMap;

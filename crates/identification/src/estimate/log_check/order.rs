@@ -41,9 +41,9 @@ const EXCHANGE_KINDS: [Exchange; 3] =
     [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl ChangeSearch<'_> {
-    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit (error of the description, 0 to
-    /// 1) of each joint with it; `None` for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the misfits
-    /// of the joints that count.
+    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit (error of the description, from
+    /// 0 to 1) of each joint with it; `None` for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the
+    /// misfits of the joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
