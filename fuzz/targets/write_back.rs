@@ -35,8 +35,8 @@ fuzz_target!(|data: &[u8]| {
     }
     let arm = read_urdf(ARM, "arm.urdf").expect("the arm is read");
     let (bodies, joints) = (bodies(&arm), joints(&arm));
-    if let Ok(written) = mjcf_into(text, "robot.xml", &arm, &bodies, &joints) {
-        let again = mjcf_into(&written.text, "again.xml", &arm, &bodies, &joints);
+    if let Ok(written) = mjcf_into(text, "robot.xml", &arm, &bodies, &joints, false) {
+        let again = mjcf_into(&written.text, "again.xml", &arm, &bodies, &joints, false);
         let again = again.unwrap_or_else(|e| panic!("what was written is not read: {e}\n{}", written.text));
         assert_eq!(again.text, written.text);
     }
