@@ -64,8 +64,8 @@ pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64])
 pub(super) fn without_sign() -> Finding {
     let evidence = "no torque of the log is negative, and with the signs of the nominal torque and of friction the description \
                     explains it";
-    let remedy = "log the torques with their sign; of a register whose sign is a bit of its own, give the bit: \
-                  [options.units.torque=signbit(10)]";
+    let remedy = "log the torques with their sign; of a register whose sign is a bit of its own, give the bit \
+                  in [options.units]: `torque: signbit(10)`";
     Finding::of_all(Fault::AbsoluteTorque, evidence.into(), remedy)
 }
 

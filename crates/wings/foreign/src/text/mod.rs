@@ -9,11 +9,11 @@ mod per_joint;
 
 /// The formats, in the order in which they are tried.
 pub(crate) const SHAPES: [LogFormat; 5] = [
-    shape("messages of `ros2 topic echo`", documents::is_yaml, documents::read_yaml),
-    shape("XML of KUKA RSI", documents::is_xml, documents::read_xml),
-    shape("lines of assignments", assignments::is_so, assignments::read),
-    shape("CSV with lists in cells", list_cells::is_so, list_cells::read),
-    shape("CSV with a row per joint", per_joint::is_so, per_joint::read),
+    shape("`ros2 topic echo`", documents::is_yaml, documents::read_yaml),
+    shape("XML of RSI", documents::is_xml, documents::read_xml),
+    shape("text in other shapes", assignments::is_so, assignments::read),
+    shape("text in other shapes", list_cells::is_so, list_cells::read),
+    shape("text in other shapes", per_joint::is_so, per_joint::read),
 ];
 
 const fn shape(name: &'static str, is_so: logs::reading::IsShape, read: logs::reading::ReadBytes) -> LogFormat {
