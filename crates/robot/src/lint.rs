@@ -41,12 +41,12 @@ pub fn lint_with(robot: &Robot, context: LintContext) -> Vec<Finding> {
     }
     inertial_conventions(robot, &bodies, context.mass, &mut findings);
     compare(robot, &mirror_pairs(robot), &bodies, &mut findings);
+    bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     // A wrong mass is one fact; the torque that it asks for is its consequence.
     let is_mass = |f: &Finding| f.subjects.iter().any(|name| bodies.iter().any(|body| body.name == *name));
     let is_doubted = findings.iter().any(|f| is_mass(f) && f.severity() != Severity::Note);
     gravity_load(robot, is_doubted, &mut findings);
     findings.extend(robot.oddities.iter().cloned());
-    bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     grouped(findings)
 }
 

@@ -326,7 +326,7 @@ fn lint_writes_the_repair_that_it_names() {
     let here = folder("lint_write");
     let arm = |inertia: &str| {
         let text = format!(
-            "<robot name=\"r\"><!-- kept --><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\"/><mass value=\"0.9\"/>\
+            "<robot name=\"r\"><!-- kept --><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.01\"/><mass value=\"0.9\"/>\
              <inertia {inertia}/></inertial></link><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/><child link=\"l\"/>\
              <origin xyz=\"0 0 0.3\"/><axis xyz=\"1 0 0\"/></joint></robot>"
         );
