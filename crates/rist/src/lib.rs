@@ -72,6 +72,7 @@ pub use motion::simulation::{Motions, simulate};
 pub use motion::staged_play::{StagedPlay, staged_play};
 pub use page::{PageRequest, page};
 pub use request::*;
+pub use robot::lint::{Finding, Mistake, Repair, RepairedBody, Severity};
 pub use write_back::{WrittenBack, write_mjcf, write_repaired, write_urdf};
 
 // Inputs and results of the steps from other packages.

@@ -340,11 +340,14 @@ fn lint_writes_the_repair_that_it_names() {
         text.contains("<!-- kept -->") && text.contains("ixx=\"0.004\"") && text.contains("iyy=\"0.005\""),
         "{text}"
     );
-    rist(&here, &["lint", "repaired.urdf"]).told(0, &["0 findings in 1 link", "total mass 0.900 kg"]);
+    let sound = ["lint", "repaired.urdf", "--write", "again.urdf"];
+    rist(&here, &sound).told(0, &["0 findings in 1 link", "total mass 0.900 kg"]);
+    assert!(!here.join("again.urdf").exists());
     rist(&here, &["lint", "repaired.urdf", "--mass", "2"]).ended(1);
     rist(&here, &["lint", "repaired.urdf", "--mass", "-2"]).ended(2);
     arm("ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.0022\"");
     let run = rist(&here, &["lint", "arm.urdf", "--write", "none.urdf"]).ended(1);
+    assert!(run.out.contains("do not determine the cause"), "{}", run.out);
     assert!(run.err.contains("nothing is written") && !here.join("none.urdf").exists(), "{}", run.err);
 }
 
