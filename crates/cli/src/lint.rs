@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let directory = model.parent().unwrap_or(Path::new(""));
     let found = rist::lint_with_meshes(&arguments.model.read()?, directory, arguments.mass);
     print_result(&found, || Ok(found.to_json()))?;
-    if let Some(out) = &arguments.write {
+    if let Some(out) = arguments.write.as_ref().filter(|_| found.count() > 0) {
         let (text, bodies) = rist::write_repaired(&found, &rist::text_of(model)?, &model.display().to_string())?;
         write_file(out, &text)?;
         note(format_args!("{}: repaired {}; read it before you use it", out.display(), bodies.join(", ")));

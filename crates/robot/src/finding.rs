@@ -69,7 +69,11 @@ impl Finding {
             [first, _, ..] => format!(" ({first}: {})", self.evidence),
             _ => format!(": {}", self.evidence),
         };
-        let repair = self.repair.as_ref().map_or(String::new(), |repair| format!("; {}", repair.text));
+        let repair = match (&self.repair, self.mistake) {
+            (Some(repair), _) => format!("; {}", repair.text),
+            (None, Mistake::Impossible | Mistake::Size) => "; the values alone do not determine the cause".into(),
+            _ => String::new(),
+        };
         format!("{}{evidence}{repair}", self.fact)
     }
 

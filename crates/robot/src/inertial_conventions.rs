@@ -84,7 +84,8 @@ fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
         let is_like = (link.joint.kind, JointKind::Revolute) == (robot.link(before).joint.kind, link.joint.kind);
         let is_strong = is_like && effort(before).zip(effort(j)).is_some_and(|(before, own)| own >= before);
         let (own, other) = (mass(j), mass(before));
-        if is_strong && own > 0.0 && own < LIGHT_SHARE * other {
+        let is_known = findings.iter().any(|f| f.subjects.contains(&link.name));
+        if is_strong && !is_known && own > 0.0 && own < LIGHT_SHARE * other {
             let fact = "the last body is far lighter than the one before it, and its motor is as strong";
             let text = format!("{} kg after {} kg", shown(own, 4), shown(other, 4));
             findings.push(Finding::new(&link.name, Mistake::MassBesideOthers, fact, text));
@@ -137,7 +138,7 @@ fn limits(robot: &Robot, findings: &mut Vec<Finding>) {
 #[cfg(test)]
 mod tests {
     use crate::format::read_urdf;
-    use crate::lint::{LintContext, Mistake, Severity, lint, lint_with};
+    use crate::lint::{LintOptions, Mistake, Severity, lint, lint_with};
 
     fn found(inertial: &str, geometry: &str, limit: &str) -> Vec<Mistake> {
         let link = |name: &str| {
@@ -248,7 +249,7 @@ mod tests {
     #[test]
     fn the_total_mass_is_compared_with_the_sheet() {
         let robot = read_urdf(&arm([3.0, 2.0, 1.5, 0.8], [200.0; 3]), "r.urdf").unwrap();
-        let found = |mass| lint_with(&robot, LintContext { meshes: &|_| None, mass: Some(mass) });
+        let found = |mass| lint_with(&robot, LintOptions { meshes: &|_| None, mass: Some(mass) });
         assert_eq!(found(7.5), []);
         let [finding] = &found(10.0)[..] else { panic!("{:?}", found(10.0)) };
         assert!(finding.text().contains("7.300 kg with the base of 3.000 kg, 10 kg are expected (-27 %)"), "{finding}");

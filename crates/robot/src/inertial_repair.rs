@@ -132,10 +132,11 @@ fn about_centre(body: &Body) -> Option<Body> {
 }
 
 /// The shift to the centre of mass was made twice. Where half of the shift already makes the body sound, many shifts do, and
-/// this one is not told by the numbers.
+/// the numbers do not
+/// show which.
 fn taken_off_twice(body: &Body) -> Option<Body> {
-    let is_told = !body.about_origin && !moved(body, 0.5).is_some_and(|half| is_sound(&half));
-    if is_told { moved(body, 1.0) } else { None }
+    let is_shown = !body.about_origin && !moved(body, 0.5).is_some_and(|half| is_sound(&half));
+    if is_shown { moved(body, 1.0) } else { None }
 }
 
 fn moved(body: &Body, times: f64) -> Option<Body> {
@@ -172,7 +173,7 @@ fn in_units(body: &Body, mass: f64, length: f64, inertia: f64) -> Option<Body> {
 #[cfg(test)]
 mod tests {
     use crate::format::read_urdf;
-    use crate::lint::{Finding, lint};
+    use crate::lint::{Finding, Mistake, lint};
 
     /// The findings on the last body of an arm of sound bodies: 3, 2 and 1.5 kg, and joints 0.7 m apart.
     fn found(inertial: &str, shapes: &str) -> Vec<Finding> {
@@ -266,6 +267,9 @@ mod tests {
         ] {
             let findings = found(&inertial_of(mass, centre, given), shapes);
             assert!(findings.len() == 1 && findings[0].repair.is_none(), "{given:?}: {findings:#?}");
+            let is_said = findings[0].text().ends_with("do not determine the cause");
+            let is_asked = matches!(findings[0].mistake, Mistake::Impossible | Mistake::Size);
+            assert_eq!(is_said, is_asked, "{}", findings[0]);
         }
         assert_eq!(found(&inertial_of(0.8, "0.1 0 0", cube), CUBE), []);
     }

@@ -20,7 +20,7 @@ pub use crate::finding::{Finding, Mistake, Repair, RepairedBody, Severity};
 
 /// What is known besides the description.
 #[derive(Clone, Copy)]
-pub struct LintContext<'a> {
+pub struct LintOptions<'a> {
     /// Reads the vertices of meshes.
     pub meshes: MeshPoints<'a>,
     /// The total mass that the data sheet gives, kg.
@@ -29,24 +29,24 @@ pub struct LintContext<'a> {
 
 /// The findings on a robot whose meshes are not read, the worst first.
 pub fn lint(robot: &Robot) -> Vec<Finding> {
-    lint_with(robot, LintContext { meshes: &|_| None, mass: None })
+    lint_with(robot, LintOptions { meshes: &|_| None, mass: None })
 }
 
 /// The findings on a robot, the worst first. One fact is one finding, with all links or joints of which it is true.
-pub fn lint_with(robot: &Robot, context: LintContext) -> Vec<Finding> {
-    let bodies = bodies(robot, context.meshes);
+pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
+    let bodies = bodies(robot, options.meshes);
     let mut findings = Vec::new();
     for body in &bodies {
         judged(robot, body, &mut findings);
     }
-    inertial_conventions(robot, &bodies, context.mass, &mut findings);
+    inertial_conventions(robot, &bodies, options.mass, &mut findings);
     compare(robot, &mirror_pairs(robot), &bodies, &mut findings);
+    bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     // A wrong mass is one fact; the torque that it asks for is its consequence.
     let is_mass = |f: &Finding| f.subjects.iter().any(|name| bodies.iter().any(|body| body.name == *name));
     let is_doubted = findings.iter().any(|f| is_mass(f) && f.severity() != Severity::Note);
     gravity_load(robot, is_doubted, &mut findings);
     findings.extend(robot.oddities.iter().cloned());
-    bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     grouped(findings)
 }
 

@@ -328,7 +328,7 @@ fn lint_writes_the_repair_that_it_names() {
     let here = folder("lint_write");
     let arm = |inertia: &str| {
         let text = format!(
-            "<robot name=\"r\"><!-- kept --><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.1\"/><mass value=\"0.9\"/>\
+            "<robot name=\"r\"><!-- kept --><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"0 0 0.01\"/><mass value=\"0.9\"/>\
              <inertia {inertia}/></inertial></link><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/><child link=\"l\"/>\
              <origin xyz=\"0 0 0.3\"/><axis xyz=\"1 0 0\"/></joint></robot>"
         );
@@ -342,11 +342,14 @@ fn lint_writes_the_repair_that_it_names() {
         text.contains("<!-- kept -->") && text.contains("ixx=\"0.004\"") && text.contains("iyy=\"0.005\""),
         "{text}"
     );
-    rist(&here, &["lint", "repaired.urdf"]).told(0, &["0 findings in 1 link", "total mass 0.900 kg"]);
+    let sound = ["lint", "repaired.urdf", "--write", "again.urdf"];
+    rist(&here, &sound).told(0, &["0 findings in 1 link", "total mass 0.900 kg"]);
+    assert!(!here.join("again.urdf").exists());
     rist(&here, &["lint", "repaired.urdf", "--mass", "2"]).ended(1);
     rist(&here, &["lint", "repaired.urdf", "--mass", "-2"]).ended(2);
     arm("ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.0022\"");
     let run = rist(&here, &["lint", "arm.urdf", "--write", "none.urdf"]).ended(1);
+    assert!(run.out.contains("do not determine the cause"), "{}", run.out);
     assert!(run.err.contains("nothing is written") && !here.join("none.urdf").exists(), "{}", run.err);
 }
 

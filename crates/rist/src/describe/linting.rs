@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clearance::bodies::{bodies, mesh_points};
 use clearance::outside::outside;
-use robot::lint::{Finding, LintContext, Mistake, NEGLIGIBLE_SHARE, Severity, grouped};
+use robot::lint::{Finding, LintOptions, Mistake, NEGLIGIBLE_SHARE, Severity, grouped};
 use robot::{Collision, CollisionShape, Part, Robot};
 use serde_json::{Value, json};
 
@@ -39,7 +39,7 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path, mass: Option<f64>) -> L
         CollisionShape::Mesh { file, scale } => mesh_points(file, scale, directory).ok(),
         _ => None,
     };
-    let mut findings = robot::lint::lint_with(robot, LintContext { meshes: &meshes, mass });
+    let mut findings = robot::lint::lint_with(robot, LintOptions { meshes: &meshes, mass });
     let is_known = |f: &Finding| {
         let mut others = findings.iter().filter(|other| other.mistake == Mistake::CentreOutside);
         others.any(|other| other.subjects.contains(&f.subjects[0]))
