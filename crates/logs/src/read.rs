@@ -15,12 +15,14 @@ use gate::source::{RandomAccessFile, Source};
 
 use crate::Error;
 use crate::formats::content::{FileFormat, MAGIC_BYTES};
-use crate::formats::delimited::{TableReader, unpacked, unreadable};
+use crate::formats::delimited::{TableReader, unreadable};
+use crate::formats::npy;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
 use crate::formats::registered::LogReader;
 use crate::formats::text_head::HEAD_BYTES;
 use crate::formats::text_shapes;
+use crate::formats::unpacked::unpacked;
 use crate::joined;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
@@ -179,6 +181,7 @@ impl Table {
             Some(LogReader::Text { .. } | LogReader::Absent { .. }) | None => {}
         }
         match content {
+            FileFormat::Numpy if bytes.starts_with(npy::MAGIC) => npy::read(file, bytes, budget),
             FileFormat::Numpy => crate::formats::npz::read(file, bytes, budget),
             FileFormat::Json => crate::formats::json::read(file, bytes, budget),
             #[cfg(feature = "parquet")]

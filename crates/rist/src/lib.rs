@@ -72,8 +72,8 @@ pub use motion::simulation::{Motions, simulate};
 pub use motion::staged_play::{StagedPlay, staged_play};
 pub use page::{PageRequest, page};
 pub use request::*;
-pub use robot::lint::{Finding, Mistake, Repair, RepairedBody, Severity};
-pub use write_back::{WrittenBack, write_mjcf, write_repaired, write_urdf};
+pub use robot::lint::{Finding as LintFinding, Mistake, Repair, RepairedBody, Severity};
+pub use write_back::{WrittenBack, own_mjcf, write_mjcf, write_repaired, write_urdf};
 
 // Types of other packages that are inputs or results of the steps.
 pub use ::experiments::excitation::artefact::certificate_text;

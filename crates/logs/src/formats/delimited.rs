@@ -5,7 +5,7 @@
 //! results are joined in order, so they do not depend on the number of threads. The memory is bounded by a window and the
 //! returned rows: a row has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` defines what a row is.
 
-use std::io::{BufReader, Error as IoError, ErrorKind, Read};
+use std::io::{Error as IoError, ErrorKind, Read};
 
 use gate::shown;
 use gate::unfolding::{PackedBytes, Unfolding};
@@ -13,7 +13,6 @@ use memchr::memchr_iter;
 use processor::{in_parallel, threads};
 
 use crate::Error;
-use crate::formats::content::FileFormat;
 use crate::formats::number::{is_word, number};
 use crate::formats::rows::{Block, Dialect, WholeRows};
 use crate::table::{MAX_CELLS, RowReader, Table, check_header};
@@ -310,27 +309,6 @@ impl RowReader for TableReader<'_> {
     fn rows(&mut self, most: usize) -> Result<Table, Error> {
         self.next_rows(most)
     }
-}
-
-/// A source whose content is decompressed while it is read.
-pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
-
-/// A gzip or zstd stream, decompressed while it is read.
-pub(crate) fn unpacked<'a>(
-    file: &str,
-    format: FileFormat,
-    source: impl Read + Send + 'a,
-) -> Result<Unpacked<'a>, Error> {
-    let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
-        let source = BufReader::new(source);
-        Ok(match format {
-            FileFormat::Zstd => Box::new(ruzstd::decoding::StreamingDecoder::new(source)?),
-            _ => Box::new(flate2::read::MultiGzDecoder::new(source)),
-        })
-    });
-    unpacked.map_err(|e: ruzstd::decoding::errors::FrameDecoderError| {
-        Error::at(file, 0, format!("the compressed stream is damaged or cut short: {e}"))
-    })
 }
 
 /// Writes cells as a row of text. Reading this row gives the same cells.

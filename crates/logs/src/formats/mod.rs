@@ -9,6 +9,7 @@ pub(crate) mod delimited;
 pub(crate) mod json;
 pub(crate) mod lerobot;
 pub(crate) mod message;
+pub(crate) mod npy;
 pub(crate) mod npz;
 pub(crate) mod number;
 #[cfg(feature = "parquet")]
@@ -21,4 +22,5 @@ mod rows;
 pub(crate) mod stored_number;
 pub(crate) mod text_head;
 pub(crate) mod text_shapes;
+pub(crate) mod unpacked;
 pub(crate) mod written;

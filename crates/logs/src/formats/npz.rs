@@ -11,7 +11,6 @@ use gate::budget::Budget;
 
 use crate::Error;
 use crate::formats::arrays::Array;
-use crate::formats::delimited::NO_HEADER;
 use crate::formats::registered::{self, LogReader};
 use crate::table::{MAX_CELLS, Table};
 
@@ -27,9 +26,6 @@ const MAX_HEAD_BYTES: usize = 1 << 16;
 /// Reads the arrays of a file within a budget. The columns of a single .npy are c1, c2, ..
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
-    if bytes.starts_with(b"\x93NUMPY") {
-        return one_array(file, bytes, budget);
-    }
     let (mut arrays, mut notes) = (Vec::new(), Vec::new());
     let mut numbers = 0;
     let entries = entries(bytes).map_err(at)?;
@@ -65,31 +61,6 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) }
     })?;
     table.notes.extend(notes);
-    Ok(table)
-}
-
-/// The table of a .npy of shape (samples, columns), or (columns, samples) where the second length is the greater.
-///
-/// Fails where it has another shape, or is damaged.
-fn one_array(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
-    let at = |message: String| Error::at(file, 0, message);
-    let refused = "one array without names: shape (samples, columns) is expected; or save a .npz with the names of the \
-                   signals, `numpy.savez('OUT.npz', t=t, q=q, tau=tau)`";
-    let ArrayContent::Numbers(array) = array(Box::new(bytes), budget).map_err(at)? else {
-        return Err(at(refused.into()));
-    };
-    let &[rows, columns] = array.shape.as_slice() else { return Err(at(refused.into())) };
-    let Array { values, .. } = array;
-    let (samples, signals) = (rows.max(columns), rows.min(columns));
-    let at_place = |sample: usize, signal: usize| {
-        if columns > rows { values[signal * columns + sample] } else { values[sample * columns + signal] }
-    };
-    let names = (1..=signals).map(|k| (format!("c{k}"), k - 1));
-    let arrays = names.map(|(name, k)| {
-        (name, Array { shape: vec![samples], values: (0..samples).map(|row| at_place(row, k)).collect() })
-    });
-    let mut table = Table::from_arrays(file, arrays.collect())?;
-    table.notes.push(NO_HEADER.into());
     Ok(table)
 }
 
@@ -158,7 +129,7 @@ fn content<'a>(entry: &ZipEntry<'a>) -> Result<Box<dyn Read + 'a>, String> {
 }
 
 /// The content of a .npy.
-enum ArrayContent {
+pub(super) enum ArrayContent {
     Numbers(Array),
     /// Texts, booleans, or an empty array.
     Nothing,
@@ -184,7 +155,7 @@ fn filled(reader: &mut dyn Read, out: &mut [u8]) -> Result<usize, String> {
     Ok(count)
 }
 
-fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayContent, String> {
+pub(super) fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayContent, String> {
     let mut start = [0; 12];
     filled(&mut content, &mut start[..10])?;
     if !start.starts_with(b"\x93NUMPY") {
@@ -264,10 +235,10 @@ fn take<const N: usize>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn npy(descr: &str, shape: &str, fortran: &str, data: &[u8]) -> Vec<u8> {
+    pub(in crate::formats) fn npy(descr: &str, shape: &str, fortran: &str, data: &[u8]) -> Vec<u8> {
         let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
         let mut out = b"\x93NUMPY\x01\x00".to_vec();
         out.extend((header.len() as u16).to_le_bytes());
@@ -316,7 +287,7 @@ mod tests {
         out
     }
 
-    fn doubles(x: &[f64]) -> Vec<u8> {
+    pub(in crate::formats) fn doubles(x: &[f64]) -> Vec<u8> {
         x.iter().flat_map(|x| x.to_le_bytes()).collect()
     }
 
@@ -399,20 +370,6 @@ mod tests {
         assert!(message(&file).contains("overlap"), "{}", message(&file));
         let wide = npy("<i2", "(2, 10001)", "False", &[0; 2 * 2 * 10_001]);
         assert!(message(&zip(&[("q.npy", wide, true)])).contains("more than 10000 columns with array `q`"));
-    }
-
-    #[test]
-    fn a_single_array_has_columns_by_place() {
-        let rows = npy("<f8", "(3, 2)", "False", &doubles(&[0.0, 1.0, 0.1, 2.0, 0.2, 3.0]));
-        let columns = npy("<f8", "(2, 3)", "False", &doubles(&[0.0, 0.1, 0.2, 1.0, 2.0, 3.0]));
-        for file in [rows, columns] {
-            let table = Table::from_bytes("log.npy", &file).unwrap();
-            assert_eq!((table.header.join(" "), &table.columns[1]), ("c1 c2".into(), &vec![1.0, 2.0, 3.0]));
-            assert!(table.notes[0].contains("no header"), "{:?}", table.notes);
-        }
-        let message = |bytes: &[u8]| Table::from_bytes("log.npy", bytes).unwrap_err().to_string();
-        let one = message(&npy("<f8", "(3,)", "False", &doubles(&[0.0; 3])));
-        assert!(one.contains("shape (samples, columns) is expected"), "{one}");
     }
 
     #[test]

@@ -163,8 +163,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
         let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
         found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    // The pose relative to the body of the antecedent (parent link) is the product of all poses in between: frames and fixed
-    // bodies.
+    // The pose relative to the antecedent's body is the product of all poses in between: frames and fixed bodies.
     let (angles, mut place, mut above) = (AngleConvention::of(node.document()), Pose::IDENTITY, *node);
     loop {
         let Some(pose) = angles.pose(&above) else {
@@ -264,8 +263,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // The name in the model lacks the hidden characters, so it differs. The error message must make the hidden characters
-        // visible.
+        // The name in the model lacks the hidden characters, so it differs. The message must make them visible.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
