@@ -132,8 +132,7 @@ fn about_centre(body: &Body) -> Option<Body> {
 }
 
 /// The shift to the centre of mass was made twice. Where half of the shift already makes the body sound, many shifts do, and
-/// the numbers do not
-/// show which.
+/// the numbers do not show which.
 fn taken_off_twice(body: &Body) -> Option<Body> {
     let is_shown = !body.about_origin && !moved(body, 0.5).is_some_and(|half| is_sound(&half));
     if is_shown { moved(body, 1.0) } else { None }
