@@ -121,7 +121,10 @@ fn of_compressed<'a>(
     source: impl Read + Send + 'a,
     again: bool,
 ) -> Result<Opened<'a>, Error> {
-    let failed = |e: std::io::Error| unreadable(file, 0, &e);
+    let failed = |e: std::io::Error| match e.kind() {
+        ErrorKind::Other => Error::at(file, 0, format!("the compressed stream cannot be unpacked: {e}")),
+        _ => unreadable(file, 0, &e),
+    };
     let mut source = unpacked(file, format, source)?;
     let mut head = Vec::new();
     source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;

@@ -217,7 +217,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
             b"#ROSBAG V2.0\n\0\0\0\0".to_vec(),
             "this is a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`",
         ),
-        (b"\x28\xb5\x2f\xfd\0\0\0\0".to_vec(), "the compressed stream is damaged or cut short"),
+        (b"\x28\xb5\x2f\xfd\0\0\0\0".to_vec(), "the compressed stream cannot be unpacked"),
         (b"\x89MCAP1\r\n\0\0".to_vec(), "this is a binary file"),
         // Broken Parquet files, each with the expected error message.
         (whole[..whole.len() / 2].to_vec(), "does not end with PAR1: it is cut short, or its writer was never closed"),

@@ -97,7 +97,8 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 
 /// Flags of `rist identify --help` that determine how the robot description is read. All commands have them;
 /// `tests/tests/program/command_line.rs` tests them.
-const OF_THE_MODEL: [&str; 10] = [
+const OF_THE_MODEL: [&str; 11] = [
+    "--root",
     "--angles",
     "--mimic",
     "--value",
