@@ -193,7 +193,7 @@ def test_errors_say_what_is_expected(panda, program):
     assert "43 base parameters or 70 standard ones" in message(panda.torque, np.zeros(7), parameters=[1.0])
     bare = rist.Model.read(MODELS.parent / "tests/data/robots/planar2r_vertical.yaml")
     assert "it has no inertial parameters" in message(bare.torque, np.zeros(2))
-    assert "(did you mean angles=?); there are value, arg, package, mimic, angles" in message(rist.Model.read, "a.urdf", angle="meant")
+    assert "(did you mean angles=?); there are value, arg, package, root, mimic, angles" in message(rist.Model.read, "a.urdf", angle="meant")
     assert "expected is one of meant, as-given" in message(rist.Model.read, "a.urdf", angles="exact")
     assert "one of rust, c" in message(panda.generate, "fortran")
     assert "anyway=True is for an estimate=" in message(panda.generate, anyway=True)
