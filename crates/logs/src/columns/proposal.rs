@@ -139,6 +139,8 @@ const GOALS: &str = "goal action target command commanded cmd setpoint desired d
 const CLOCKS: &str = "time zeit stamp timestamp clock temps tiempo sec";
 /// Usual sampling periods of logs, s: from 4 kHz to 20 Hz.
 const LOG_PERIODS_S: std::ops::Range<f64> = 2.5e-4..0.0501;
+/// Sampling periods of slow logs, s: from 20 Hz to 0.5 Hz. Clocks in ms that have such steps are whole numbers.
+const SLOW_PERIODS_S: std::ops::Range<f64> = 0.0501..2.0;
 /// A clock restarts with each episode. It must have at least this number of steps forward for each step back.
 const STEPS_PER_RESTART: usize = 100;
 /// Whole numbers are encoder ticks if their range is at least this.
@@ -152,15 +154,18 @@ const VELOCITY_UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", 57.29578), (
 /// Smallest squared correlation between a velocity and the derivative of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
-/// Proposes columns of a table for the coordinates of a robot.
+/// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second, Hz, in place of a clock.
 pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
-    if let Ok(mapping) = Columns::find(table, coordinates, &ColumnNames::default()) {
-        return of_names(table, coordinates, rate, mapping);
-    }
     let mut proposal = Proposal::default();
-    let mut names = ColumnNames::default();
+    let mut names = ColumnNames { rate, ..ColumnNames::default() };
+    if let Some(rate) = rate {
+        proposal.columns.push(Proposed { key: "rate", value: rate.to_string(), reason: "Hz, as given".into() });
+    }
+    if let Ok(mapping) = Columns::find(table, coordinates, &names) {
+        return of_names((table, coordinates), mapping, proposal, names);
+    }
     let patterns = patterns(table, coordinates);
-    let clock = clock(table, &patterns, &mut proposal, &mut names);
+    let clock = if rate.is_none() { clock(table, &patterns, &mut proposal, &mut names) } else { None };
     for (quantity, words) in WORDS {
         // A log has either torques or currents. Velocities may already have been found by their values.
         let is_found = match quantity {
@@ -195,8 +200,8 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
             set_unit(&mut names, quantity, unit);
         }
     }
-    if names.time.is_none() {
-        row_rate((table, coordinates), rate, &mut proposal, &mut names);
+    if names.time.is_none() && names.rate.is_none() {
+        row_rate((table, coordinates), &mut proposal, &mut names);
     }
     if names.torque.is_none() && names.current.is_none() && names.position.is_some() {
         goals((table, coordinates), &patterns, &mut proposal, &mut names);
@@ -213,12 +218,15 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
 }
 
 /// The proposal where all columns are found by their names: units that no header names and that the values contradict.
-fn of_names(table: &Table, coordinates: &[String], rate: Option<f64>, mapping: Columns) -> Proposal {
-    let mut proposal = Proposal::default();
-    let mut names = ColumnNames::default();
+fn of_names(
+    (table, coordinates): (&Table, &[String]),
+    mapping: Columns,
+    mut proposal: Proposal,
+    mut names: ColumnNames,
+) -> Proposal {
     let column = mapping.time.column;
     if mapping.rate.is_none() && mapping.time_fraction.is_none() && !rises(&table.columns[column]) {
-        row_rate((table, coordinates), rate, &mut proposal, &mut names);
+        row_rate((table, coordinates), &mut proposal, &mut names);
         proposal.mapping = if names.rate.is_some() { Columns::find(table, coordinates, &names).ok() } else { None };
         return proposal;
     }
@@ -255,18 +263,8 @@ fn factor_of(names: &ColumnNames) -> f64 {
 }
 
 /// Proposes the rows per second of a log without a clock, where it has velocities.
-fn row_rate(
-    (table, coordinates): (&Table, &[String]),
-    given: Option<f64>,
-    proposal: &mut Proposal,
-    names: &mut ColumnNames,
-) {
+fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
-    if let Some(rate) = given {
-        proposal.columns.insert(0, Proposed { key: "rate", value: rate.to_string(), reason: "Hz, as given".into() });
-        names.rate = Some(rate);
-        return;
-    }
     // Any rate serves to find the columns.
     let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
     let found = Columns::find(table, coordinates, &with_rate).ok();
@@ -578,9 +576,9 @@ fn rises(x: &[f64]) -> bool {
     2 * up >= x.len().saturating_sub(1).max(1) && back * STEPS_PER_RESTART <= up
 }
 
-/// Whether a column counts the rows: its steps are 1, in an unknown unit.
+/// Whether a column counts the rows in an unknown unit: whole numbers, in most rows 1 more than in the row before.
 fn is_counter(x: &[f64]) -> bool {
-    x.windows(2).all(|w| w[1] - w[0] == 1.0)
+    x.iter().all(|x| x.fract() == 0.0) && step(x) == 1.0
 }
 
 /// The median step forward of a clock, in its unit.
@@ -591,6 +589,9 @@ fn step(clock: &[f64]) -> f64 {
 /// Proposes the unit of a clock if its step is no sampling period in s; returns the factor to s.
 fn clock_unit(clock: &[f64], proposal: &mut Proposal, names: &mut ColumnNames) -> f64 {
     let step = step(clock);
+    if SLOW_PERIODS_S.contains(&step) && clock.iter().any(|t| t.fract() != 0.0) {
+        return 1.0;
+    }
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     let unit = units.into_iter().find(|unit| LOG_PERIODS_S.contains(&(step * unit.1)));
     let Some((unit, factor)) = unit.filter(|unit| unit.0 != "s") else { return 1.0 };
@@ -819,12 +820,24 @@ mod tests {
         let named = ",q1,q2,dq1,dq2,tau1,tau2";
         for found in [
             of(&format!("cycle{named}"), &|row| row as f64 + 7.0),
+            // A counter with lost rows.
+            of(&format!("cycle{named}"), &|row| (row + row / 100) as f64),
             of(&format!("t{named}"), &|row| 0.02 * (row / 4) as f64),
         ] {
             assert_eq!(found.mapping.as_ref().and_then(|mapping| mapping.rate), Some(200.0), "{found}");
         }
         let counted = of(&format!("time{named}"), &|row| 5.0 * row as f64);
         assert_eq!(counted.mapping.as_ref().map(|mapping| mapping.time.factor), Some(1e-3), "{counted}");
+        // A slow log in s, and a clock in ms of 1 kHz.
+        let slow = of(&format!("time{named}"), &|row| 0.98 * row as f64);
+        assert_eq!(slow.mapping.as_ref().map(|mapping| mapping.time.factor), Some(1.0), "{slow}");
+        let fast = of(&format!("time{named}"), &|row| row as f64);
+        assert_eq!(fast.mapping.as_ref().map(|mapping| mapping.time.factor), Some(1e-3), "{fast}");
+        // A rate that the user gives counts before a clock.
+        let clocked = table(&format!("t{named}"), [1.0; 4]);
+        let given = propose(&clocked, &joints(), Some(125.0));
+        assert_eq!(given.mapping.as_ref().and_then(|mapping| mapping.rate), Some(125.0), "{given}");
+        assert!(given.to_string().contains("rate: 125 "), "{given}");
     }
 
     #[test]

@@ -45,7 +45,7 @@ macro_rules! from_hdf5 {
 }
 
 /// First bytes of files that are not read, with their description and a command that converts them.
-const FOREIGN_FORMATS: [(&[u8], &str); 13] = [
+const FOREIGN_FORMATS: [(&[u8], &str); 15] = [
     (b"#ROSBAG V", "a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`"),
     (
         b"FEA1",
@@ -71,6 +71,8 @@ const FOREIGN_FORMATS: [(&[u8], &str); 13] = [
     (b"\x80\x03", PICKLE),
     (b"\x80\x04\x95", PICKLE),
     (b"\x80\x05\x95", PICKLE),
+    (b"}q\0", PICKLE),
+    (b"]q\0", PICKLE),
     (b"(dp0\n", PICKLE),
     (b"(lp0\n", PICKLE),
     (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),

@@ -44,7 +44,7 @@ impl TextHead<'_> {
     }
 }
 
-/// The rows of a text, divided into cells. Each has its line number.
+/// The rows of a text, divided into cells. Each has the number of the line at which it ends.
 pub fn rows(bytes: &[u8], delimiter: Option<u8>) -> impl Iterator<Item = (usize, Vec<String>)> {
     let dialect = Dialect { delimiter, wanted: Vec::new() };
     let (mut at, mut ends) = (0, 0);
@@ -52,6 +52,8 @@ pub fn rows(bytes: &[u8], delimiter: Option<u8>) -> impl Iterator<Item = (usize,
         let row = dialect.first_row(&bytes[at..])?;
         at += row.bytes;
         ends += row.ends;
-        Some((ends.max(1), row.cells.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect()))
+        // The last row may lack a line end.
+        let line = ends + usize::from(!bytes[..at].ends_with(b"\n") && !bytes[..at].ends_with(b"\r"));
+        Some((line, row.cells.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect()))
     })
 }

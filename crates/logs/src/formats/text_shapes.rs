@@ -202,6 +202,9 @@ mod tests {
         let ragged = format!("{}1,2,3\n", row("", 0.5));
         let message = Table::from_bytes("x.txt", ragged.as_bytes()).unwrap_err().to_string();
         assert!(message.contains("x.txt:2: 3 samples where the first signal has 300"), "{message}");
+        // The last line has no line end.
+        let message = Table::from_bytes("x.txt", ragged.trim_end().as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("x.txt:2: 3 samples"), "{message}");
         // A text with as many rows as cells per row is read as one row per sample.
         let square: String = (0..300).map(|_| row("", 0.5)).collect();
         assert_eq!(table(square.as_bytes()).rows(), 300);
