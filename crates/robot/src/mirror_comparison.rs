@@ -1,4 +1,4 @@
-//! Compares the bodies of left and right limbs: mass, centre of mass, inertia and axis.
+//! Compares the bodies of left and right limbs: mass, centre of mass and axis.
 
 use crate::body::Body;
 use crate::body_doubt::{doubts, shown};

@@ -225,12 +225,13 @@ fn of_names(
     mut names: ColumnNames,
 ) -> Proposal {
     let column = mapping.time.column;
-    if mapping.rate.is_none() && mapping.time_fraction.is_none() && !rises(&table.columns[column]) {
+    let is_one_clock = mapping.rate.is_none() && mapping.time_fraction.is_none();
+    if is_one_clock && !rises(&table.columns[column]) {
         row_rate((table, coordinates), &mut proposal, &mut names);
         proposal.mapping = if names.rate.is_some() { Columns::find(table, coordinates, &names).ok() } else { None };
         return proposal;
     }
-    let is_judged = mapping.rate.is_none() && mapping.time_fraction.is_none() && !names_unit(&mapping.time);
+    let is_judged = is_one_clock && !names_unit(&mapping.time);
     let factor =
         if is_judged { clock_unit(&table.columns[column], &mut proposal, &mut names) } else { mapping.time.factor };
     let clock = mapping.rate.is_none().then_some((column, factor));

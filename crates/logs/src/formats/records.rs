@@ -142,7 +142,7 @@ fn name_by_joints(row: &mut [(String, RowValue)]) {
     if joints.is_empty() {
         return;
     }
-    for (name, value) in row.iter_mut().filter(|(_, value)| matches!(value, RowValue::Number(_))) {
+    for (name, value) in row {
         let Some((array, number)) = name.rsplit_once('_') else { continue };
         let above = array.rfind('.').map_or("", |at| &array[..=at]);
         if let (RowValue::Number(_), Some(joint)) = (value, joints.get(&format!("{above}\0{number}"))) {
