@@ -370,3 +370,32 @@ def test_a_wrench_log_gives_the_load_back():
         rist.wrench({"t": t, "q": t})
     with pytest.raises(rist.Error, match="one log is expected"):
         rist.wrench([log, log])
+
+
+def converted(program, path, out):
+    """Obeys the command in the refusal of a file, as a machine would."""
+    said = program("doctor", MODELS / "ur5.urdf", path).stderr
+    command = re.search(r"`python -c \"(.*)\"`", said, re.DOTALL)
+    assert command, said
+    code = " ".join(command[1].split("\n")).replace("'IN'", repr(str(path))).replace("'OUT.npz'", repr(str(out)))
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+@pytest.mark.parametrize("as_rows", [False, True])
+def test_the_command_of_a_refused_pickle_converts_it(program, ur5, log, estimate, tmp_path, protocol, as_rows):
+    rows = [{key: values[k].tolist() for key, values in log.items()} for k in range(len(log["t"]))]
+    path = tmp_path / "log.pickle"
+    path.write_bytes(pickle.dumps(rows if as_rows else log, protocol=protocol))
+    converted(program, path, tmp_path / "log.npz")
+    np.testing.assert_array_equal(rist.identify(ur5, tmp_path / "log.npz").values, estimate.values)
+
+
+def test_the_command_of_a_refused_hdf5_converts_it(program, ur5, log, estimate, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        for key, values in log.items():
+            file[f"robot/{key}"] = values
+    converted(program, tmp_path / "log.h5", tmp_path / "log.npz")
+    names = [f"robot_{key}" for key in log]
+    assert set(np.load(tmp_path / "log.npz")) == set(names)
