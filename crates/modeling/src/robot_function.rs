@@ -93,6 +93,11 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
         of.momentum_regressor(d.base)
     }),
     (
+        "momentum-and-rate",
+        "The generalised momentum p = A dq and b = C^T dq - g from the base parameters x: dp/dt = tau + b without contact.",
+        |of, d| of.momentum_and_rate(d.base),
+    ),
+    (
         "centre-of-mass",
         "Centre of mass of the moving links, m, and its Jacobian, in the base frame, from the standard parameters x.",
         |of, _| of.centre_of_mass(),
@@ -184,6 +189,15 @@ const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
         word: "external-torque",
         sentence: ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
         derive: |of, frame, _| Ok(of.external_torque(frame)),
+        has_reference: false,
+    },
+    FunctionOfLink {
+        word: "load-momentum",
+        sentence: [
+            "Momentum p and b = C^T dq - g per unit of XX XY XZ YY YZ ZZ MX MY MZ M of a load on ",
+            ", in its frame",
+        ],
+        derive: |of, frame, _| Ok(of.load_momentum(frame)),
         has_reference: false,
     },
 ];

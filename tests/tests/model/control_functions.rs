@@ -3,7 +3,7 @@
 
 use expr::{Algebra, Expr, Function, Symbol, Tape};
 use modeling::{Derivation, ReferenceFrame};
-use robot::LinkId;
+use robot::{LinkId, StandardParameter};
 use tests::random::Random;
 use tests::{Case, agree, base_parameters, evaluated, loops};
 
@@ -224,6 +224,36 @@ fn momentum_is_a_dq_and_its_rate_is_the_torque_with_c_transposed() {
         let (c, g) = (times(&transposed, &dq), evaluated(&derivation.gravity(base), &[&q, x_base]));
         let expected: Vec<f64> = (0..n).map(|k| tau[k] + c[k] - g[k]).collect();
         agree("dp/dt", robot, &rate, &expected, ROUNDING);
+        let both = evaluated(&derivation.momentum_and_rate(base), &[&q, &dq, x_base]);
+        agree("p", robot, &both[..n], &p, ROUNDING);
+        let b: Vec<f64> = (0..n).map(|k| c[k] - g[k]).collect();
+        agree("b = C^T dq - g", robot, &both[n..], &b, ROUNDING);
+    }
+}
+
+/// A load on a link changes the standard parameters of this link, so the momentum and b change by the load's columns times its
+/// parameters. For the frame of a URDF, the parameters are first transformed to the frame of the link.
+#[test]
+fn the_momentum_of_a_load_is_that_of_its_link_with_the_load() {
+    let mut random = Random(15);
+    for Case { robot, base, .. } in &cases() {
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (n, last) = (robot.n_coordinates(), LinkId(robot.links.len() - 1));
+        let (q, dq) = (random.vector(n, 2.0), random.vector(n, 2.0));
+        let own = random.physical_parameters(robot);
+        let frames = robot.link(last).frames.iter().map(|(name, _)| modeling::LinkFrame::named(robot, name).unwrap());
+        for frame in std::iter::once(last.into()).chain(frames) {
+            let load: [f64; 10] = std::array::from_fn(|_| random.vector(1, 1.0)[0]);
+            let at_link = robot::transform_inertial(&load, &frame.pose);
+            let first = StandardParameter::all(robot).iter().position(|s| s.link == last).unwrap();
+            let mut loaded = own.clone();
+            loaded[first..first + 10].iter_mut().zip(at_link).for_each(|(x, load)| *x += load);
+            let function = derivation.momentum_and_rate(base);
+            let of = |x: &[f64]| evaluated(&function, &[&q, &dq, &base.values(x)]);
+            let expected: Vec<f64> = of(&loaded).iter().zip(of(&own)).map(|(with, without)| with - without).collect();
+            let found = times(&evaluated(&derivation.load_momentum(frame), &[&q, &dq]), &load);
+            agree("load", robot, &found, &expected, ROUNDING);
+        }
     }
 }
 
@@ -373,6 +403,12 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
         agree("Y X", &robot, &times(&y, &x_base), &expected, 1e-9);
         let p = evaluated(&derivation.momentum(&base), &[&q, &passive, &dq, &x_base]);
         agree("A dq", &robot, &p, &times(&a, &dq), 1e-9);
+        // The Coriolis matrix of reduced coordinates is Christoffel's too, so the rate of p is that of a tree.
+        let both = evaluated(&derivation.momentum_and_rate(&base), &[&q, &passive, &dq, &x_base]);
+        let transposed: Vec<f64> = (0..n * n).map(|k| c[k % n * n + k / n]).collect();
+        let b: Vec<f64> = times(&transposed, &dq).iter().zip(&g).map(|(c, g)| c - g).collect();
+        agree("p", &robot, &both[..n], &p, 1e-9);
+        agree("b", &robot, &both[n..], &b, 1e-9);
     }
 }
 

@@ -13,6 +13,7 @@ pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
 pub(crate) mod momenta;
 pub(crate) mod momentum;
+pub(crate) mod momentum_rate;
 pub(crate) mod parameter_inputs;
 pub(crate) mod pose;
 pub(crate) mod reactions;

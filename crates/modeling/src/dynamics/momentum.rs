@@ -24,44 +24,10 @@ impl Derivation<'_> {
     /// The generalised momentum A dq as a function: inputs `q`, `dq`, `x` (X_base), output `p` (n), kg m^2/s (kg m/s).
     pub fn momentum(&mut self, base: &BaseParameters) -> Function {
         let x = &ParameterInputs::base(self, base);
-        let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
-        let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
-        let v = velocities(g, robot, links, &w, &motion.dq);
-        let mut p = vec![Expr::ZERO; robot.n_variables()];
-        // Momentum h = M v + w x MS and angular momentum L = J w + MS x v of each link.
-        let mut momenta: Vec<[Vector; 2]> = robot
-            .link_ids()
-            .map(|j| {
-                let (body, w, v) = (RigidBody::new(x.body(j)), links[j.0].w, v[j.0]);
-                let (moved, turned) = (v.map(|v| g.mul(body.mass, v)), cross(g, w, body.first_moment));
-                let (own, lever) = (body.times(g, w), cross(g, body.first_moment, v));
-                [add(g, moved, turned), add(g, own, lever)]
-            })
-            .collect();
-        // From the end links inward: take the component of each link's momentum along its joint axis, then add the momentum to
-        // the momentum of the antecedent.
-        for j in robot.link_ids().rev() {
-            let link = robot.link(j);
-            let [h, L] = momenta[j.0];
-            let along = along_axis(link.joint.kind, [h, L]);
-            let rate = joint_variable(g, link, &motion.dq);
-            let rotor = g.mul(x.get(j, Inertial::Ia), rate);
-            let along = g.add(along, rotor);
-            add_to_coordinates(g, link, along, &mut p);
-            if let Some(i) = link.antecedent {
-                let [h, L] = links[j.0].placement.wrench_to_antecedent(g, [h, L]);
-                momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
-            }
-        }
-        // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
-        // coordinates.
-        let p = match implicit {
-            None => p,
-            Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
-        };
-        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq), x.input()]].concat();
+        let p = momentum_entries(self, x).0;
+        let inputs = [self.motion.configuration(), vec![self.motion.input(MotionInput::Dq), x.input()]].concat();
         let output = Output { name: "p".into(), rows: p.len(), columns: 1, entries: p };
-        Function::new("momentum", g, inputs, vec![output])
+        Function::new("momentum", &self.graph, inputs, vec![output])
     }
 
     /// The generalised momentum A dq per unit of each of the p base parameters, as a function: inputs `q`, `dq`, output `y` (n x
@@ -102,9 +68,50 @@ impl Derivation<'_> {
     }
 }
 
+/// The generalised momentum A dq, one expression per coordinate. Also the momentum h and the angular momentum L about O_j of each
+/// link j together with all links that it carries, in frame j.
+pub(crate) fn momentum_entries(derivation: &mut Derivation, x: &ParameterInputs) -> (Vec<Expr>, Vec<[Vector; 2]>) {
+    let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq);
+    let mut p = vec![Expr::ZERO; robot.n_variables()];
+    // Momentum h = M v + w x MS and angular momentum L = J w + MS x v of each link.
+    let mut momenta: Vec<[Vector; 2]> = robot
+        .link_ids()
+        .map(|j| {
+            let (body, w, v) = (RigidBody::new(x.body(j)), links[j.0].w, v[j.0]);
+            let (moved, turned) = (v.map(|v| g.mul(body.mass, v)), cross(g, w, body.first_moment));
+            let (own, lever) = (body.times(g, w), cross(g, body.first_moment, v));
+            [add(g, moved, turned), add(g, own, lever)]
+        })
+        .collect();
+    // From the end links inward: take the component of each link's momentum along its joint axis, then add the momentum to
+    // the momentum of the antecedent.
+    for j in robot.link_ids().rev() {
+        let link = robot.link(j);
+        let [h, L] = momenta[j.0];
+        let along = along_axis(link.joint.kind, [h, L]);
+        let rate = joint_variable(g, link, &motion.dq);
+        let rotor = g.mul(x.get(j, Inertial::Ia), rate);
+        let along = g.add(along, rotor);
+        add_to_coordinates(g, link, along, &mut p);
+        if let Some(i) = link.antecedent {
+            let [h, L] = links[j.0].placement.wrench_to_antecedent(g, [h, L]);
+            momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
+        }
+    }
+    // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
+    // coordinates.
+    let p = match implicit {
+        None => p,
+        Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
+    };
+    (p, momenta)
+}
+
 /// Momentum h and angular momentum L of link j about O_j, per unit of one inertial parameter. w: angular velocity, v: velocity of
 /// O_j.
-fn unit_momentum(g: &mut Graph, w: Vector, v: Vector, parameter: Inertial) -> [Vector; 2] {
+pub(crate) fn unit_momentum(g: &mut Graph, w: Vector, v: Vector, parameter: Inertial) -> [Vector; 2] {
     let [x, y, z] = w;
     let o = Expr::ZERO;
     let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { o });

@@ -1,0 +1,151 @@
+//! Finds by itself when a load is picked up or put down, and tells it from contact.
+//!
+//! Both begin as external torque. When contact begins, a new estimate of the load starts. If contact lasts for a decision time,
+//! and the new load explains the torques, then the load has changed; the former estimate is dropped. If contact ends earlier, the
+//! former load is kept. A person who leans on a robot at rest is not distinguishable from a load; motion distinguishes both.
+
+use crate::contact::Contact;
+use crate::payload::{Load, Payload};
+use crate::real::Real;
+
+/// When a contact is taken for a change of the load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadDecision<R> {
+    /// Time for which the contact must last, s.
+    pub time: R,
+    /// Time constant of the mean square of the normalised residual after the new load, s.
+    pub memory: R,
+    /// Largest mean square for which the new load explains the torques; 1 is expected.
+    pub largest_misfit: R,
+}
+
+/// The load that the robot carries, and a new one under test. D: as for [`Payload`].
+#[derive(Clone, Copy, Debug)]
+pub struct LoadMonitor<R, const D: usize> {
+    decision: LoadDecision<R>,
+    former: Payload<R, D>,
+    current: Payload<R, D>,
+    carried: Load<R>,
+    is_testing: bool,
+    age: R,
+    misfit: R,
+    period: R,
+}
+
+impl<R: Real, const D: usize> LoadMonitor<R, D> {
+    /// Starts without a load. `empty`: an estimate without rows.
+    pub fn new(empty: Payload<R, D>, decision: LoadDecision<R>) -> LoadMonitor<R, D> {
+        let none = Load { parameters: [R::ZERO; 10], ..empty.load() };
+        LoadMonitor {
+            decision,
+            former: empty,
+            current: empty,
+            carried: none,
+            is_testing: false,
+            age: R::ZERO,
+            misfit: R::ZERO,
+            period: R::ZERO,
+        }
+    }
+
+    /// The load that the robot carries.
+    pub fn carried(&self) -> &Load<R> {
+        &self.carried
+    }
+
+    /// The load under test while contact lasts, otherwise the load that the robot carries.
+    pub fn latest(&self) -> Load<R> {
+        if self.is_testing { self.current.load() } else { self.carried }
+    }
+
+    /// The torque -H x of the carried load, for one row of H.
+    pub fn explained(&self, row: &[R; 10]) -> R {
+        self.carried.parameters.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h)
+    }
+
+    /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the update before, s.
+    pub fn begin(&mut self, contact: Contact, period: R) {
+        if contact.is_contact && !self.is_testing {
+            self.former = self.current;
+            self.current.reset();
+            (self.is_testing, self.age, self.misfit) = (true, R::ZERO, R::ZERO);
+        } else if !contact.is_contact && self.is_testing {
+            self.current = self.former;
+            self.is_testing = false;
+        }
+        self.age = self.age + period;
+        self.period = period;
+    }
+
+    /// Takes the torque of one joint; arguments as of [`Payload::push`]. `joints`: number of joints.
+    pub fn push(&mut self, row: &[R; 10], torque: R, deviation: R, shared: &[R; D], joints: usize) {
+        if self.is_testing {
+            let normalised = (torque - self.current.explained(row)) / deviation;
+            let share = self.period / (self.decision.memory + self.period) / R::of(joints as f64);
+            let square = normalised * normalised;
+            if square.is_finite() {
+                self.misfit = self.misfit + share * (square - self.misfit);
+            }
+        }
+        self.current.push(row, torque, deviation, shared);
+    }
+
+    /// Ends an update. Returns whether the load has changed with it; [`LoadMonitor::carried`] is the new load.
+    pub fn end(&mut self) -> bool {
+        if !self.is_testing {
+            if self.carried.parameters[9] > R::ZERO || self.carried.parameters[9] < R::ZERO {
+                self.carried = self.current.load();
+            }
+            return false;
+        }
+        let is_explained = self.age > self.decision.time && self.misfit < self.decision.largest_misfit;
+        if is_explained {
+            self.carried = self.current.load();
+            self.is_testing = false;
+        }
+        is_explained
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Random;
+
+    extern crate std;
+
+    /// A load of 2 kg from cycle 300 to 900, a push of one joint from 1200 to 1230. Returns the cycles at which the load changed,
+    /// with the mass.
+    #[test]
+    fn a_load_is_told_from_a_push() {
+        let empty = Payload::<f64, 0>::new([5.0; 10], 1.0);
+        let decision = LoadDecision { time: 1.0, memory: 0.2, largest_misfit: 4.0 };
+        let mut monitor = LoadMonitor::new(empty, decision);
+        let mut detector = crate::ContactDetector::new(6.0, 0.1);
+        let mut random = Random::new(2);
+        let mut changes = std::vec::Vec::new();
+        for k in 0..1500 {
+            let t = 0.01 * f64::from(k);
+            let rows: [[f64; 10]; 3] = std::array::from_fn(|j| {
+                std::array::from_fn(|c| ((3.0 + 1.7 * c as f64) * t + 2.0 * j as f64 + 0.7 * c as f64).sin())
+            });
+            let mass = if (300..900).contains(&k) { 2.0 } else { 0.0 };
+            let push = if (1200..1230).contains(&k) { 3.0 } else { 0.0 };
+            let torques: [f64; 3] =
+                std::array::from_fn(|j| -rows[j][9] * mass + [0.0, push, 0.0][j] + 0.05 * random.normal());
+            let ratios: [f64; 3] = std::array::from_fn(|j| (torques[j] - monitor.explained(&rows[j])) / 0.05);
+            let contact = detector.step(ratios, 0.01);
+            monitor.begin(contact, 0.01);
+            for (row, torque) in rows.iter().zip(torques) {
+                monitor.push(row, torque, 0.05, &[], 3);
+            }
+            if monitor.end() {
+                changes.push((k, monitor.carried().parameters[9], monitor.carried().sigma[9]));
+            }
+        }
+        let [(up, mass, sigma), (down, left, of_left)] = changes[..] else { panic!("{changes:?}") };
+        assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
+        // One draw: four standard deviations are allowed. Three joints for a second determine the mass to some hundredths.
+        assert!((mass - 2.0).abs() < 4.0 * sigma && left.abs() < 4.0 * of_left && sigma < 0.1, "{changes:?}");
+    }
+}
