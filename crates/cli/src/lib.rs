@@ -31,6 +31,7 @@ mod lint;
 mod model;
 mod plan;
 mod play;
+mod replay;
 mod report;
 mod schema;
 mod shell;
@@ -82,6 +83,7 @@ enum Command {
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
+    Replay(replay::Arguments),
     Report(report::Arguments),
     #[cfg(feature = "fleet")]
     Accumulate(Box<fleet::accumulate::Arguments>),
@@ -202,6 +204,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         #[cfg(feature = "fleet")]
         Command::Accumulate(arguments) => fleet::accumulate::run(&arguments),

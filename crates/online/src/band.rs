@@ -47,9 +47,62 @@ impl<R: Real> Band<R> {
     }
 }
 
+/// How much larger the noise of a joint is than in the fitted logs. A load makes it larger, because the noise of the velocity is
+/// multiplied by the inertia.
+///
+/// The changes of r from cycle to cycle are mainly noise. Their mean square over a memory is compared with that of the fitted logs.
+/// A contact changes r for a short time only, and each change counts as three standard deviations at most.
+#[derive(Clone, Copy, Debug)]
+pub struct NoiseScale<R> {
+    /// Standard deviation of the changes in the fitted logs, N m (N).
+    reference: R,
+    memory: R,
+    square: R,
+    torque: R,
+}
+
+/// Square of the largest number of standard deviations for which a change counts.
+const LARGEST_CHANGE_SQUARED: f64 = 9.0;
+
+impl<R: Real> NoiseScale<R> {
+    /// Starts at the noise of the fitted logs. `reference`: standard deviation of r's change from cycle to cycle there, N m (N);
+    /// `memory`: s.
+    pub fn new(reference: R, memory: R) -> NoiseScale<R> {
+        NoiseScale { reference, memory, square: reference * reference, torque: R::ZERO }
+    }
+
+    /// Takes the torque r of a cycle, beyond that of a load, N m (N), and the time since the cycle before, s. Returns the ratio of
+    /// the noise to that of the fitted logs, at least 1.
+    pub fn step(&mut self, torque: R, period: R) -> R {
+        let change = torque - self.torque;
+        self.torque = torque;
+        let limit = R::of(LARGEST_CHANGE_SQUARED) * self.square;
+        let square = if change * change > limit { limit } else { change * change };
+        if square.is_finite() {
+            self.square = self.square + period / (self.memory + period) * (square - self.square);
+        }
+        (self.square.sqrt() / self.reference).max(R::ONE)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use random::Random;
+
+    #[test]
+    fn the_scale_follows_noise_and_not_a_push() {
+        let mut random = Random::new(5);
+        let mut scale = NoiseScale::new(0.1 * core::f64::consts::SQRT_2, 0.5);
+        let mut at = |k: i32, noise: f64| {
+            let push = if (3000..3500).contains(&k) { 20.0 } else { 0.0 };
+            scale.step(push + noise * random.normal(), 0.001)
+        };
+        // The mean square of some hundred changes has a relative standard deviation of a tenth.
+        assert!((0..3600).map(|k| at(k, 0.1)).fold(0.0, f64::max) < 1.2);
+        let large = (3600..6600).map(|k| at(k, 0.3)).last().unwrap();
+        assert!((large - 3.0).abs() < 0.5, "{large}");
+    }
 
     #[test]
     fn dry_friction_is_no_evidence_at_standstill() {

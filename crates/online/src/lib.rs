@@ -27,7 +27,7 @@ mod payload;
 mod real;
 mod recursion;
 
-pub use band::Band;
+pub use band::{Band, NoiseScale};
 pub use contact::{Contact, ContactDetector};
 pub use drift::Drift;
 pub use load_monitor::{LoadDecision, LoadMonitor};

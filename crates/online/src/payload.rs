@@ -115,6 +115,16 @@ impl<R: Real, const D: usize> Payload<R, D> {
         Load { parameters: self.recursion.solution(), sigma, is_determined }
     }
 
+    /// inv(R): the part of the covariance that comes from noise is f inv(R) inv(R)'.
+    pub fn inverse_triangle(&self) -> [[R; TEN]; TEN] {
+        self.recursion.inverse_triangle()
+    }
+
+    /// f, the factor for the correlation of the errors.
+    pub fn correlation(&self) -> R {
+        self.correlation
+    }
+
     /// The torque -H x that the estimated load explains, for one row of H.
     pub fn explained(&self, row: &[R; TEN]) -> R {
         self.recursion.solution().iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h)
@@ -125,7 +135,7 @@ impl<R: Real, const D: usize> Payload<R, D> {
 /// of the mass about its centre, 1/2 tr(I) 1 - I, gets no negative eigenvalue. No load at all if the mass is not positive.
 pub fn possible<R: Real>(parameters: &[R; TEN]) -> [R; TEN] {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *parameters;
-    if !(m > R::ZERO) {
+    if !m.is_positive() {
         return [R::ZERO; TEN];
     }
     let half = R::of(0.5);
@@ -153,7 +163,7 @@ const JACOBI_SWEEPS: usize = 6;
 fn without_negative_part<R: Real>(mut a: [[R; 3]; 3]) -> [[R; 3]; 3] {
     let mut v = [[R::ONE, R::ZERO, R::ZERO], [R::ZERO, R::ONE, R::ZERO], [R::ZERO, R::ZERO, R::ONE]];
     for (p, q) in [(0, 1), (0, 2), (1, 2)].iter().cycle().take(3 * JACOBI_SWEEPS).copied() {
-        if !(a[p][q].abs() > R::ZERO) {
+        if !a[p][q].abs().is_positive() {
             continue;
         }
         let theta = (a[q][q] - a[p][p]) / (R::of(2.0) * a[p][q]);

@@ -22,6 +22,10 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
+    /// Whether the number is larger than zero; false for NaN.
+    fn is_positive(self) -> bool {
+        self > Self::ZERO
+    }
     /// The absolute value.
     fn abs(self) -> Self {
         if self < Self::ZERO { -self } else { self }

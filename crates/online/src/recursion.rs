@@ -31,7 +31,7 @@ impl<R: Real, const M: usize> Recursion<R, M> {
         for k in 0..M {
             let (a, b) = (self.triangle[k][k], row[k]);
             let length = (a * a + b * b).sqrt();
-            if !(length > R::ZERO) {
+            if !length.is_positive() {
                 continue;
             }
             let (c, s) = (a / length, b / length);

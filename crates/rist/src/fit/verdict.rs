@@ -1,5 +1,7 @@
 //! Judges whether to trust an estimate. Evidence: the estimate itself, and for an estimate of logs also other logs.
 
+use std::path::Path;
+
 use identification::estimate::log_check::finding::Fault;
 use identification::estimate::nominal_prediction::nominal_residuals;
 use identification::estimate::options::Options;
@@ -18,6 +20,19 @@ use identification::estimate::artefact::Estimate;
 /// Judges an estimate by its own content alone. [`crate::fit::samples::Identification::verdict_of_logs`] also uses logs.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
+}
+
+/// Fails if the verdict on an estimate is no, unless `anyway` is set. `file`: name of the estimate's file, for messages.
+pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool) -> Result<(), Error> {
+    let verdict = estimate_verdict(estimate);
+    if verdict.trust != Trust::No || anyway {
+        return Ok(());
+    }
+    Err(Error::verdict(format_args!(
+        "{}: not to be trusted: {}; nothing is written ([anyway=true] writes it)",
+        file.display(),
+        verdict.reasons.join("; ")
+    )))
 }
 
 /// Judges an estimate by its own content. `predicted`: its relative error on motions that were not fitted, if any.

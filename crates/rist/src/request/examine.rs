@@ -1,5 +1,7 @@
 //! Requests for checking logs, estimates and motions.
 
+use std::path::PathBuf;
+
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
@@ -30,6 +32,36 @@ request! {
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
         /// Cut-off of the low-pass on position and torque, Hz [default: MOTION_CUTOFF].
         cutoff: Option<f64> = None, default_from(format_args!("{MOTION_CUTOFF}, or that of the estimate")), range(Range::Positive), value_name("HZ");
+    }
+}
+
+words! {
+    /// The filter of the observer of external torques.
+    pub enum ObserverOrder {
+        /// K / (s + K).
+        First = "first" "First order: the time constant is 1 / GAIN",
+        /// w^2 / (s^2 + sqrt(2) w s + w^2).
+        Second = "second" "Second order, damping 0.7, natural frequency GAIN: less noise, a later answer",
+    }
+}
+
+request! {
+    /// Options for replaying a log through observer, load and drift, as a robot would run them.
+    pub struct ReplayRequest {
+        /// Logs without contact, in which the noise of the observer is measured [default: the logs of the estimate].
+        reference: Vec<PathBuf> = Vec::new(), value_name("LOGS");
+        /// False alarms an hour that are accepted.
+        alarms: f64 = 1.0, range(Range::Positive), value_name("PER_HOUR");
+        /// Gain of the observer, 1/s.
+        observer_gain: f64 = 50.0, range(0.1..=1e4), value_name("GAIN");
+        /// Filter of the observer.
+        order: ObserverOrder = ObserverOrder::First;
+        /// Link or frame that carries a load [default: the last link].
+        load_on: Option<String> = None, value_name("LINK");
+        /// Largest mass of a load, kg.
+        largest_load: f64 = 10.0, range(Range::Positive), value_name("KG");
+        /// Take the numbers even of an estimate whose verdict is no.
+        anyway: bool = false;
     }
 }
 

@@ -55,7 +55,7 @@ use std::sync::OnceLock;
 
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, JointSelector};
-pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest};
+pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ObserverOrder, ReplayRequest, ValidateRequest};
 pub use excite::{ExciteRequest, MotionFamily, MotionSeries};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
@@ -91,6 +91,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("simulate", SimulateRequest::fields()),
         ("doctor", DoctorRequest::fields()),
         ("validate", ValidateRequest::fields()),
+        ("replay", ReplayRequest::fields()),
         ("check", CheckRequest::fields()),
         ("play", PlayRequest::fields()),
     ];

@@ -8,7 +8,7 @@ use linear_model::parameter::{FrictionParameter, ParameterId};
 use crate::describe::model::{Model, predicts};
 use crate::describe::source::IdentifiedValues;
 use crate::error::Error;
-use crate::fit::verdict::{Trust, estimate_verdict};
+use crate::fit::verdict::refuse_estimate;
 use crate::request::GenerateRequest;
 
 impl IdentifiedValues {
@@ -39,14 +39,7 @@ impl GenerateRequest {
     /// Fails if the estimate was made with another model, or if its verdict is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         model.check_estimate(file, estimate)?;
-        let verdict = estimate_verdict(estimate);
-        if verdict.trust == Trust::No && !self.anyway {
-            return Err(Error::verdict(format_args!(
-                "{}: not to be trusted: {}; nothing is written ([anyway=true] writes it)",
-                file.display(),
-                verdict.reasons.join("; ")
-            )));
-        }
+        refuse_estimate(file, estimate, self.anyway)?;
         let refused = |e| Error::new(format_args!("{}: {e}", file.display()));
         IdentifiedValues::of(model, estimate).map_err(refused)
     }

@@ -1,0 +1,63 @@
+//! `rist replay`: runs observer, load and drift over a log.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rist::LogSource;
+use rist::output::check_output;
+use rist::replay::fitted_logs;
+use rist::request::ReplayRequest;
+
+use crate::artefact::{read_estimate, write_file};
+use crate::failure::Failure;
+use crate::flags::Flags;
+use crate::model::ModelArguments;
+use crate::terminal::{at_work, note, print_result};
+
+/// Run observer, load and drift over a log as the robot would: contact, external torque, load, drift of friction
+#[derive(Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The estimate
+    estimate: PathBuf,
+
+    /// The log to run over
+    log: PathBuf,
+
+    #[command(flatten)]
+    request: Flags<ReplayRequest>,
+
+    /// Write external torque, band, contact and load of every cycle as CSV
+    #[arg(long, value_name = "FILE")]
+    series: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let request = arguments.request.read()?;
+    let of_user = [&arguments.model.model, &arguments.estimate, &arguments.log].into_iter().chain(&request.reference);
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    arguments.series.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
+    let columns = estimate.options.as_ref().map(|options| options.columns.clone()).unwrap_or_default();
+    let open = |path: &PathBuf| {
+        at_work(format_args!("reading {}", path.display()));
+        model.open_log(path, &columns).map(|(log, _)| log)
+    };
+    let log = open(&arguments.log)?;
+    let reference: Vec<LogSource> = match request.reference.as_slice() {
+        [] => fitted_logs(&model, &arguments.estimate, &estimate)?,
+        given => given.iter().map(open).collect::<Result<_, _>>()?,
+    };
+    if reference.iter().any(|reference| reference.name() == log.name()) {
+        note(format_args!("{}: the noise of the observer is measured in it too", arguments.log.display()));
+    }
+    at_work("replaying");
+    let replay = rist::replay(&model, (&arguments.estimate, &estimate), &log, &reference, &request)?;
+    print_result(&replay, || Ok(replay.to_json()))?;
+    if let Some(out) = &arguments.series {
+        write_file(out, replay.to_csv())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! The threshold of contact for an accepted rate of false alarms.
+//!
+//! A log without contact gives the peaks of the largest ratio |r| / s: the largest value of each excursion above a level u. If z^b
+//! - u^b is exponential with mean m, then peaks above z happen at the rate
+//!
+//! ```text
+//! rate(z) = (peaks / time) exp(-(z^b - u^b) / m)
+//! ```
+//! b = 2, m = 2 is a normal process [Rice 1945]; b < 2 has heavier tails. b and m are the most likely ones for the peaks. The log
+//! is minutes long and the wanted rate is one in an hour, so the tail is extrapolated.
+
+/// The peaks of a ratio above a level, during a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Peaks {
+    peaks: Vec<f64>,
+    seconds: f64,
+    /// Largest value of the present excursion; zero if there is none.
+    present: f64,
+    /// Time since the ratio was above the level, s.
+    quiet: f64,
+}
+
+/// The level u, standard deviations: high enough that excursions are separate, low enough that a minute has some hundred of them.
+const LEVEL: f64 = 2.0;
+
+/// The exponents b that are compared.
+const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
+
+/// With fewer peaks than this, the tail is taken for that of a normal process.
+const LEAST_PEAKS: usize = 20;
+
+/// Seconds in an hour.
+const HOUR_S: f64 = 3600.0;
+
+/// The smallest threshold. Below, the peaks that were seen would already be alarms.
+const LEAST_THRESHOLD: f64 = 3.0;
+
+impl Peaks {
+    /// Adds a sample. `ratio`: the largest |r| / s of all joints; `period`: s; `hold`: an excursion ends when the ratio was below
+    /// the level for this time, s.
+    pub(crate) fn add(&mut self, ratio: f64, period: f64, hold: f64) {
+        self.seconds += period;
+        if ratio > LEVEL {
+            self.present = self.present.max(ratio);
+            self.quiet = 0.0;
+            return;
+        }
+        self.quiet += period;
+        if self.quiet >= hold {
+            self.end();
+        }
+    }
+
+    /// Ends the present excursion, for example at the end of a record.
+    pub(crate) fn end(&mut self) {
+        if self.present > 0.0 {
+            self.peaks.push(self.present);
+        }
+        (self.present, self.quiet) = (0.0, 0.0);
+    }
+
+    /// The threshold z with `alarms` false alarms an hour.
+    pub(crate) fn threshold(&self, alarms: f64) -> f64 {
+        let count = (self.peaks.len() as f64).max(1.0);
+        let decades = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / alarms).ln().max(0.0);
+        let (exponent, mean) = self.tail();
+        (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD)
+    }
+
+    /// The exponent b and the mean m of z^b - u^b that are most likely for the peaks.
+    fn tail(&self) -> (f64, f64) {
+        if self.peaks.len() < LEAST_PEAKS {
+            return (2.0, 2.0);
+        }
+        let count = self.peaks.len() as f64;
+        let of = |exponent: f64| {
+            let excess = |z: &f64| z.powf(exponent) - LEVEL.powf(exponent);
+            let mean = self.peaks.iter().map(excess).sum::<f64>() / count;
+            // Logarithm of the likelihood of the peaks; the density of z has the factor b z^(b - 1).
+            let slopes: f64 = self.peaks.iter().map(|z| (exponent - 1.0) * z.ln()).sum();
+            (slopes + count * (exponent / mean).ln(), exponent, mean)
+        };
+        let all = EXPONENTS.map(of);
+        let best = all.iter().fold(all[0], |best, other| if other.0 > best.0 { *other } else { best });
+        (best.1, best.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Random;
+
+    /// Filtered noise, normal or with heavier tails: a minute gives the threshold, ten hours count its alarms.
+    #[test]
+    fn the_alarms_asked_for_come() {
+        let (period, hold, gain) = (0.005, 0.1, 20.0);
+        for heavy in [false, true] {
+            let mut random = Random::new(6);
+            let mut state = 0.0;
+            let a = f64::exp(-gain * period);
+            let mut next = || {
+                state = a * state + (1.0 - a * a).sqrt() * random.normal();
+                // A cube in the tails: a ratio of 3 becomes 4.4.
+                f64::abs(if heavy { state + 0.05 * state * state * state } else { state })
+            };
+            let mut peaks = Peaks::default();
+            (0..24_000).for_each(|_| peaks.add(next(), period, hold));
+            let threshold = peaks.threshold(6.0);
+            let mut alarms = Peaks::default();
+            let mut count = 0;
+            let mut quiet = 1.0;
+            for _ in 0..10 * 720_000 {
+                let ratio = next();
+                count += i32::from(ratio > threshold && quiet >= hold);
+                quiet = if ratio > 0.5 * threshold { 0.0 } else { quiet + period };
+            }
+            alarms.end();
+            // 60 are expected. Two minutes leave the exponent uncertain, so a factor of three is allowed.
+            assert!((20..180).contains(&count), "{heavy} {threshold} {count}");
+        }
+    }
+
+    #[test]
+    fn without_peaks_it_is_a_normal_process() {
+        let mut peaks = Peaks::default();
+        (0..1000).for_each(|_| peaks.add(0.1, 0.01, 0.1));
+        // One peak in 10 s at most: ln(360) = 5.9, sqrt(4 + 11.8) = 3.97.
+        assert!((peaks.threshold(1.0) - 3.97).abs() < 0.01, "{}", peaks.threshold(1.0));
+    }
+}

@@ -1,0 +1,273 @@
+//! The result of a replay, as a table, as CSV and as JSON.
+
+use std::fmt;
+
+use online::{Load, possible};
+use serde_json::{Value, json};
+
+/// An interval of contact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactInterval {
+    /// Time at which contact was detected, s.
+    pub start: f64,
+    /// Time of the last cycle of contact, s.
+    pub end: f64,
+    /// Index of the joint with the largest external torque relative to its standard deviation.
+    pub joint: usize,
+    /// Largest external torque of this joint, N m (N).
+    pub torque: f64,
+    /// Index of the last joint with a significant torque at that time: this joint or a later one moves the touched link.
+    pub last_joint: usize,
+    /// The largest ratio of torque to standard deviation.
+    ratio: f64,
+    /// Largest external torque of each joint.
+    torques: Vec<f64>,
+}
+
+impl ContactInterval {
+    pub(crate) fn new(start: f64, joints: usize) -> ContactInterval {
+        let torques = vec![0.0; joints];
+        ContactInterval { start, end: start, joint: 0, torque: 0.0, last_joint: 0, ratio: 0.0, torques }
+    }
+
+    /// Adds a cycle of contact.
+    pub(crate) fn extend(&mut self, t: f64, torques: &[f64], ratios: &[f64], last_joint: Option<usize>) {
+        self.end = t;
+        for (joint, (torque, ratio)) in torques.iter().zip(ratios).enumerate() {
+            if torque.abs() > self.torques[joint].abs() {
+                self.torques[joint] = *torque;
+            }
+            if ratio.abs() > self.ratio {
+                (self.joint, self.ratio) = (joint, ratio.abs());
+                self.last_joint = last_joint.unwrap_or(joint).max(joint);
+            }
+        }
+        self.torque = self.torques[self.joint];
+    }
+}
+
+/// A load that the robot carries from a time on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CarriedLoad {
+    /// Time at which its torque began, s.
+    pub start: f64,
+    /// Time at which it was told from contact, s.
+    pub found: f64,
+    /// Its parameters at the end of the interval. A mass of about zero: the load was put down.
+    pub load: Load<f64>,
+}
+
+impl CarriedLoad {
+    /// Mass, kg, and its standard deviation.
+    pub fn mass(&self) -> (f64, f64) {
+        (self.load.parameters[9], self.load.sigma[9])
+    }
+
+    /// Whether the mass is significant, at 95 %.
+    pub fn is_held(&self) -> bool {
+        let (mass, sigma) = self.mass();
+        mass > identification::estimate::identified::INTERVAL * sigma
+    }
+
+    /// Centre of mass in the load's frame, m; `None` for a component that the motion does not determine, or without a load.
+    pub fn centre(&self) -> [Option<f64>; 3] {
+        let load = &self.load;
+        let is_known = |k: usize| self.is_held() && load.is_determined[6 + k] && load.is_determined[9];
+        [0, 1, 2].map(|k| is_known(k).then(|| load.parameters[6 + k] / load.parameters[9]))
+    }
+}
+
+/// What the replay says of one joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointReplay {
+    /// Standard deviation of the observer's torque at speed, N m (N).
+    pub noise: f64,
+    /// RMS of the ratio without contact; 1 where the model fits this log as it fits the reference.
+    pub misfit: f64,
+    /// Changes of FV, N m s/rad, FS and OFF, N m, since the identification.
+    pub drift: [f64; 3],
+    /// Standard deviations of the changes; they include those of the estimate.
+    pub drift_sigma: [f64; 3],
+}
+
+/// The RMS ratio of a joint above which the model does not fit the robot any more.
+const LARGEST_MISFIT: f64 = 2.0;
+
+/// Standard deviations of a drift that is named. Three, because three numbers of every joint are tested.
+const SIGNIFICANT_DRIFT: f64 = 3.0;
+
+impl JointReplay {
+    /// Whether the estimate does not describe the robot of this log any more.
+    pub fn is_outdated(&self) -> bool {
+        self.misfit > LARGEST_MISFIT
+    }
+
+    /// Which of FV, FS and OFF have changed significantly.
+    pub fn drifted(&self) -> impl Iterator<Item = usize> {
+        (0..3).filter(|&k| self.drift[k].abs() > SIGNIFICANT_DRIFT * self.drift_sigma[k])
+    }
+}
+
+/// One cycle of a replay.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayedCycle {
+    /// Time, s.
+    pub t: f64,
+    /// External torque of each joint, N m (N). It contains the torque of the load.
+    pub torque: Vec<f64>,
+    /// For each joint, the external torque beyond that of the load from which contact is said, N m (N).
+    pub band: Vec<f64>,
+    /// Whether there is contact.
+    pub is_contact: bool,
+    /// Mass of the carried load, kg.
+    pub mass: f64,
+}
+
+/// The result of a replay.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replay {
+    /// Name of the log.
+    pub log: String,
+    /// Names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// Unit of the torque of each coordinate, N m or N.
+    pub units: Vec<&'static str>,
+    /// Names of the logs in which the noise was measured.
+    pub reference: Vec<String>,
+    /// Accepted false alarms an hour.
+    pub alarms_per_hour: f64,
+    /// Threshold of contact, standard deviations.
+    pub threshold: f64,
+    /// Whether the bands contain the uncertainty of the parameters: whether the estimate holds its covariance.
+    pub has_covariance: bool,
+    /// Share of the variance of the torques by the parameters that the bands contain.
+    pub held: f64,
+    /// The link that carries the load.
+    pub load_on: String,
+    /// Intervals of contact, in the order of time.
+    pub contacts: Vec<ContactInterval>,
+    /// Changes of the load, in the order of time.
+    pub loads: Vec<CarriedLoad>,
+    /// One entry per coordinate.
+    pub joints: Vec<JointReplay>,
+    /// All cycles.
+    pub series: Vec<ReplayedCycle>,
+}
+
+/// Names of the parameters of friction, in the order of a drift.
+const FRICTION: [&str; 3] = ["FV", "FS", "OFF"];
+
+impl Replay {
+    pub(crate) fn new(log: String, coordinates: Vec<String>, units: Vec<&'static str>, threshold: f64) -> Replay {
+        Replay {
+            log,
+            coordinates,
+            units,
+            reference: Vec::new(),
+            alarms_per_hour: 0.0,
+            threshold,
+            has_covariance: false,
+            held: 0.0,
+            load_on: String::new(),
+            contacts: Vec::new(),
+            loads: Vec::new(),
+            joints: Vec::new(),
+            series: Vec::new(),
+        }
+    }
+
+    /// All cycles as CSV: `t`, the external torque and the band of each joint, `contact` (0 or 1), `mass`.
+    pub fn to_csv(&self) -> String {
+        let names = self.coordinates.iter().flat_map(|name| [format!("tau_ext_{name}"), format!("band_{name}")]);
+        let head: Vec<String> =
+            std::iter::once("t".into()).chain(names).chain(["contact".into(), "mass".into()]).collect();
+        let mut text = head.join(",") + "\n";
+        for cycle in &self.series {
+            let pairs = cycle.torque.iter().zip(&cycle.band).map(|(torque, band)| format!(",{torque:.6},{band:.6}"));
+            text += &format!("{:.6}{}", cycle.t, pairs.collect::<String>());
+            text += &format!(",{},{:.6}\n", u8::from(cycle.is_contact), cycle.mass);
+        }
+        text
+    }
+
+    /// The result without the cycles, as JSON.
+    pub fn to_json(&self) -> Value {
+        let name = |joint: usize| self.coordinates[joint].as_str();
+        let contacts = self.contacts.iter().map(|c| {
+            json!({"start": c.start, "end": c.end, "joint": name(c.joint), "torque": c.torque, "last_joint": name(c.last_joint)})
+        });
+        let loads = self.loads.iter().map(|l| {
+            let (mass, sigma) = l.mass();
+            json!({
+                "start": l.start, "found": l.found, "mass": mass, "sigma": sigma, "centre_of_mass": l.centre(),
+                "parameters": l.load.parameters, "parameter_sigma": l.load.sigma, "determined": l.load.is_determined,
+                "possible": possible(&l.load.parameters), "is_held": l.is_held(),
+            })
+        });
+        let joints = self.joints.iter().zip(&self.coordinates).map(|(joint, name)| {
+            json!({
+                "name": name, "noise": joint.noise, "misfit": joint.misfit, "is_outdated": joint.is_outdated(),
+                "drift": FRICTION.iter().zip(joint.drift.iter().zip(&joint.drift_sigma)).map(|(name, (value, sigma))| {
+                    (name.to_string(), json!({"value": value, "sigma": sigma}))
+                }).collect::<serde_json::Map<String, Value>>(),
+            })
+        });
+        json!({
+            "log": self.log, "reference": self.reference, "alarms_per_hour": self.alarms_per_hour,
+            "threshold": self.threshold, "has_covariance": self.has_covariance, "load_on": self.load_on,
+            "contacts": contacts.collect::<Vec<_>>(), "loads": loads.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
+        })
+    }
+}
+
+impl fmt::Display for Replay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (first, last) = (self.series.first().map_or(0.0, |c| c.t), self.series.last().map_or(0.0, |c| c.t));
+        writeln!(f, "{}: {} cycles in {:.2} s", self.log, self.series.len(), last - first)?;
+        writeln!(
+            f,
+            "contact from {:.2} standard deviations: {} false alarms an hour expected; noise from {}",
+            self.threshold,
+            self.alarms_per_hour,
+            self.reference.join(", ")
+        )?;
+        if !self.has_covariance {
+            writeln!(f, "the bands lack the uncertainty of the parameters: identify with [covariance=true]")?;
+        }
+        writeln!(f, "\ncontact: {}", if self.contacts.is_empty() { "none" } else { "" })?;
+        for contact in &self.contacts {
+            writeln!(
+                f,
+                "  {:9.3} .. {:9.3} s  {:+.3} {} at {}; the touched link is moved by {}, or lies beyond it",
+                contact.start,
+                contact.end,
+                contact.torque,
+                self.units[contact.joint],
+                self.coordinates[contact.joint],
+                self.coordinates[contact.last_joint]
+            )?;
+        }
+        writeln!(f, "\nload on {}: {}", self.load_on, if self.loads.is_empty() { "none" } else { "" })?;
+        for load in &self.loads {
+            let ((mass, sigma), word) = (load.mass(), if load.is_held() { "carried" } else { "put down" });
+            write!(f, "  from {:9.3} s  {word}: {mass:.4} +- {sigma:.4} kg", load.start)?;
+            let centre = load.centre();
+            if centre.iter().any(Option::is_some) {
+                let shown = centre.map(|c| c.map_or("not determined".into(), |c| format!("{c:.4}")));
+                write!(f, ", centre of mass {} m", shown.join(" "))?;
+            }
+            writeln!(f)?;
+        }
+        writeln!(f, "\n{:<12} {:>10} {:>8}  drift of friction since the identification", "joint", "noise", "misfit")?;
+        for ((joint, name), unit) in self.joints.iter().zip(&self.coordinates).zip(&self.units) {
+            write!(f, "{name:<12} {:>10} {:>8.2}", format!("{:.4} {unit}", joint.noise), joint.misfit)?;
+            let drifted = joint
+                .drifted()
+                .map(|k| format!("{} {:+.4} +- {:.4}", FRICTION[k], joint.drift[k], joint.drift_sigma[k]));
+            let drifted: Vec<String> = drifted.collect();
+            write!(f, "  {}", if drifted.is_empty() { "not significant".into() } else { drifted.join(", ") })?;
+            writeln!(f, "{}", if joint.is_outdated() { "; the model no longer fits: identify anew" } else { "" })?;
+        }
+        Ok(())
+    }
+}

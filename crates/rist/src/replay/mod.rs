@@ -1,0 +1,111 @@
+//! Runs observer, load and drift over a log, cycle by cycle, as a robot runs them.
+//!
+//! The noise of the observer is measured in logs without contact: those that the estimate was fitted to, unless others are given.
+//! With the covariance of the estimate it gives the band of the external torque, and with the accepted rate of false alarms the
+//! threshold of contact.
+
+mod alarm_rate;
+mod artefact;
+mod cycles;
+mod directions;
+mod noise;
+mod observers;
+mod run;
+
+use std::path::Path;
+
+use logs::LogSource;
+use nalgebra::DMatrix;
+use online::Order;
+
+use identification::estimate::artefact::Estimate;
+use linear_model::linear_model::Model as LinearModel;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::request::{ObserverOrder, ReplayRequest, Request};
+
+pub use artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
+pub use directions::DIRECTIONS;
+
+/// Contact ends after this time below half of the threshold, s. Pushes of a person last longer.
+const HOLD_S: f64 = 0.1;
+
+/// Replays a log: intervals of contact, loads, drift of friction, and the external torque of every cycle.
+///
+/// `reference`: logs without contact; if empty, the logs of the estimate. `file`: name of the estimate's file for messages.
+///
+/// Fails if the verdict of the estimate is no, unless the request says `anyway`; if a log cannot be read; if the logs of the
+/// estimate are not there; and if the log is too slow for the gain of the observer.
+pub fn replay(
+    model: &Model,
+    (file, estimate): (&Path, &Estimate),
+    log: &LogSource,
+    reference: &[LogSource],
+    request: &ReplayRequest,
+) -> Result<Replay, Error> {
+    request.check()?;
+    model.check_estimate(file, estimate)?;
+    crate::fit::verdict::refuse_estimate(file, estimate, request.anyway)?;
+    let gain = request.observer_gain;
+    let order = match request.order {
+        ObserverOrder::First => Order::First(gain),
+        ObserverOrder::Second => Order::Second(gain),
+    };
+    let link = match &request.load_on {
+        Some(link) => link.clone(),
+        None => last_link(model),
+    };
+    let mut cycles = cycles::CycleModel::new(model, estimate, &link, gain)?;
+    let covariance = covariance(&cycles.linear, estimate);
+    let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
+    let threshold = noise.peaks.threshold(request.alarms);
+    let settings = run::Settings { order, gain, threshold, hold: HOLD_S, largest_load: request.largest_load };
+    let mut replay = run::run(&cycles, &noise, log, &settings)?;
+    for (joint, sigma) in replay.joints.iter_mut().zip(cycles.friction_sigma(estimate)) {
+        joint.drift_sigma.iter_mut().zip(sigma).for_each(|(drift, sigma)| *drift = drift.hypot(sigma));
+    }
+    replay.load_on = link;
+    replay.reference = reference.iter().map(LogSource::name).collect();
+    replay.alarms_per_hour = request.alarms;
+    replay.has_covariance = covariance.is_some();
+    Ok(replay)
+}
+
+/// The logs of the estimate, from which the noise of the observer is measured. Fails if one is not there.
+pub fn fitted_logs(model: &Model, file: &Path, estimate: &Estimate) -> Result<Vec<LogSource>, Error> {
+    let Some(options) = &estimate.options else { return Ok(Vec::new()) };
+    let open = |name: &String| {
+        let opened = model.open_log(Path::new(name), &options.columns);
+        opened.map(|(log, _)| log).map_err(|e| {
+            Error::new(format_args!(
+                "{}: the noise of the observer is measured in the logs that the estimate was made from, and one is not there: \
+                 {e}; give a log without contact as [reference]",
+                file.display()
+            ))
+        })
+    };
+    estimate.logs.iter().map(open).collect()
+}
+
+/// The name of the last link: the link with the most links before it, the first of several.
+fn last_link(model: &Model) -> String {
+    let before = |link: &robot::Link| link.antecedent.map(|before| model.robot.link(before));
+    let depth = |link: &robot::Link| std::iter::successors(before(link), |link| before(link)).count();
+    let deepest = model.robot.links.iter().rev().max_by_key(|link| depth(link));
+    deepest.map_or(String::new(), |link| link.name.clone())
+}
+
+/// The covariance of all parameters of the linear model, in its order; `None` if the estimate does not hold it.
+fn covariance(linear: &LinearModel, estimate: &Estimate) -> Option<DMatrix<f64>> {
+    if estimate.covariance.is_empty() {
+        return None;
+    }
+    let place = |k: usize| estimate.parameters.iter().position(|p| p.id == linear.parameters[k].id);
+    let places: Vec<Option<usize>> = (0..linear.p()).map(place).collect();
+    let entry = |r: usize, c: usize| {
+        let value = places[r].zip(places[c]).map_or(0.0, |(r, c)| estimate.covariance[r][c]);
+        if value.is_finite() { value } else { 0.0 }
+    };
+    Some(DMatrix::from_fn(linear.p(), linear.p(), entry))
+}

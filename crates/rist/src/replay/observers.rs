@@ -1,0 +1,57 @@
+//! The observers of all joints, and those of the columns of a load and of friction, which pass the same filter.
+
+use online::{Observer, Order};
+
+use crate::replay::cycles::Cycle;
+
+/// Filtered signals of one joint.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    /// External torque of the observer, N m (N).
+    pub(crate) torque: f64,
+    /// Row of H: the torque -H x is that of a load with the parameters x.
+    pub(crate) load: [f64; 10],
+    /// Speed and direction, as a torque would pass the observer.
+    pub(crate) friction: [f64; 2],
+}
+
+/// The observers of one joint.
+struct JointObservers {
+    torque: Observer<f64>,
+    load: [Observer<f64>; 10],
+    friction: [Observer<f64>; 2],
+}
+
+/// The observers of all joints.
+pub(crate) struct Observers {
+    joints: Vec<JointObservers>,
+    pub(crate) seen: Vec<Seen>,
+}
+
+impl Observers {
+    pub(crate) fn new(n: usize, order: Order<f64>) -> Observers {
+        let one = Observer::new(order);
+        let joint = || JointObservers { torque: one, load: [one; 10], friction: [one; 2] };
+        let none = Seen { torque: 0.0, load: [0.0; 10], friction: [0.0; 2] };
+        Observers { joints: (0..n).map(|_| joint()).collect(), seen: vec![none; n] }
+    }
+
+    /// Takes a cycle. At the first cycle of a record all observers start again.
+    pub(crate) fn step(&mut self, cycle: &Cycle) {
+        for ((observers, joint), seen) in self.joints.iter_mut().zip(cycle.joints).zip(&mut self.seen) {
+            let JointObservers { torque, load, friction } = observers;
+            if cycle.period <= 0.0 {
+                std::iter::once(&mut *torque).chain(&mut *load).chain(&mut *friction).for_each(Observer::reset);
+            }
+            seen.torque = torque.step(joint.momentum, joint.known, cycle.period);
+            let [momenta, rates] = &joint.load;
+            for (k, observer) in load.iter_mut().enumerate() {
+                seen.load[k] = observer.step(momenta[k], rates[k], cycle.period);
+            }
+            for (k, column) in [joint.speed, joint.direction].into_iter().enumerate() {
+                // An external torque equal to the column: no momentum, and the column as missing torque.
+                seen.friction[k] = friction[k].step(0.0, -column, cycle.period);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The loop over the cycles of a log: the same calls as in a controller.
+
+use logs::LogSource;
+use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
+
+use crate::error::Error;
+use crate::replay::artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
+use crate::replay::cycles::{Cycle, CycleModel};
+use crate::replay::directions::DIRECTIONS;
+use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS, square};
+use crate::replay::observers::Observers;
+
+/// Settings of a run.
+pub(crate) struct Settings {
+    pub(crate) order: Order<f64>,
+    /// Gain of the observer, 1/s.
+    pub(crate) gain: f64,
+    /// Threshold of contact, standard deviations.
+    pub(crate) threshold: f64,
+    /// Time below half the threshold after which contact ends, s.
+    pub(crate) hold: f64,
+    /// Largest mass of a load, kg.
+    pub(crate) largest_load: f64,
+}
+
+/// Distance of a load's mass from the origin of its frame, m: standard deviation of what is possible.
+const LOAD_DISTANCE_M: f64 = 0.2;
+/// Time for which a contact lasts before it is taken for a load, s. Pushes and collisions are shorter.
+const LOAD_DECISION_S: f64 = 1.5;
+/// Time constant of the misfit of a new load, s.
+const MISFIT_MEMORY_S: f64 = 0.3;
+/// Largest mean square of the normalised residual with which a load explains a contact; 1 is expected, and a constant push of ten
+/// standard deviations leaves some tens.
+const LARGEST_MISFIT: f64 = 4.0;
+/// Updates of load and drift follow each other by this many time constants of the observer.
+const UPDATE_TIME_CONSTANTS: f64 = 1.0;
+/// Memory of the scale of the noise, s: some hundred cycles.
+const SCALE_MEMORY_S: f64 = 0.5;
+/// Memory of the drift of friction, s: temperature changes friction within minutes.
+const DRIFT_MEMORY_S: f64 = 120.0;
+/// Standard deviation of a drift that is possible, relative to the noise of the observer: a hundred times, so it hardly binds.
+const DRIFT_RELATIVE_TO_NOISE: f64 = 100.0;
+
+/// The state of a run.
+struct Run<'a> {
+    noise: &'a Noise,
+    settings: &'a Settings,
+    observers: Observers,
+    detector: ContactDetector<f64>,
+    loads: LoadMonitor<f64, DIRECTIONS>,
+    drifts: Vec<Drift<f64>>,
+    scales: Vec<NoiseScale<f64>>,
+    /// Time since the last update of load and drift, s.
+    waited: f64,
+    /// Time since the start of the record, s.
+    since: f64,
+    replay: Replay,
+    /// Sum of squared ratios without contact, per joint, and their number.
+    squares: Vec<f64>,
+    count: usize,
+}
+
+/// Runs over a log.
+pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings: &Settings) -> Result<Replay, Error> {
+    let n = cycles.n();
+    let (m, d) = (settings.largest_load, LOAD_DISTANCE_M);
+    let start = [m * d * d, m * d * d, m * d * d, m * d * d, m * d * d, m * d * d, m * d, m * d, m * d, m];
+    let a = (-UPDATE_TIME_CONSTANTS).exp();
+    let correlation = (1.0 + a) / (1.0 - a);
+    let decision = LoadDecision {
+        time: LOAD_DECISION_S,
+        settling: SETTLING_TIME_CONSTANTS / settings.gain,
+        memory: MISFIT_MEMORY_S,
+        largest_misfit: LARGEST_MISFIT,
+    };
+    let weight = 1.0 - UPDATE_TIME_CONSTANTS / settings.gain / DRIFT_MEMORY_S;
+    let drift = |band: &online::Band<f64>| {
+        let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
+        Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
+    };
+    let regressor = cycles.model.regressor();
+    let units = (0..n).map(|j| if regressor.is_prismatic(j) { "N" } else { "N m" });
+    let mut run = Run {
+        noise,
+        settings,
+        observers: Observers::new(n, settings.order),
+        detector: ContactDetector::new(settings.threshold, settings.hold),
+        loads: LoadMonitor::new(Payload::new(start, correlation), decision),
+        scales: noise.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect(),
+        drifts: noise.bands.iter().map(drift).collect(),
+        waited: 0.0,
+        since: 0.0,
+        replay: Replay::new(log.name(), regressor.coordinates().to_vec(), units.collect(), settings.threshold),
+        squares: vec![0.0; n],
+        count: 0,
+    };
+    cycles.each(log, &mut |cycle| run.step(cycle))?;
+    Ok(run.finish())
+}
+
+impl Run<'_> {
+    fn step(&mut self, cycle: &Cycle) {
+        self.observers.step(cycle);
+        self.since = if cycle.period > 0.0 { self.since + cycle.period } else { 0.0 };
+        let shared: Vec<[f64; DIRECTIONS]> = cycle.joints.iter().map(|joint| self.noise.shared(&joint.row)).collect();
+        let seen = &self.observers.seen;
+        let beyond: Vec<f64> = seen.iter().map(|s| s.torque - self.loads.explained(&s.load)).collect();
+        let scales = self.scales.iter_mut().zip(&beyond);
+        let scales: Vec<f64> = scales.map(|(scale, torque)| scale.step(*torque, cycle.period)).collect();
+        let mut bands = self.noise.bands.clone();
+        bands.iter_mut().zip(scales).for_each(|(band, scale)| band.noise *= scale);
+        // The uncertainty of the robot's parameters and of the load.
+        let of_parameters: Vec<f64> =
+            seen.iter().zip(&shared).map(|(seen, shared)| square(shared) + self.loads.variance(&seen.load)).collect();
+        let joints = bands.iter().zip(cycle.joints).zip(&of_parameters);
+        let limits: Vec<f64> = joints
+            .clone()
+            .map(|((band, joint), of_parameters)| {
+                self.settings.threshold * band.deviation(joint.speed, *of_parameters) + band.dry_at(joint.speed)
+            })
+            .collect();
+        let ratios = joints
+            .zip(&beyond)
+            .map(|(((band, joint), of_parameters), torque)| band.ratio(*torque, joint.speed, *of_parameters));
+        let ratios: Vec<f64> = ratios.collect();
+        let contact = self.detector.step(ratios.iter().copied(), cycle.period);
+        self.note_contact(cycle, contact, &beyond, &ratios);
+        if !contact.is_contact {
+            self.count += 1;
+            self.squares.iter_mut().zip(&ratios).for_each(|(sum, ratio)| *sum += ratio * ratio);
+        }
+        self.waited += cycle.period;
+        if self.waited * self.settings.gain >= UPDATE_TIME_CONSTANTS {
+            self.update(cycle, contact, (&beyond, &bands), &shared);
+            self.waited = 0.0;
+        }
+        self.replay.series.push(ReplayedCycle {
+            t: cycle.t,
+            torque: self.observers.seen.iter().map(|s| s.torque).collect(),
+            band: limits,
+            is_contact: contact.is_contact,
+            mass: self.loads.carried().parameters[9],
+        });
+    }
+
+    /// Updates load and drift.
+    fn update(
+        &mut self,
+        cycle: &Cycle,
+        contact: Contact,
+        (beyond, bands): (&[f64], &[online::Band<f64>]),
+        shared: &[[f64; DIRECTIONS]],
+    ) {
+        let n = cycle.joints.len();
+        self.loads.begin(contact, self.waited);
+        for (j, joint) in cycle.joints.iter().enumerate() {
+            let (band, seen) = (&bands[j], &self.observers.seen[j]);
+            let deviation = band.deviation(joint.speed, 0.0);
+            // Static friction of a joint at rest may carry a load, so such a joint does not tell of it.
+            if band.dry_at(joint.speed) < deviation {
+                self.loads.push(&seen.load, seen.torque, deviation, &shared[j], n);
+            }
+            if !contact.is_contact && joint.speed.abs() > band.speed {
+                let deviation = band.deviation(joint.speed, square(&shared[j]));
+                self.drifts[j].push(seen.friction[0], seen.friction[1], beyond[j], deviation);
+            }
+        }
+        if self.loads.end() {
+            // The contact that led to the load was none.
+            let began = self.replay.contacts.pop().map_or(cycle.t, |contact| contact.start);
+            let load = *self.loads.carried();
+            self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load });
+        }
+        if let Some(last) = self.replay.loads.last_mut() {
+            last.load = *self.loads.carried();
+        }
+    }
+
+    /// Begins, extends or ends an interval of contact.
+    fn note_contact(&mut self, cycle: &Cycle, contact: Contact, beyond: &[f64], ratios: &[f64]) {
+        if contact.begins {
+            self.replay.contacts.push(ContactInterval::new(cycle.t, cycle.joints.len()));
+        }
+        let is_open = contact.is_contact;
+        if let Some(interval) = self.replay.contacts.last_mut().filter(|_| is_open) {
+            interval.extend(cycle.t, beyond, ratios, contact.last_joint);
+        }
+    }
+
+    fn finish(mut self) -> Replay {
+        let count = self.count.max(1) as f64;
+        let bands = self.noise.bands.iter().zip(&self.drifts).zip(&self.squares);
+        self.replay.joints = bands
+            .map(|((band, drift), square)| {
+                let (change, sigma) = drift.changes();
+                JointReplay { noise: band.noise, misfit: (square / count).sqrt(), drift: change, drift_sigma: sigma }
+            })
+            .collect();
+        self.replay.held = self.noise.held;
+        self.replay
+    }
+}
