@@ -18,6 +18,7 @@ pub mod lagrangian;
 pub mod loops;
 pub mod mutation;
 pub mod number;
+pub mod on_robot;
 pub mod planar_log;
 pub mod planar_loop;
 pub mod pose;

@@ -27,6 +27,7 @@ mod plan_verdict;
 mod possible_bodies;
 mod postures;
 mod random_situations;
+mod replay;
 mod scrambled;
 mod servos;
 mod signals_of_logs;

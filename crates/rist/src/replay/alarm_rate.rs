@@ -27,7 +27,10 @@ const LEVEL: f64 = 2.0;
 const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
 
 /// With fewer peaks than this, the tail is taken for that of a normal process.
-const LEAST_PEAKS: usize = 20;
+const LEAST_PEAKS: usize = 5;
+
+/// A peak above this multiple of the threshold is a contact in a log that should have none, and not noise.
+const CONTACT_RATIO: f64 = 2.0;
 
 /// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
@@ -59,12 +62,13 @@ impl Peaks {
         (self.present, self.quiet) = (0.0, 0.0);
     }
 
-    /// The threshold z with `alarms` false alarms an hour.
+    /// The threshold z with `alarms` false alarms an hour. No peak of the logs without contact exceeds it.
     pub(crate) fn threshold(&self, alarms: f64) -> f64 {
         let count = (self.peaks.len() as f64).max(1.0);
         let decades = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / alarms).ln().max(0.0);
         let (exponent, mean) = self.tail();
-        (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD)
+        let threshold = (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD);
+        self.peaks.iter().filter(|peak| **peak < CONTACT_RATIO * threshold).fold(threshold, |most, peak| most.max(*peak))
     }
 
     /// The exponent b and the mean m of z^b - u^b that are most likely for the peaks.

@@ -1,0 +1,254 @@
+
+/* ---- External torque, contact and load, one call a cycle ---- */
+
+#define N LENGTH
+#define TEN 10
+#define D DIRECTIONS
+#define SQUARE(x) ((x) * (x))
+#define ABS(x) ((x) < 0 ? -(x) : (x))
+
+CONSTANTS
+/* Whether it is a number, and not infinite. */
+static int is_number(real x)
+{
+    return x - x == 0;
+}
+
+void PREFIX_start(PREFIX_monitor *m)
+{
+    const PREFIX_monitor none = {0};
+    int j, k;
+    *m = none;
+    m->load.last_joint = -1;
+    for (j = 0; j < N; j++)
+        m->change_square[j] = SQUARE(change_deviation[j]);
+    for (k = 0; k < TEN; k++) {
+        m->load.current.triangle[k][k] = 1 / load_start[k];
+        m->load.former.triangle[k][k] = 1 / load_start[k];
+    }
+}
+
+/* r' = (r + K (p' - p - known T)) / (1 + K T), with the mean of known at both ends of the period. */
+static void observe_one(real p, real known, real period, int has_started, real *p_before, real *known_before, real *r)
+{
+    const real unexplained = p - *p_before - (real)0.5 * (known + *known_before) * period;
+    const real next = (*r + GAIN * unexplained) / (1 + GAIN * period);
+    *r = has_started ? next : 0;
+    *p_before = p;
+    *known_before = known;
+}
+
+/* Rotates the row h x = z, of unit variance, into the triangle. */
+static void push_row(PREFIX_payload *l, const real row[TEN], real value)
+{
+    real h[TEN];
+    int k, c;
+    for (c = 0; c < TEN; c++)
+        h[c] = row[c];
+    for (k = 0; k < TEN; k++) {
+        const real a = l->triangle[k][k], b = h[k], length = SQRT(a * a + b * b);
+        const real cosine = a / length, sine = b / length, z = l->right[k];
+        for (c = k; c < TEN; c++) {
+            const real t = l->triangle[k][c], x = h[c];
+            l->triangle[k][c] = cosine * t + sine * x;
+            h[c] = cosine * x - sine * t;
+        }
+        l->right[k] = cosine * z + sine * value;
+        value = cosine * value - sine * z;
+    }
+}
+
+/* x of R x = right. */
+static void solve(const PREFIX_payload *l, const real right[TEN], real x[TEN])
+{
+    int k, c;
+    for (k = TEN - 1; k >= 0; k--) {
+        x[k] = right[k];
+        for (c = k + 1; c < TEN; c++)
+            x[k] -= l->triangle[k][c] * x[c];
+        x[k] /= l->triangle[k][k];
+    }
+}
+
+/* Parameters and standard deviations of the load that is estimated now, and the inverse of its triangle. */
+static void estimate_load(const PREFIX_payload *l, real x[TEN], real sigma[TEN], real inverse[TEN][TEN])
+{
+    real half[TEN][D];
+    int k, c, d;
+    solve(l, l->right, x);
+    for (c = 0; c < TEN; c++) {
+        real unit[TEN] = {0}, column[TEN];
+        unit[c] = 1;
+        solve(l, unit, column);
+        for (k = 0; k < TEN; k++)
+            inverse[k][c] = column[k];
+    }
+    for (k = 0; k < TEN; k++)
+        for (d = 0; d < D; d++) {
+            half[k][d] = 0;
+            for (c = 0; c < TEN; c++)
+                half[k][d] += inverse[c][k] * l->shared[c][d];
+        }
+    for (k = 0; k < TEN; k++) {
+        real variance = 0;
+        for (c = 0; c < TEN; c++)
+            variance += CORRELATION * SQUARE(inverse[k][c]);
+        for (d = 0; d < D; d++) {
+            real gain = 0;
+            for (c = 0; c < TEN; c++)
+                gain += inverse[k][c] * half[c][d];
+            variance += SQUARE(gain);
+        }
+        sigma[k] = SQRT(variance);
+    }
+}
+
+/* Starts the estimate of a new load, and keeps the former one. */
+static void start_test(PREFIX_load *l)
+{
+    const PREFIX_payload none = {0};
+    int k;
+    l->former = l->current;
+    l->current = none;
+    for (k = 0; k < TEN; k++)
+        l->current.triangle[k][k] = 1 / load_start[k];
+    l->phase = 1;
+    l->age = 0;
+    l->misfit = 0;
+}
+
+/* The phase before the rows of a cycle: 0 free, 1 testing a new load, 2 settling on it. */
+static void begin_load(PREFIX_load *l, int is_contact, real period)
+{
+    const int is_late = l->age > DECISION;
+    if (is_contact && (l->phase == 0 || (l->phase == 2 && is_late)))
+        start_test(l);
+    else if (!is_contact && l->phase == 1) {
+        l->current = l->former;
+        l->phase = 0;
+    } else if (!is_contact)
+        l->phase = 0;
+    l->age += period;
+}
+
+/* Whether the load has changed, after the rows of a cycle. */
+static int end_load(PREFIX_load *l)
+{
+    real x[TEN], sigma[TEN], inverse[TEN][TEN];
+    const int is_found = l->phase == 1 && l->age > DECISION && l->misfit < LARGEST_MISFIT;
+    int k, c;
+    estimate_load(&l->current, x, sigma, inverse);
+    if (is_found || l->phase == 2 || (l->phase == 0 && l->has_load)) {
+        for (k = 0; k < TEN; k++) {
+            l->parameters[k] = x[k];
+            l->sigma[k] = sigma[k];
+            l->is_determined[k] = sigma[k] < (real)0.5 * load_start[k];
+            for (c = 0; c < TEN; c++)
+                l->inverse[k][c] = inverse[k][c];
+        }
+    }
+    if (is_found) {
+        l->phase = 2;
+        l->age = 0;
+        l->has_load = 1;
+    }
+    return is_found;
+}
+
+int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_real dq[N], const PREFIX_real tau[N], PREFIX_real period)
+{
+    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[N][COLUMNS], shared[N][D], largest = 0;
+    int j, k, c, d, is_usable = period > 0 && period < LONGEST_PERIOD, status = 0;
+    for (j = 0; j < N; j++)
+        is_usable = is_usable && is_number(q[j]) && is_number(dq[j]) && is_number(tau[j]);
+    if (!is_usable) {
+        m->has_started = 0;
+        return UPPER_NOT_USED;
+    }
+    PREFIX_momentum_and_rate(q, dq, PREFIX_x, p, b);
+    PREFIX_LOAD_MOMENTUM(q, dq, lp, lb);
+    for (j = 0; j < N; j++) {
+        m->slow[j] = m->has_started ? m->slow[j] + GAIN * period / (1 + GAIN * period) * (dq[j] - m->slow[j]) : dq[j];
+        ddq[j] = GAIN * (dq[j] - m->slow[j]);
+    }
+    PREFIX_base_regressor(q, dq, ddq, y);
+    for (j = 0; j < N; j++) {
+        const real direction = dq[j] > smooth_speed[j] ? 1 : dq[j] < -smooth_speed[j] ? -1 : dq[j] / smooth_speed[j];
+        const real friction[3] = {dq[j], direction, 1};
+        real known = tau[j] + b[j];
+        for (k = 0; k < 3; k++)
+            known -= PREFIX_f[3 * j + k] * friction[k];
+        observe_one(p[j], known, period, m->has_started, &m->momentum[j], &m->known[j], &m->external[j]);
+        for (c = 0; c < TEN; c++)
+            observe_one(lp[j][c], lb[j][c], period, m->has_started, &m->load_momentum[j][c], &m->load_known[j][c], &m->row[j][c]);
+        for (d = 0; d < D; d++) {
+            shared[j][d] = 0;
+            for (c = 0; c < COLUMNS; c++)
+                shared[j][d] += y[j][c] * factor[c][d];
+            for (k = 0; k < 3; k++)
+                shared[j][d] += friction[k] * factor[COLUMNS + 3 * j + k][d];
+        }
+    }
+    m->load.last_joint = -1;
+    for (j = 0; j < N; j++) {
+        const real relative = dq[j] / low_speed_speed[j], share = 1 / (1 + relative * relative);
+        real explained = 0, variance = 0, change, square, scale, beyond;
+        for (c = 0; c < TEN; c++) {
+            real product = 0;
+            explained -= m->load.parameters[c] * m->row[j][c];
+            for (k = 0; k <= c; k++)
+                product += m->load.inverse[k][c] * m->row[j][k];
+            variance += CORRELATION * SQUARE(product);
+        }
+        m->beyond[j] = m->external[j] - explained;
+        change = m->beyond[j] - m->before[j];
+        m->before[j] = m->beyond[j];
+        square = change * change > 9 * m->change_square[j] ? 9 * m->change_square[j] : change * change;
+        m->change_square[j] += period / (SCALE_MEMORY + period) * (square - m->change_square[j]);
+        scale = SQRT(m->change_square[j]) / change_deviation[j];
+        scale = scale > 1 ? scale : 1;
+        m->noise_variance[j] = SQUARE(scale * noise[j]) + SQUARE(low_speed[j] * share);
+        m->dry[j] = dry[j] * share;
+        for (d = 0; d < D; d++)
+            variance += SQUARE(shared[j][d]);
+        m->limit[j] = THRESHOLD * SQRT(m->noise_variance[j] + variance) + m->dry[j];
+        beyond = ABS(m->beyond[j]) - m->dry[j];
+        beyond = (beyond > 0 ? beyond : 0) / SQRT(m->noise_variance[j] + variance);
+        largest = beyond > largest ? beyond : largest;
+        if (beyond > 3)
+            m->load.last_joint = j;
+    }
+    /* Contact ends when all joints were below half of the threshold for the hold time. */
+    if (!m->is_contact && largest > THRESHOLD)
+        status |= UPPER_BEGINS;
+    m->quiet = largest > (real)0.5 * THRESHOLD ? 0 : m->quiet + period;
+    m->is_contact = largest > THRESHOLD || (m->is_contact && m->quiet < HOLD);
+    begin_load(&m->load, m->is_contact, period);
+    for (j = 0; j < N; j++) {
+        const real deviation = SQRT(m->noise_variance[j]), weight = m->dry[j] < deviation ? 1 / deviation : 0;
+        real scaled[TEN], left = m->external[j];
+        if (m->load.phase == 1 && m->load.age < SETTLING)
+            continue;
+        if (m->load.phase == 1 && weight > 0) {
+            real x[TEN];
+            solve(&m->load.current, m->load.current.right, x);
+            for (c = 0; c < TEN; c++)
+                left += x[c] * m->row[j][c];
+            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
+        }
+        for (c = 0; c < TEN; c++) {
+            scaled[c] = -m->row[j][c] * weight;
+            for (d = 0; d < D; d++)
+                m->load.current.shared[c][d] += scaled[c] * weight * shared[j][d];
+        }
+        push_row(&m->load.current, scaled, m->external[j] * weight);
+    }
+    if (end_load(&m->load))
+        status |= UPPER_LOAD_CHANGED;
+    m->has_started = 1;
+    return status | (m->is_contact ? UPPER_CONTACT : 0);
+}
+
+#undef N
+#undef TEN
+#undef D
