@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::describe::source::Language;
+use rist::replay::{monitor, reference_logs};
 use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, Request, SourceLanguage};
 
@@ -38,7 +39,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => (arguments.model.read()?, None),
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
-            let values = request.values(&model, file, &estimate)?;
+            let mut values = request.values(&model, file, &estimate)?;
+            if request.has_monitor() {
+                let reference = reference_logs(&model, file, &estimate, &request.reference)?;
+                values.monitor = Some(monitor(&model, (file, &estimate), &reference, &request)?);
+            }
             // A note on the checksum of the estimate's file is also written at the head of the source, after the command line.
             if let Some(said) = estimate.checksum.note(file.display()) {
                 note(format_args!("{said}"));

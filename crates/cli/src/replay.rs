@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::LogSource;
 use rist::output::check_output;
-use rist::replay::fitted_logs;
+use rist::replay::reference_logs;
 use rist::request::ReplayRequest;
 
 use crate::artefact::{read_estimate, write_file};
@@ -46,10 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         model.open_log(path, &columns).map(|(log, _)| log)
     };
     let log = open(&arguments.log)?;
-    let reference: Vec<LogSource> = match request.reference.as_slice() {
-        [] => fitted_logs(&model, &arguments.estimate, &estimate)?,
-        given => given.iter().map(open).collect::<Result<_, _>>()?,
-    };
+    let reference = reference_logs(&model, &arguments.estimate, &estimate, &request.reference)?;
     if reference.iter().any(|reference| reference.name() == log.name()) {
         note(format_args!("{}: the noise of the observer is measured in it too", arguments.log.display()));
     }

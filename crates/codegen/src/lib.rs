@@ -5,6 +5,7 @@
 mod c;
 mod c_sine;
 mod controller;
+mod monitor;
 mod numbers;
 mod rust_file;
 mod rust_function;
@@ -12,4 +13,5 @@ mod sine;
 pub mod steps;
 
 pub use c::{CFiles, c_files};
+pub use monitor::Monitor;
 pub use rust_file::{index_file, rust_file};

@@ -4,6 +4,7 @@
 #define N LENGTH
 #define TEN 10
 #define D DIRECTIONS
+#define DETERMINED ((real)0.1)
 #define SQUARE(x) ((x) * (x))
 #define ABS(x) ((x) < 0 ? -(x) : (x))
 
@@ -135,14 +136,14 @@ static void begin_load(PREFIX_load *l, int is_contact, real period)
 static int end_load(PREFIX_load *l)
 {
     real x[TEN], sigma[TEN], inverse[TEN][TEN];
-    const int is_found = l->phase == 1 && l->age > DECISION && l->misfit < LARGEST_MISFIT;
-    int k, c;
+    int k, c, is_found = l->phase == 1 && l->age > DECISION && l->misfit < LARGEST_MISFIT;
     estimate_load(&l->current, x, sigma, inverse);
+    is_found = is_found && sigma[9] < DETERMINED * load_start[9];
     if (is_found || l->phase == 2 || (l->phase == 0 && l->has_load)) {
         for (k = 0; k < TEN; k++) {
             l->parameters[k] = x[k];
             l->sigma[k] = sigma[k];
-            l->is_determined[k] = sigma[k] < (real)0.5 * load_start[k];
+            l->is_determined[k] = sigma[k] < DETERMINED * load_start[k];
             for (c = 0; c < TEN; c++)
                 l->inverse[k][c] = inverse[k][c];
         }
@@ -157,8 +158,8 @@ static int end_load(PREFIX_load *l)
 
 int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_real dq[N], const PREFIX_real tau[N], PREFIX_real period)
 {
-    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[N][COLUMNS], shared[N][D], largest = 0;
-    int j, k, c, d, is_usable = period > 0 && period < LONGEST_PERIOD, status = 0;
+    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[N][COLUMNS], shared[N][D], largest = 0, candidate[TEN];
+    int j, k, c, d, is_settling, is_usable = period > 0 && period < LONGEST_PERIOD, status = 0;
     for (j = 0; j < N; j++)
         is_usable = is_usable && is_number(q[j]) && is_number(dq[j]) && is_number(tau[j]);
     if (!is_usable) {
@@ -224,18 +225,17 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     m->quiet = largest > (real)0.5 * THRESHOLD ? 0 : m->quiet + period;
     m->is_contact = largest > THRESHOLD || (m->is_contact && m->quiet < HOLD);
     begin_load(&m->load, m->is_contact, period);
+    is_settling = m->load.phase == 1 && m->load.age < SETTLING;
+    solve(&m->load.current, m->load.current.right, candidate);
+    /* A row of weight 0 changes nothing, but takes the same time. */
     for (j = 0; j < N; j++) {
-        const real deviation = SQRT(m->noise_variance[j]), weight = m->dry[j] < deviation ? 1 / deviation : 0;
+        const int is_told = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling;
+        const real weight = is_told ? 1 / SQRT(m->noise_variance[j]) : 0;
         real scaled[TEN], left = m->external[j];
-        if (m->load.phase == 1 && m->load.age < SETTLING)
-            continue;
-        if (m->load.phase == 1 && weight > 0) {
-            real x[TEN];
-            solve(&m->load.current, m->load.current.right, x);
-            for (c = 0; c < TEN; c++)
-                left += x[c] * m->row[j][c];
+        for (c = 0; c < TEN; c++)
+            left += candidate[c] * m->row[j][c];
+        if (m->load.phase == 1 && is_told)
             m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
-        }
         for (c = 0; c < TEN; c++) {
             scaled[c] = -m->row[j][c] * weight;
             for (d = 0; d < D; d++)

@@ -1,7 +1,7 @@
 //! Finds by itself when a load is picked up or put down, and tells it from contact.
 //!
 //! Both begin as external torque. When contact begins, a new estimate of the load starts. If contact lasts for a decision time,
-//! and the new load explains the torques, then the load has changed; the former estimate is dropped. If contact ends earlier, the
+//! the new load explains the torques, and the motion determines its mass, then the load has changed; the former estimate is dropped. If contact ends earlier, the
 //! former load is kept. A person who leans on a robot at rest is not distinguishable from a load; motion distinguishes both.
 
 use crate::contact::Contact;
@@ -41,6 +41,8 @@ pub struct LoadMonitor<R, const D: usize> {
     carried: Load<R>,
     /// inv(R) of the carried load.
     inverse: [[R; 10]; 10],
+    /// Parameters of `current` at the beginning of the update.
+    candidate: [R; 10],
     phase: Phase,
     /// Whether a load was found at all. Before, noise is not taken for a small load.
     has_load: bool,
@@ -59,6 +61,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
             current: empty,
             carried: none,
             inverse: [[R::ZERO; 10]; 10],
+            candidate: [R::ZERO; 10],
             phase: Phase::Free,
             has_load: false,
             age: R::ZERO,
@@ -106,6 +109,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         }
         self.age = self.age + period;
         self.period = period;
+        self.candidate = self.current.parameters();
     }
 
     /// Takes the torque of one joint; arguments as of [`Payload::push`]. `joints`: number of joints.
@@ -114,7 +118,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
             return;
         }
         if self.phase == Phase::Testing {
-            let normalised = (torque - self.current.explained(row)) / deviation;
+            let explained = self.candidate.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h);
+            let normalised = (torque - explained) / deviation;
             let share = self.period / (self.decision.memory + self.period) / R::of(joints as f64);
             let square = normalised * normalised;
             if square.is_finite() {
@@ -126,24 +131,27 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
 
     /// Ends an update. Returns whether the load has changed with it; [`LoadMonitor::carried`] is the new load.
     pub fn end(&mut self) -> bool {
+        let load = self.current.load();
         let is_explained = self.age > self.decision.time && self.misfit < self.decision.largest_misfit;
+        // A load whose mass the motion does not determine yet would be wrong in another posture.
+        let is_explained = is_explained && load.is_determined[9];
         match self.phase {
             Phase::Free if !self.has_load => false,
             Phase::Testing if !is_explained => false,
             Phase::Free | Phase::Settling => {
-                self.carry();
+                self.carry(load);
                 false
             }
             Phase::Testing => {
-                self.carry();
+                self.carry(load);
                 (self.phase, self.age, self.has_load) = (Phase::Settling, R::ZERO, true);
                 true
             }
         }
     }
 
-    fn carry(&mut self) {
-        (self.carried, self.inverse) = (self.current.load(), self.current.inverse_triangle());
+    fn carry(&mut self, load: Load<R>) {
+        (self.carried, self.inverse) = (load, self.current.inverse_triangle());
     }
 
     fn start_test(&mut self) {

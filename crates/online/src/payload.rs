@@ -14,7 +14,7 @@
 //! cov(x) = f inv(R) inv(R)' + K K',   K = inv(R) inv(R)' sum H' Z / s^2
 //! ```
 //! f corrects for the correlation of e from update to update. Parameters start at zero with given standard deviations (what a
-//! gripper may hold). A parameter of which more than half of this deviation remains is reported as not determined by the motion.
+//! gripper may hold). A parameter of which more than a tenth of this deviation remains is reported as not determined by the motion.
 
 use crate::real::Real;
 use crate::recursion::Recursion;
@@ -22,8 +22,8 @@ use crate::recursion::Recursion;
 /// Number of inertial parameters of a rigid body: XX XY XZ YY YZ ZZ MX MY MZ M.
 const TEN: usize = 10;
 
-/// A parameter is determined by the motion if at most this share of its deviation at the start remains.
-const DETERMINED_SHARE: f64 = 0.5;
+/// A parameter is determined by the motion if less than this share of its deviation at the start remains.
+const DETERMINED_SHARE: f64 = 0.1;
 
 /// Recursive estimate of a load. D: number of directions d of the error of the robot's own parameters.
 #[derive(Clone, Copy, Debug)]
@@ -115,6 +115,11 @@ impl<R: Real, const D: usize> Payload<R, D> {
         Load { parameters: self.recursion.solution(), sigma, is_determined }
     }
 
+    /// The parameters of the load, without their standard deviations.
+    pub fn parameters(&self) -> [R; TEN] {
+        self.recursion.solution()
+    }
+
     /// inv(R): the part of the covariance that comes from noise is f inv(R) inv(R)'.
     pub fn inverse_triangle(&self) -> [[R; TEN]; TEN] {
         self.recursion.inverse_triangle()
@@ -123,11 +128,6 @@ impl<R: Real, const D: usize> Payload<R, D> {
     /// f, the factor for the correlation of the errors.
     pub fn correlation(&self) -> R {
         self.correlation
-    }
-
-    /// The torque -H x that the estimated load explains, for one row of H.
-    pub fn explained(&self, row: &[R; TEN]) -> R {
-        self.recursion.solution().iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use rist::describe::source::{IdentifiedValues, Language};
 use rist::replay::CarriedLoad;
-use rist::request::{IdentifyRequest, ReplayRequest};
+use rist::request::{GenerateRequest, IdentifyRequest, ReplayRequest};
 use rist::{Estimate, KnownLoad, LogSource, Model, Replay};
 use tests::joint_log::unlike;
 use tests::on_robot::{Carried, Push, Scene};
@@ -130,4 +131,119 @@ fn the_program_replays_and_refuses() {
     let refused =
         tests::program::rist(&here, &["replay", &other, "e.yaml", "other.csv", "--reference", "gone.csv"]).ended(2);
     assert!(refused.err.contains("made with `ur5"), "{}", refused.err);
+}
+
+/// A program in C that reads rows of q, dq and tau, and prints external torque, status and mass of each cycle.
+const DRIVER: &str = r#"
+#include <stdio.h>
+#include "arm.h"
+
+int main(void)
+{
+    static ur5_urdf_monitor m;
+    double x[18];
+    ur5_urdf_real q[6], dq[6], tau[6];
+    int j, k;
+    ur5_urdf_start(&m);
+    for (;;) {
+        for (k = 0; k < 18; k++)
+            if (scanf("%lf", &x[k]) != 1)
+                return 0;
+        for (j = 0; j < 6; j++) {
+            q[j] = (ur5_urdf_real)x[j];
+            dq[j] = (ur5_urdf_real)x[6 + j];
+            tau[j] = (ur5_urdf_real)x[12 + j];
+        }
+        k = ur5_urdf_monitor_step(&m, q, dq, tau, (ur5_urdf_real)(1.0 / 487.0));
+        for (j = 0; j < 6; j++)
+            printf("%.17g ", (double)m.external[j]);
+        printf("%d %.17g\n", k, (double)m.load.parameters[9]);
+    }
+}
+"#;
+
+/// The columns of the driver's output: external torques, status and mass of each cycle. `real`: double or float.
+fn driven(here: &Path, real: &str, log: &logs::Log) -> Vec<Vec<f64>> {
+    use std::io::Write;
+    let options =
+        format!("-std=c99 -Wall -Wextra -Werror -pedantic -O2 -DUR5_URDF_REAL={real} driver.c arm.c -lm -o {real}");
+    tests::program::done(here, "cc", &options);
+    let mut child = std::process::Command::new(here.join(real))
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    let dq = log.dq.as_ref().unwrap();
+    let rows: String = (0..log.t.len())
+        .map(|r| {
+            let row = log.q.iter().chain(dq).chain(&log.effort).map(|series| format!("{:?}", series[r]));
+            row.collect::<Vec<_>>().join(" ") + "\n"
+        })
+        .collect();
+    let writer = std::thread::spawn(move || input.write_all(rows.as_bytes()).unwrap());
+    let out = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    let text = String::from_utf8(out.stdout).unwrap();
+    text.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn the_generated_monitor_in_c_is_the_replay() {
+    let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
+    let known = identified(&model);
+    // No time of the monitor is a multiple of the period, so rounding moves none of its decisions.
+    let mut busy = Scene { rate: 487.0, ..scene(&model, 8, 30.0) };
+    busy.pushes.push(Push { link: 3, from: 5.0, to: 5.3, force: [20.0, 30.0, 0.0] });
+    busy.loads.push(Carried { from: 10.0, to: 20.0, load: load(1.5, [0.0, 0.02, 0.06]) });
+    let (mut log, _) = busy.log();
+    let replay = replayed(&model, &known, &LogSource::Held(log.clone()));
+    assert_eq!((replay.contacts.len(), replay.loads.len()), (1, 2), "{replay}");
+
+    let functions = ["observer", "payload"].map(String::from);
+    let request = GenerateRequest { functions: functions.to_vec(), rate: busy.rate, ..GenerateRequest::default() };
+    let mut values = IdentifiedValues::of(&model, &known.0).unwrap();
+    let reference = std::slice::from_ref(&known.1);
+    values.monitor = Some(rist::replay::monitor(&model, (Path::new("e.yaml"), &known.0), reference, &request).unwrap());
+    let generate = |values: Option<&IdentifiedValues>, language: &Language| {
+        rist::generate(&model.robot, &functions, language, "this test", values, &[], false)
+    };
+    let language = Language::C { header: "arm.h".into() };
+    let source = generate(Some(&values), &language).unwrap();
+    for (values, language, said) in [(None, &language, "[estimate]"), (Some(&values), &Language::Rust, "[language=c]")]
+    {
+        let refused = generate(values, language).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(refused.contains(said), "{refused}");
+    }
+    let here = tests::program::folder("monitor_in_c");
+    std::fs::write(here.join("arm.c"), source.text).unwrap();
+    std::fs::write(here.join("arm.h"), source.header.unwrap()).unwrap();
+    std::fs::write(here.join("driver.c"), DRIVER).unwrap();
+
+    let double = driven(&here, "double", &log);
+    assert_eq!(double.len(), replay.series.len());
+    let single = driven(&here, "float", &log);
+    let (mut largest, mut others) = (0.0_f64, 0);
+    for ((cycle, double), single) in replay.series.iter().zip(&double).zip(&single) {
+        for (j, torque) in cycle.torque.iter().enumerate() {
+            // Rounding of a recursion that forgets within 20 ms; torques are up to 100 N m. The clock of the log rounds too.
+            assert!((torque - double[j]).abs() < 1e-8, "{} {torque} {}", cycle.t, double[j]);
+            largest = largest.max((double[j] - single[j]).abs());
+        }
+        others += usize::from(cycle.is_contact != (double[6] as i32 & 1 == 1));
+        // The estimate of the load has the condition of ten parameters, some of which the motion hardly determines.
+        others += usize::from((cycle.mass - double[7]).abs() > 1e-5);
+    }
+    assert_eq!(others, 0);
+    let last = |of: &[Vec<f64>], t: f64| of[(t * 487.0) as usize][7];
+    println!("f32: external torque within {largest:.2e} N m, mass {} and {}", last(&double, 19.0), last(&single, 19.0));
+    // Momenta of some ten kg m^2/s times the gain of 50 1/s, with 6e-8: 30 uN m a rounding, and some hundred of them.
+    assert!(largest < 5e-3, "{largest}");
+    assert!((last(&double, 19.0) - last(&single, 19.0)).abs() < 0.01);
+
+    // A state that is no number is not used, and the monitor starts again.
+    log.q[2][5000] = f64::NAN;
+    let broken = driven(&here, "double", &log);
+    assert_eq!(broken[5000][6] as i32, 8);
+    assert!(broken.iter().flatten().all(|x| x.is_finite()));
 }

@@ -203,7 +203,7 @@ fn calls_of_c(m: &Module) -> String {
 }
 
 fn write_c(folder: &Path, m: &Module) {
-    let files = codegen::c_files(m, "this test", &format!("{}.h", m.name));
+    let files = codegen::c_files(m, "this test", &format!("{}.h", m.name), None);
     std::fs::write(folder.join(format!("{}.h", m.name)), files.header).unwrap();
     std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
 }

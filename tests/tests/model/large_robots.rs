@@ -184,7 +184,7 @@ fn printed_by_c(
     main: &str,
 ) -> (String, Vec<f64>) {
     let module = modeling::module(robot, functions).unwrap_or_else(|e| panic!("{e}"));
-    let files = codegen::c_files(&module, "this test", "many.h");
+    let files = codegen::c_files(&module, "this test", "many.h", None);
     let (state, x) = (Random(3).state(robot), Random(4).parameters(robot));
     let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
     let head = format!(

@@ -1,5 +1,6 @@
 //! Generates source code with functions of a robot, which a user adds to a project.
 
+use codegen::Monitor;
 use expr::ConstantValue;
 use modeling::RobotFunction;
 use robot::Robot;
@@ -45,6 +46,8 @@ pub struct IdentifiedValues {
     pub left_out: Vec<String>,
     /// The logs that the estimate was made from.
     pub logs: Vec<String>,
+    /// The numbers of the monitor (external torque, contact, load); `None` if it was not asked for.
+    pub monitor: Option<(String, Monitor)>,
 }
 
 impl IdentifiedValues {
@@ -63,6 +66,8 @@ impl IdentifiedValues {
 
 /// Name by which a user requests gravity compensation, feedforward and computed torque together.
 pub(crate) const CONTROLLER: &str = "controller";
+/// Names by which a user requests the monitor: external torque and contact, and the load.
+pub(crate) const MONITOR: [&str; 2] = ["observer", "payload"];
 /// Functions that the generated controllers call.
 const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 
@@ -86,6 +91,11 @@ pub fn generate(
     // Add the functions that the generated controllers call.
     let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
     let names = functions.into_iter().map(String::as_str).chain(called.copied());
+    let (watching, names): (Vec<&str>, Vec<&str>) = names.partition(|name| MONITOR.contains(name));
+    let monitor = monitor_for(robot, language, values, !watching.is_empty())?;
+    let of_load = monitor.map(|(link, _)| format!("load-momentum={link}"));
+    let of_monitor = of_load.iter().flat_map(|of_load| ["momentum-and-rate", of_load.as_str()]);
+    let names = names.into_iter().chain(of_monitor);
     let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
     let is_symbol = |name: &str| symbols.iter().any(|asked| asked == name || asked == "all");
     let made = modeling::module_with_symbols(robot, &functions, &is_symbol).map_err(Error::new)?;
@@ -100,8 +110,36 @@ pub fn generate(
     Ok(match language {
         Language::Rust => GeneratedSource { text: codegen::rust_file(&module, made_by), header: None, counts },
         Language::C { header } => {
-            let files = codegen::c_files(&module, made_by, header);
+            let load_function = |name: &String| name.starts_with("load_momentum");
+            let load_function = module.functions.iter().map(|f| f.function.name.clone()).find(load_function);
+            let monitor =
+                monitor.map(|(_, m)| Monitor { load_function: load_function.unwrap_or_default(), ..m.clone() });
+            let files = codegen::c_files(&module, made_by, header, monitor.as_ref());
             GeneratedSource { text: files.source, header: Some(files.header), counts }
         }
     })
+}
+
+/// The monitor of the values, with the link of its load, if it is asked for. Fails if it cannot be generated.
+fn monitor_for<'a>(
+    robot: &Robot,
+    language: &Language,
+    values: Option<&'a IdentifiedValues>,
+    is_asked: bool,
+) -> Result<Option<&'a (String, Monitor)>, Error> {
+    if !is_asked {
+        return Ok(None);
+    }
+    if *language == Language::Rust {
+        return Err(Error::new(
+            "`observer` and `payload` are written in C: give [language=c]. In Rust, the crate `online` of rist holds them; generate \
+             momentum-and-rate and load-momentum=LINK for it",
+        ));
+    }
+    if !robot.passive.is_empty() {
+        return Err(Error::new("`observer` and `payload` are for robots without loops that are solved numerically"));
+    }
+    let monitor = values.and_then(|values| values.monitor.as_ref());
+    let missing = || Error::new("`observer` and `payload` need an estimate of logs: give [estimate]");
+    monitor.map(Some).ok_or_else(missing)
 }

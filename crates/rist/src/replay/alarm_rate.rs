@@ -68,7 +68,10 @@ impl Peaks {
         let decades = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / alarms).ln().max(0.0);
         let (exponent, mean) = self.tail();
         let threshold = (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD);
-        self.peaks.iter().filter(|peak| **peak < CONTACT_RATIO * threshold).fold(threshold, |most, peak| most.max(*peak))
+        self.peaks
+            .iter()
+            .filter(|peak| **peak < CONTACT_RATIO * threshold)
+            .fold(threshold, |most, peak| most.max(*peak))
     }
 
     /// The exponent b and the mean m of z^b - u^b that are most likely for the peaks.

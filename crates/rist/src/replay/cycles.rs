@@ -93,6 +93,16 @@ impl<'a> CycleModel<'a> {
         Ok(CycleModel { model, linear, preparation, x, base, load, momentum, load_momentum, gain, slow })
     }
 
+    /// Leaves out all friction but viscous friction, Coulomb friction and offset, as a generated file does.
+    pub(crate) fn keep_standard_friction(&mut self) {
+        use FrictionParameter::{Coulomb, Offset, Viscous};
+        for (x, parameter) in self.x.iter_mut().zip(&self.linear.parameters).skip(self.base) {
+            if !matches!(parameter.id, ParameterId::Friction(Viscous | Coulomb | Offset, _)) {
+                *x = 0.0;
+            }
+        }
+    }
+
     /// Number of joints.
     pub(crate) fn n(&self) -> usize {
         self.linear.n()
@@ -169,6 +179,16 @@ impl<'a> CycleModel<'a> {
                 states.ddq[r * n + j] = self.gain * (states.dq[r * n + j] - slow);
             }
         }
+    }
+
+    /// Mean time between the cycles of a log, s. Fails if the log cannot be read.
+    pub(crate) fn mean_period(&self, log: &LogSource) -> Result<f64, Error> {
+        let (mut sum, mut count) = (0.0, 0);
+        self.each(log, &mut |cycle| {
+            sum += cycle.period;
+            count += usize::from(cycle.period > 0.0);
+        })?;
+        Ok(sum / count.max(1) as f64)
     }
 
     /// Standard deviations of FV, FS and OFF of each joint in the estimate; zero for a parameter that it does not hold.

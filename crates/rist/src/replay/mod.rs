@@ -8,11 +8,12 @@ mod alarm_rate;
 mod artefact;
 mod cycles;
 mod directions;
+mod monitor;
 mod noise;
 mod observers;
 mod run;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use logs::LogSource;
 use nalgebra::DMatrix;
@@ -27,6 +28,7 @@ use crate::request::{ObserverOrder, ReplayRequest, Request};
 
 pub use artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 pub use directions::DIRECTIONS;
+pub use monitor::monitor;
 
 /// Contact ends after this time below half of the threshold, s. Pushes of a person last longer.
 const HOLD_S: f64 = 0.1;
@@ -60,7 +62,8 @@ pub fn replay(
     let covariance = covariance(&cycles.linear, estimate);
     let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
     let threshold = noise.peaks.threshold(request.alarms);
-    let settings = run::Settings { order, gain, threshold, hold: HOLD_S, largest_load: request.largest_load };
+    let period = cycles.mean_period(log)?;
+    let settings = run::Settings { order, gain, period, threshold, hold: HOLD_S, largest_load: request.largest_load };
     let mut replay = run::run(&cycles, &noise, log, &settings)?;
     for (joint, sigma) in replay.joints.iter_mut().zip(cycles.friction_sigma(estimate)) {
         joint.drift_sigma.iter_mut().zip(sigma).for_each(|(drift, sigma)| *drift = drift.hypot(sigma));
@@ -72,9 +75,18 @@ pub fn replay(
     Ok(replay)
 }
 
-/// The logs of the estimate, from which the noise of the observer is measured. Fails if one is not there.
-pub fn fitted_logs(model: &Model, file: &Path, estimate: &Estimate) -> Result<Vec<LogSource>, Error> {
+/// The logs in which the noise of the observer is measured: `given`, or if empty the logs of the estimate. Fails if one is not
+/// there.
+pub fn reference_logs(
+    model: &Model,
+    file: &Path,
+    estimate: &Estimate,
+    given: &[PathBuf],
+) -> Result<Vec<LogSource>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
+    if !given.is_empty() {
+        return given.iter().map(|path| Ok(model.open_log(path, &options.columns)?.0)).collect();
+    }
     let open = |name: &String| {
         let opened = model.open_log(Path::new(name), &options.columns);
         opened.map(|(log, _)| log).map_err(|e| {

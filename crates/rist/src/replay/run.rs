@@ -15,6 +15,8 @@ pub(crate) struct Settings {
     pub(crate) order: Order<f64>,
     /// Gain of the observer, 1/s.
     pub(crate) gain: f64,
+    /// Mean period of the log, s.
+    pub(crate) period: f64,
     /// Threshold of contact, standard deviations.
     pub(crate) threshold: f64,
     /// Time below half the threshold after which contact ends, s.
@@ -24,18 +26,16 @@ pub(crate) struct Settings {
 }
 
 /// Distance of a load's mass from the origin of its frame, m: standard deviation of what is possible.
-const LOAD_DISTANCE_M: f64 = 0.2;
+pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
 /// Time for which a contact lasts before it is taken for a load, s. Pushes and collisions are shorter.
-const LOAD_DECISION_S: f64 = 1.5;
+pub(crate) const LOAD_DECISION_S: f64 = 1.5;
 /// Time constant of the misfit of a new load, s.
-const MISFIT_MEMORY_S: f64 = 0.3;
+pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
 /// Largest mean square of the normalised residual with which a load explains a contact; 1 is expected, and a constant push of ten
 /// standard deviations leaves some tens.
-const LARGEST_MISFIT: f64 = 4.0;
-/// Updates of load and drift follow each other by this many time constants of the observer.
-const UPDATE_TIME_CONSTANTS: f64 = 1.0;
+pub(crate) const LARGEST_MISFIT: f64 = 4.0;
 /// Memory of the scale of the noise, s: some hundred cycles.
-const SCALE_MEMORY_S: f64 = 0.5;
+pub(crate) const SCALE_MEMORY_S: f64 = 0.5;
 /// Memory of the drift of friction, s: temperature changes friction within minutes.
 const DRIFT_MEMORY_S: f64 = 120.0;
 /// Standard deviation of a drift that is possible, relative to the noise of the observer: a hundred times, so it hardly binds.
@@ -50,8 +50,6 @@ struct Run<'a> {
     loads: LoadMonitor<f64, DIRECTIONS>,
     drifts: Vec<Drift<f64>>,
     scales: Vec<NoiseScale<f64>>,
-    /// Time since the last update of load and drift, s.
-    waited: f64,
     /// Time since the start of the record, s.
     since: f64,
     replay: Replay,
@@ -60,12 +58,18 @@ struct Run<'a> {
     count: usize,
 }
 
+/// Standard deviations of the parameters of the loads that are possible, up to a mass m, kg.
+pub(crate) fn load_start(m: f64) -> [f64; 10] {
+    let (first, second) = (m * LOAD_DISTANCE_M, m * LOAD_DISTANCE_M * LOAD_DISTANCE_M);
+    [second, second, second, second, second, second, first, first, first, m]
+}
+
 /// Runs over a log.
 pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings: &Settings) -> Result<Replay, Error> {
     let n = cycles.n();
-    let (m, d) = (settings.largest_load, LOAD_DISTANCE_M);
-    let start = [m * d * d, m * d * d, m * d * d, m * d * d, m * d * d, m * d * d, m * d, m * d, m * d, m];
-    let a = (-UPDATE_TIME_CONSTANTS).exp();
+    let start = load_start(settings.largest_load);
+    // Errors of successive cycles correlate as the filter of the observer makes them.
+    let a = (-settings.gain * settings.period).exp();
     let correlation = (1.0 + a) / (1.0 - a);
     let decision = LoadDecision {
         time: LOAD_DECISION_S,
@@ -73,7 +77,7 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
         memory: MISFIT_MEMORY_S,
         largest_misfit: LARGEST_MISFIT,
     };
-    let weight = 1.0 - UPDATE_TIME_CONSTANTS / settings.gain / DRIFT_MEMORY_S;
+    let weight = 1.0 - settings.period / DRIFT_MEMORY_S;
     let drift = |band: &online::Band<f64>| {
         let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
         Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
@@ -88,7 +92,6 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
         loads: LoadMonitor::new(Payload::new(start, correlation), decision),
         scales: noise.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect(),
         drifts: noise.bands.iter().map(drift).collect(),
-        waited: 0.0,
         since: 0.0,
         replay: Replay::new(log.name(), regressor.coordinates().to_vec(), units.collect(), settings.threshold),
         squares: vec![0.0; n],
@@ -129,11 +132,7 @@ impl Run<'_> {
             self.count += 1;
             self.squares.iter_mut().zip(&ratios).for_each(|(sum, ratio)| *sum += ratio * ratio);
         }
-        self.waited += cycle.period;
-        if self.waited * self.settings.gain >= UPDATE_TIME_CONSTANTS {
-            self.update(cycle, contact, (&beyond, &bands), &shared);
-            self.waited = 0.0;
-        }
+        self.update(cycle, contact, (&beyond, &bands), &shared);
         self.replay.series.push(ReplayedCycle {
             t: cycle.t,
             torque: self.observers.seen.iter().map(|s| s.torque).collect(),
@@ -152,7 +151,7 @@ impl Run<'_> {
         shared: &[[f64; DIRECTIONS]],
     ) {
         let n = cycle.joints.len();
-        self.loads.begin(contact, self.waited);
+        self.loads.begin(contact, cycle.period);
         for (j, joint) in cycle.joints.iter().enumerate() {
             let (band, seen) = (&bands[j], &self.observers.seen[j]);
             let deviation = band.deviation(joint.speed, 0.0);

@@ -4,6 +4,15 @@ use std::path::PathBuf;
 
 use modeling::RobotFunction;
 
+use super::Range;
+
+impl GenerateRequest {
+    /// Whether the functions contain the observer of external torques, or the load.
+    pub fn has_monitor(&self) -> bool {
+        self.functions.iter().any(|name| crate::describe::source::MONITOR.contains(&name.as_str()))
+    }
+}
+
 words! {
     /// The languages in which source can be generated.
     pub enum SourceLanguage {
@@ -17,7 +26,7 @@ words! {
 request! {
     /// Options for generated source code.
     pub struct GenerateRequest {
-        /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits),
+        /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits), observer and payload (external torque, contact and load; C),
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
         /// An estimate of this model: its numbers stand in the file as the constants X and F.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
@@ -26,6 +35,18 @@ request! {
         /// Lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions: `all`, or
         /// these; a number without a name is called by its place, as d3, r4, alpha5, gz [default: none].
         symbols: Vec<String> = Vec::new(), value_name("NAMES");
+        /// Rate of the control loop of an observer, Hz.
+        rate: f64 = 1000.0, range(1.0..=1e5), value_name("HZ");
+        /// For an observer, logs without contact, in which its noise is measured [default: the logs of the estimate].
+        reference: Vec<PathBuf> = Vec::new(), value_name("LOGS");
+        /// False alarms an hour of an observer that are accepted.
+        alarms: f64 = 1.0, range(Range::Positive), value_name("PER_HOUR");
+        /// Gain of an observer, 1/s.
+        observer_gain: f64 = 50.0, range(0.1..=1e4), value_name("GAIN");
+        /// Link or frame that carries the load of an observer [default: the last link].
+        load_on: Option<String> = None, value_name("LINK");
+        /// Largest mass of this load, kg.
+        largest_load: f64 = 10.0, range(Range::Positive), value_name("KG");
         /// Language to write.
         language: SourceLanguage = SourceLanguage::Rust;
     }

@@ -29,7 +29,7 @@ impl IdentifiedValues {
         }
         let is_held = |id: &ParameterId| ids.contains(id) || friction_ids.contains(id);
         let left_out = estimate.parameters.iter().filter(|p| !is_held(&p.id)).map(|p| p.id.to_string()).collect();
-        Ok(IdentifiedValues { base, friction, left_out, logs: estimate.logs.clone() })
+        Ok(IdentifiedValues { base, friction, left_out, logs: estimate.logs.clone(), monitor: None })
     }
 }
 

@@ -1,0 +1,145 @@
+//! The monitor of a generated C file: external torque, contact and load, one call a cycle.
+//!
+//! The text is in online.c. It has the operations of the crate `online` in the same order, with the state in a struct of the caller.
+//! It calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the same file, and reads its constants X
+//! and F.
+
+/// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Monitor {
+    /// Number n of joints, and number p of base parameters.
+    pub joints: usize,
+    /// Number p of base parameters.
+    pub parameters: usize,
+    /// Name of the function of the load, such as `load_momentum_tool0`.
+    pub load_function: String,
+    /// Gain of the observer, 1/s.
+    pub gain: f64,
+    /// Rate of the control loop, Hz.
+    pub rate: f64,
+    /// Threshold of contact, standard deviations.
+    pub threshold: f64,
+    /// Time below half of the threshold after which contact ends, s.
+    pub hold: f64,
+    /// Constants of each joint: standard deviation of the external torque at speed, what it has more at standstill, dry friction,
+    /// the speed at which half of both remains, the speed below which friction changes its direction smoothly, and the standard
+    /// deviation of the change from cycle to cycle.
+    pub bands: Vec<[f64; 6]>,
+    /// Rows of the factor of the covariance: base parameters, then FV, FS and OFF of each joint.
+    pub factor: Vec<Vec<f64>>,
+    /// Number of columns of `factor`.
+    pub directions: usize,
+    /// Standard deviations of the parameters of the loads that are possible.
+    pub load_start: [f64; 10],
+    /// Time for which a contact lasts before it may be a load, s; time without rows at its beginning, s; memory of the misfit, s;
+    /// largest misfit.
+    pub decision: [f64; 4],
+    /// Memory of the scale of the noise, s.
+    pub scale_memory: f64,
+}
+
+/// Cycles that come later than this number of periods are stale: the monitor starts again.
+const LONGEST_PERIODS: f64 = 5.0;
+
+const SOURCE: &str = include_str!("online.c");
+
+const HEADER: &str = "
+/* ---- External torque, contact and load, one call a cycle ---- */
+
+/* Parts of the answer of PREFIX_monitor_step: there is contact; it begins with this cycle; the load has changed; the state was not
+   used (no number, or a period that is not positive or too long), and the observer starts again with the next cycle. */
+#define UPPER_CONTACT 1
+#define UPPER_BEGINS 2
+#define UPPER_LOAD_CHANGED 4
+#define UPPER_NOT_USED 8
+
+/* Least squares for the load, by rows. */
+typedef struct {
+    PREFIX_real triangle[10][10], right[10], shared[10][DIRECTIONS];
+} PREFIX_payload;
+
+/* The load in the frame of LOAD_FUNCTION: XX XY XZ YY YZ ZZ MX MY MZ M, their standard deviations, and whether the motion
+   determines them. last_joint: the last joint whose external torque exceeds three standard deviations; this joint or a later one
+   moves the touched link; -1: none. */
+typedef struct {
+    PREFIX_real parameters[10], sigma[10];
+    int is_determined[10], last_joint;
+    /* The rest is its own memory. */
+    PREFIX_payload current, former;
+    PREFIX_real inverse[10][10], age, misfit;
+    int phase, has_load;
+} PREFIX_load;
+
+/* external: torque from outside, N m (N), with that of the load; beyond: without that of the load; limit: contact is said beyond
+   it. The rest is its own memory. */
+typedef struct {
+    PREFIX_real external[LENGTH], beyond[LENGTH], limit[LENGTH];
+    int is_contact;
+    PREFIX_load load;
+    PREFIX_real momentum[LENGTH], known[LENGTH], slow[LENGTH], before[LENGTH], change_square[LENGTH], quiet;
+    PREFIX_real load_momentum[LENGTH][10], load_known[LENGTH][10], row[LENGTH][10], noise_variance[LENGTH], dry[LENGTH];
+    int has_started;
+} PREFIX_monitor;
+
+/* Starts a monitor: no contact and no load. */
+void PREFIX_start(PREFIX_monitor *m);
+
+/* Takes the measured state of a cycle: q, dq, torque of the motors tau, and the time since the cycle before, s. Made for RATE Hz. */
+int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[LENGTH], const PREFIX_real dq[LENGTH], const PREFIX_real tau[LENGTH], PREFIX_real period);
+";
+
+impl Monitor {
+    /// The declarations and the definitions of the monitor, for the module with the name `prefix`.
+    pub(crate) fn c(&self, prefix: &str) -> (String, String) {
+        let put = |text: &str| {
+            text.replace("CONSTANTS", &self.constants())
+                .replace("LOAD_FUNCTION", &self.load_function)
+                .replace("PREFIX_LOAD_MOMENTUM", &format!("{prefix}_{}", self.load_function))
+                .replace("PREFIX", prefix)
+                .replace("UPPER", &prefix.to_ascii_uppercase())
+                .replace("LENGTH", &self.joints.to_string())
+                .replace("COLUMNS", &self.parameters.to_string())
+                .replace("DIRECTIONS", &self.directions.to_string())
+                .replace("RATE", &format!("{}", self.rate))
+        };
+        (put(HEADER), put(SOURCE))
+    }
+
+    fn constants(&self) -> String {
+        let a = (-self.gain / self.rate).exp();
+        let [time, settling, memory, misfit] = self.decision;
+        let numbers = [
+            ("GAIN", "gain of the observer, 1/s", self.gain),
+            ("THRESHOLD", "of contact, standard deviations", self.threshold),
+            ("HOLD", "s", self.hold),
+            ("LONGEST_PERIOD", "s", LONGEST_PERIODS / self.rate),
+            ("CORRELATION", "of the errors of cycles: (1 + a) / (1 - a)", (1.0 + a) / (1.0 - a)),
+            ("DECISION", "time of contact before it may be a load, s", time),
+            ("SETTLING", "time at the beginning of contact that is not used, s", settling),
+            ("MISFIT_MEMORY", "s", memory),
+            ("LARGEST_MISFIT", "with which a load explains a contact", misfit),
+            ("SCALE_MEMORY", "of the noise, s", self.scale_memory),
+        ];
+        let mut text: String = numbers
+            .iter()
+            .map(|(name, meaning, value)| format!("#define {name} ((real){value:?}) /* {meaning} */\n"))
+            .collect();
+        let names = ["noise", "low_speed", "dry", "low_speed_speed", "smooth_speed", "change_deviation"];
+        for (k, name) in names.iter().enumerate() {
+            text += &array(name, "N", self.bands.iter().map(|band| band[k]));
+        }
+        text += &array("load_start", "TEN", self.load_start.into_iter());
+        text += &format!("static const real factor[{}][D] = {{\n", self.factor.len());
+        for row in &self.factor {
+            let row: Vec<String> = row.iter().map(|x| format!("(real){x:?}")).collect();
+            text += &format!("    {{{}}},\n", row.join(", "));
+        }
+        text + "};\n"
+    }
+}
+
+/// The definition of a constant array.
+fn array(name: &str, length: &str, values: impl Iterator<Item = f64>) -> String {
+    let values: Vec<String> = values.map(|x| format!("(real){x:?}")).collect();
+    format!("static const real {name}[{length}] = {{{}}};\n", values.join(", "))
+}

@@ -1,0 +1,65 @@
+//! The numbers of the monitor in a generated file: those of a replay, with the friction that the file has.
+
+use std::path::Path;
+
+use codegen::Monitor;
+use identification::estimate::artefact::Estimate;
+use linear_model::parameter::{FrictionParameter, ParameterId};
+use logs::LogSource;
+use online::Order;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::replay::cycles::CycleModel;
+use crate::replay::directions::DIRECTIONS;
+use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS};
+use crate::replay::run::{LARGEST_MISFIT, LOAD_DECISION_S, MISFIT_MEMORY_S, SCALE_MEMORY_S, load_start};
+use crate::replay::{HOLD_S, covariance, last_link};
+use crate::request::GenerateRequest;
+
+/// The numbers of the monitor, with the link of its load. `reference`: logs without contact.
+///
+/// Fails for an estimate of experiments, if a log cannot be read, and if there is no such link.
+pub fn monitor(
+    model: &Model,
+    (file, estimate): (&Path, &Estimate),
+    reference: &[LogSource],
+    request: &GenerateRequest,
+) -> Result<(String, Monitor), Error> {
+    model.check_estimate(file, estimate)?;
+    let (gain, link) = (request.observer_gain, request.load_on.clone().unwrap_or_else(|| last_link(model)));
+    let mut cycles = CycleModel::new(model, estimate, &link, gain)?;
+    cycles.keep_standard_friction();
+    let covariance = covariance(&cycles.linear, estimate);
+    let noise = Noise::measure(&mut cycles, reference, covariance.as_ref(), (Order::First(gain), gain), HOLD_S)?;
+    let bands = noise.bands.iter().zip(&cycles.slow).zip(&noise.changes);
+    let n = cycles.n();
+    let parameters = model.regressor().parameters().len();
+    let friction = model.regressor().coordinates().iter().flat_map(|coordinate| {
+        [FrictionParameter::Viscous, FrictionParameter::Coulomb, FrictionParameter::Offset]
+            .map(|parameter| ParameterId::friction(parameter, coordinate))
+    });
+    let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
+    let row = |id: ParameterId| {
+        let place = cycles.linear.parameters.iter().position(|p| p.id == id);
+        place.and_then(|place| noise.factor.get(place)).map_or(vec![0.0; DIRECTIONS], |row| row.to_vec())
+    };
+    let monitor = Monitor {
+        joints: n,
+        parameters,
+        load_function: String::new(),
+        gain,
+        rate: request.rate,
+        threshold: noise.peaks.threshold(request.alarms),
+        hold: HOLD_S,
+        bands: bands
+            .map(|((band, slow), change)| [band.noise, band.low_speed, band.dry, band.speed, *slow, *change])
+            .collect(),
+        factor: base.chain(friction).map(row).collect(),
+        directions: DIRECTIONS,
+        load_start: load_start(request.largest_load),
+        decision: [LOAD_DECISION_S, SETTLING_TIME_CONSTANTS / gain, MISFIT_MEMORY_S, LARGEST_MISFIT],
+        scale_memory: SCALE_MEMORY_S,
+    };
+    Ok((link, monitor))
+}
