@@ -29,23 +29,20 @@ void PREFIX_start(PREFIX_monitor *m)
     }
 }
 
-/* r' = (r + K (p' - p - known T)) / (1 + K T), with the mean of known at both ends of the period. */
-static void observe_one(real p, real known, real period, int has_started, real *p_before, real *known_before, real *r)
+/* r' = (r + K (p' - p - known T)) / (1 + K T), with the mean of known at both ends of the period. half_period: T / 2; share: 1 / (1
+   + K T), or 0 at the first cycle. */
+static void observe_one(real p, real known, real half_period, real share, real *p_before, real *known_before, real *r)
 {
-    const real unexplained = p - *p_before - (real)0.5 * (known + *known_before) * period;
-    const real next = (*r + GAIN * unexplained) / (1 + GAIN * period);
-    *r = has_started ? next : 0;
+    const real unexplained = p - *p_before - (known + *known_before) * half_period;
+    *r = (*r + GAIN * unexplained) * share;
     *p_before = p;
     *known_before = known;
 }
 
-/* Rotates the row h x = z, of unit variance, into the triangle. */
-static void push_row(PREFIX_payload *l, const real row[TEN], real value)
+/* Rotates the row h x = z, of unit variance, into the triangle. The row is lost. */
+static void push_row(PREFIX_payload *l, real h[TEN], real value)
 {
-    real h[TEN];
     int k, c;
-    for (c = 0; c < TEN; c++)
-        h[c] = row[c];
     for (k = 0; k < TEN; k++) {
         const real a = l->triangle[k][k], b = h[k], length = SQRT(a * a + b * b);
         const real cosine = a / length, sine = b / length, z = l->right[k];
@@ -71,35 +68,38 @@ static void solve(const PREFIX_payload *l, const real right[TEN], real x[TEN])
     }
 }
 
-/* Parameters and standard deviations of the load that is estimated now, and the inverse of its triangle. */
+/* Parameters and standard deviations of the load that is estimated now, and the inverse of its triangle, also a triangle. */
 static void estimate_load(const PREFIX_payload *l, real x[TEN], real sigma[TEN], real inverse[TEN][TEN])
 {
     real half[TEN][D];
-    int k, c, d;
+    int k, c, i, d;
     solve(l, l->right, x);
     for (c = 0; c < TEN; c++) {
-        real unit[TEN] = {0}, column[TEN];
-        unit[c] = 1;
-        solve(l, unit, column);
-        for (k = 0; k < TEN; k++)
-            inverse[k][c] = column[k];
+        inverse[c][c] = 1 / l->triangle[c][c];
+        for (k = c - 1; k >= 0; k--) {
+            real sum = 0;
+            for (i = k + 1; i <= c; i++)
+                sum -= l->triangle[k][i] * inverse[i][c];
+            inverse[k][c] = sum / l->triangle[k][k];
+            inverse[c][k] = 0;
+        }
     }
-    for (k = 0; k < TEN; k++)
-        for (d = 0; d < D; d++) {
-            half[k][d] = 0;
-            for (c = 0; c < TEN; c++)
-                half[k][d] += inverse[c][k] * l->shared[c][d];
-        }
     for (k = 0; k < TEN; k++) {
-        real variance = 0;
-        for (c = 0; c < TEN; c++)
+        for (d = 0; d < D; d++)
+            half[k][d] = 0;
+        for (c = 0; c <= k; c++)
+            for (d = 0; d < D; d++)
+                half[k][d] += inverse[c][k] * l->shared[c][d];
+    }
+    for (k = 0; k < TEN; k++) {
+        real variance = 0, gain[D] = {0};
+        for (c = k; c < TEN; c++) {
             variance += CORRELATION * SQUARE(inverse[k][c]);
-        for (d = 0; d < D; d++) {
-            real gain = 0;
-            for (c = 0; c < TEN; c++)
-                gain += inverse[k][c] * half[c][d];
-            variance += SQUARE(gain);
+            for (d = 0; d < D; d++)
+                gain[d] += inverse[k][c] * half[c][d];
         }
+        for (d = 0; d < D; d++)
+            variance += SQUARE(gain[d]);
         sigma[k] = SQRT(variance);
     }
 }
@@ -158,7 +158,7 @@ static int end_load(PREFIX_load *l)
 
 int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_real dq[N], const PREFIX_real tau[N], PREFIX_real period)
 {
-    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[N][COLUMNS], shared[N][D], largest = 0, candidate[TEN];
+    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[UPPER_N_NON_ZEROS], shared[N][D], largest = 0, candidate[TEN], half_period, share;
     int j, k, c, d, is_settling, is_usable = period > 0 && period < LONGEST_PERIOD, status = 0;
     for (j = 0; j < N; j++)
         is_usable = is_usable && is_number(q[j]) && is_number(dq[j]) && is_number(tau[j]);
@@ -166,33 +166,40 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
         m->has_started = 0;
         return UPPER_NOT_USED;
     }
+    half_period = (real)0.5 * period;
+    share = m->has_started ? 1 / (1 + GAIN * period) : 0;
     PREFIX_momentum_and_rate(q, dq, PREFIX_x, p, b);
     PREFIX_LOAD_MOMENTUM(q, dq, lp, lb);
     for (j = 0; j < N; j++) {
-        m->slow[j] = m->has_started ? m->slow[j] + GAIN * period / (1 + GAIN * period) * (dq[j] - m->slow[j]) : dq[j];
+        m->slow[j] = m->has_started ? m->slow[j] + GAIN * period * share * (dq[j] - m->slow[j]) : dq[j];
         ddq[j] = GAIN * (dq[j] - m->slow[j]);
     }
-    PREFIX_base_regressor(q, dq, ddq, y);
+    PREFIX_base_regressor_non_zeros(q, dq, ddq, y);
+    for (j = 0; j < N; j++)
+        for (d = 0; d < D; d++)
+            shared[j][d] = 0;
+    for (k = 0; k < UPPER_N_NON_ZEROS; k++) {
+        real *const sums = shared[PREFIX_non_zeros[k][0]];
+        const real *const row = factor[PREFIX_non_zeros[k][1]];
+        for (d = 0; d < D; d++)
+            sums[d] += y[k] * row[d];
+    }
     for (j = 0; j < N; j++) {
         const real direction = dq[j] > smooth_speed[j] ? 1 : dq[j] < -smooth_speed[j] ? -1 : dq[j] / smooth_speed[j];
         const real friction[3] = {dq[j], direction, 1};
         real known = tau[j] + b[j];
         for (k = 0; k < 3; k++)
             known -= PREFIX_f[3 * j + k] * friction[k];
-        observe_one(p[j], known, period, m->has_started, &m->momentum[j], &m->known[j], &m->external[j]);
+        observe_one(p[j], known, half_period, share, &m->momentum[j], &m->known[j], &m->external[j]);
         for (c = 0; c < TEN; c++)
-            observe_one(lp[j][c], lb[j][c], period, m->has_started, &m->load_momentum[j][c], &m->load_known[j][c], &m->row[j][c]);
-        for (d = 0; d < D; d++) {
-            shared[j][d] = 0;
-            for (c = 0; c < COLUMNS; c++)
-                shared[j][d] += y[j][c] * factor[c][d];
-            for (k = 0; k < 3; k++)
+            observe_one(lp[j][c], lb[j][c], half_period, share, &m->load_momentum[j][c], &m->load_known[j][c], &m->row[j][c]);
+        for (k = 0; k < 3; k++)
+            for (d = 0; d < D; d++)
                 shared[j][d] += friction[k] * factor[COLUMNS + 3 * j + k][d];
-        }
     }
     m->load.last_joint = -1;
     for (j = 0; j < N; j++) {
-        const real relative = dq[j] / low_speed_speed[j], share = 1 / (1 + relative * relative);
+        const real relative = dq[j] / low_speed_speed[j], slow = 1 / (1 + relative * relative);
         real explained = 0, variance = 0, change, square, scale, beyond;
         for (c = 0; c < TEN; c++) {
             real product = 0;
@@ -208,8 +215,8 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
         m->change_square[j] += period / (SCALE_MEMORY + period) * (square - m->change_square[j]);
         scale = SQRT(m->change_square[j]) / change_deviation[j];
         scale = scale > 1 ? scale : 1;
-        m->noise_variance[j] = SQUARE(scale * noise[j]) + SQUARE(low_speed[j] * share);
-        m->dry[j] = dry[j] * share;
+        m->noise_variance[j] = SQUARE(scale * noise[j]) + SQUARE(low_speed[j] * slow);
+        m->dry[j] = dry[j] * slow;
         for (d = 0; d < D; d++)
             variance += SQUARE(shared[j][d]);
         m->limit[j] = THRESHOLD * SQRT(m->noise_variance[j] + variance) + m->dry[j];

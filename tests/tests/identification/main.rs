@@ -21,6 +21,7 @@ mod log_formats;
 mod measured;
 mod methods;
 mod misfit;
+mod monitor_on_cortex;
 mod obeyed_remedies;
 mod panda;
 mod plan_verdict;

@@ -5,8 +5,8 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Number of directions: the columns of G. On the example arm eight hold more than 99 % of the variance of the torques.
-pub const DIRECTIONS: usize = 8;
+/// Number of directions: the columns of G. On a UR5 six hold more than 90 % of the variance of the torques.
+pub const DIRECTIONS: usize = 6;
 
 /// The factor G (p x [`DIRECTIONS`], row by row), and the share of the variance of the torques that it holds.
 pub(crate) fn directions(covariance: &DMatrix<f64>, products: &DMatrix<f64>) -> (Vec<[f64; DIRECTIONS]>, f64) {
