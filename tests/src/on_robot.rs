@@ -16,8 +16,10 @@ pub struct Push {
     /// First and last time, s.
     pub from: f64,
     pub to: f64,
-    /// External torque of each joint, N m, at each time step: a constant force at a point of the link, J^T F.
+    /// A constant force on the link, in its frame, N.
     pub force: [f64; 3],
+    /// If given, the force is scaled so that its largest joint torque at the beginning is this, N m.
+    pub largest: Option<f64>,
 }
 
 /// A load on the last link, from a time to another, s.
@@ -50,6 +52,9 @@ pub struct Scene<'a> {
 
 /// Velocity within which Coulomb friction of the machine changes its sign, rad/s.
 const REVERSAL: f64 = 0.003;
+
+/// Distance of the point of a push from the origin of its link, along each axis, m.
+const LEVER: f64 = 0.1;
 
 /// One sine of a joint: amplitude, angular frequency, phase.
 type Sine = [f64; 3];
@@ -106,6 +111,7 @@ impl Scene<'_> {
         let added: Vec<Vec<f64>> = added.collect();
         let external: Vec<Evaluation> = self.pushes.iter().map(|push| self.external(push.link)).collect();
         let mut largest = vec![(0.0_f64, 0); self.pushes.len()];
+        let mut scales: Vec<Option<f64>> = vec![None; self.pushes.len()];
         let mut tau = vec![Vec::new(); n];
         let mut y = vec![0.0; n * p];
         for (r, state) in states.chunks_exact(3 * n).enumerate() {
@@ -118,11 +124,15 @@ impl Scene<'_> {
             }
             let mut pushed = vec![0.0; n];
             for (k, push) in self.pushes.iter().enumerate().filter(|(_, push)| (push.from..push.to).contains(&t)) {
-                let wrench = [push.force.as_slice(), &[0.0; 3]].concat();
+                let [x, y, z] = push.force;
+                // The force acts at LEVER (1, 1, 1), because the origin of a link may lie on the axes before it.
+                let wrench = [x, y, z, LEVER * (z - y), LEVER * (x - z), LEVER * (y - x)];
                 let mut torque = vec![0.0; n];
                 let at = ManyStates { q: &state[..n], others: &[("wrench", &wrench)], ..ManyStates::default() };
                 external[k].fill(self.model, &at, &mut torque).unwrap();
-                for (j, torque) in torque.iter().enumerate() {
+                let most = torque.iter().fold(1e-9, |most: f64, torque| most.max(torque.abs()));
+                let scale = *scales[k].get_or_insert(push.largest.map_or(1.0, |largest| largest / most));
+                for (j, torque) in torque.iter().map(|torque| scale * torque).enumerate() {
                     if torque.abs() > largest[k].0 {
                         largest[k] = (torque.abs(), j);
                     }

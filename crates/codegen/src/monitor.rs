@@ -17,6 +17,8 @@ pub struct Monitor {
     pub gain: f64,
     /// Rate of the control loop, Hz.
     pub rate: f64,
+    /// Ratio of the variance of a mean of errors to that of independent ones.
+    pub correlation: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
     /// Time below half of the threshold after which contact ends, s.
@@ -77,7 +79,7 @@ typedef struct {
     int is_contact;
     PREFIX_load load;
     PREFIX_real momentum[LENGTH], known[LENGTH], slow[LENGTH], before[LENGTH], change_square[LENGTH], quiet;
-    PREFIX_real load_momentum[LENGTH][10], load_known[LENGTH][10], row[LENGTH][10], noise_variance[LENGTH], dry[LENGTH];
+    PREFIX_real low[LENGTH], low_known[LENGTH], load_momentum[LENGTH][10], load_known[LENGTH][10], row[LENGTH][10], noise_variance[LENGTH], dry[LENGTH];
     int has_started;
 } PREFIX_monitor;
 
@@ -106,14 +108,13 @@ impl Monitor {
     }
 
     fn constants(&self) -> String {
-        let a = (-self.gain / self.rate).exp();
         let [time, settling, memory, misfit] = self.decision;
         let numbers = [
             ("GAIN", "gain of the observer, 1/s", self.gain),
             ("THRESHOLD", "of contact, standard deviations", self.threshold),
             ("HOLD", "s", self.hold),
             ("LONGEST_PERIOD", "s", LONGEST_PERIODS / self.rate),
-            ("CORRELATION", "of the errors of cycles: (1 + a) / (1 - a)", (1.0 + a) / (1.0 - a)),
+            ("CORRELATION", "variance of a mean of errors over that of independent ones", self.correlation),
             ("DECISION", "time of contact before it may be a load, s", time),
             ("SETTLING", "time at the beginning of contact that is not used, s", settling),
             ("MISFIT_MEMORY", "s", memory),

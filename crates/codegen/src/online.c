@@ -199,8 +199,11 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     }
     m->load.last_joint = -1;
     for (j = 0; j < N; j++) {
-        const real relative = dq[j] / low_speed_speed[j], slow = 1 / (1 + relative * relative);
-        real explained = 0, variance = 0, change, square, scale, beyond;
+        const real relative = dq[j] / low_speed_speed[j];
+        real explained = 0, variance = 0, none = 0, slow, change, square, scale, beyond;
+        /* The slowness passes the filter as an error of friction does. */
+        observe_one(0, -1 / (1 + relative * relative), half_period, share, &none, &m->low_known[j], &m->low[j]);
+        slow = m->low[j];
         for (c = 0; c < TEN; c++) {
             real product = 0;
             explained -= m->load.parameters[c] * m->row[j][c];

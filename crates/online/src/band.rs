@@ -1,12 +1,14 @@
 //! How far the observer's torque of a joint is from zero without contact, in standard deviations.
 //!
 //! ```text
-//! ratio = sign(r) max(|r| - dry w, 0) / s,   s^2 = noise^2 + (low_speed w)^2 + y C y',   w = 1 / (1 + (dq / speed)^2)
+//! ratio = sign(r) max(|r| - dry w, 0) / s,   s^2 = noise^2 + (low_speed w)^2 + y C y'
+//! w = 1 / (1 + (dq / speed)^2), through the filter of the observer
 //! ```
 //! noise: standard deviation of the observer's torque at speed; low_speed: the part that is only there at low speed, where friction
 //! is least certain; dry: dry friction, which at standstill may be anywhere within +-dry, so this interval is no evidence of a
-//! contact; y: row of the regressor of the joint; C: covariance of the parameters. C is given by its factor G with C = G G', so y C
-//! y' is the squared length of y G. Few columns of G suffice: its largest principal components over the states of the fitted log.
+//! contact. w passes the filter of the observer as an error of friction does, so the interval also holds after a reversal. y: row of
+//! the regressor of the joint; C: covariance of the parameters. C is given by its factor G with C = G G', so y C y' is the squared
+//! length of y G. Few columns of G suffice: its largest principal components over the states of the fitted log.
 
 use crate::real::Real;
 
@@ -24,26 +26,27 @@ pub struct Band<R> {
 }
 
 impl<R: Real> Band<R> {
-    /// The standard deviation of the observer's torque without contact, N m (N). `speed`: dq; `of_parameters`: y C y'.
-    pub fn deviation(&self, speed: R, of_parameters: R) -> R {
-        let low_speed = self.low_speed * self.share(speed);
+    /// w before the filter, 0 to 1; 1 at standstill. `velocity`: dq, rad/s (m/s).
+    pub fn slowness(&self, velocity: R) -> R {
+        let relative = velocity / self.speed;
+        R::ONE / (R::ONE + relative * relative)
+    }
+
+    /// The standard deviation of the observer's torque without contact, N m (N). `slowness`: w; `of_parameters`: y C y'.
+    pub fn deviation(&self, slowness: R, of_parameters: R) -> R {
+        let low_speed = self.low_speed * slowness;
         (self.noise * self.noise + low_speed * low_speed + of_parameters).sqrt()
     }
 
-    /// The interval +-dry w of dry friction at this speed, N m (N).
-    pub fn dry_at(&self, speed: R) -> R {
-        self.dry * self.share(speed)
+    /// The interval +-dry w of dry friction, N m (N).
+    pub fn dry_at(&self, slowness: R) -> R {
+        self.dry * slowness
     }
 
     /// The observer's torque r beyond dry friction, in standard deviations.
-    pub fn ratio(&self, torque: R, speed: R, of_parameters: R) -> R {
-        let beyond = (torque.abs() - self.dry_at(speed)).max(R::ZERO) / self.deviation(speed, of_parameters);
+    pub fn ratio(&self, torque: R, slowness: R, of_parameters: R) -> R {
+        let beyond = (torque.abs() - self.dry_at(slowness)).max(R::ZERO) / self.deviation(slowness, of_parameters);
         if torque < R::ZERO { -beyond } else { beyond }
-    }
-
-    fn share(&self, speed: R) -> R {
-        let relative = speed / self.speed;
-        R::ONE / (R::ONE + relative * relative)
     }
 }
 
@@ -107,11 +110,13 @@ mod tests {
     #[test]
     fn dry_friction_is_no_evidence_at_standstill() {
         let band = Band { noise: 3.0, low_speed: 4.0, dry: 2.0, speed: 0.1 };
-        assert_eq!(band.ratio(-2.0, 0.0, 0.0), 0.0);
-        assert_eq!(band.ratio(-12.0, 0.0, 0.0), -2.0);
-        assert_eq!(band.deviation(-0.1, 2.0), (9.0_f64 + 4.0 + 2.0).sqrt());
-        assert_eq!(band.dry_at(0.1), 1.0);
-        assert!((band.ratio(6.0, 1e3, 0.0) - 2.0_f64).abs() < 1e-6);
-        assert!(band.ratio(f64::NAN, 0.0, 0.0).is_finite());
+        assert_eq!(band.slowness(0.0), 1.0);
+        assert_eq!(band.slowness(-0.1), 0.5);
+        assert_eq!(band.ratio(-2.0, 1.0, 0.0), 0.0);
+        assert_eq!(band.ratio(-12.0, 1.0, 0.0), -2.0);
+        assert_eq!(band.deviation(0.5, 2.0), (9.0_f64 + 4.0 + 2.0).sqrt());
+        assert_eq!(band.dry_at(0.5), 1.0);
+        assert_eq!(band.ratio(6.0, 0.0, 0.0), 2.0_f64);
+        assert!(band.ratio(f64::NAN, 1.0, 0.0).is_finite());
     }
 }

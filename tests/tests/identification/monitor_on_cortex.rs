@@ -141,7 +141,7 @@ fn a_cycle_fits_a_microcontroller() {
 
     let link = model.robot.links.last().unwrap().name.clone();
     let load = rist::KnownLoad { link, mass: 2.0, centre_of_mass: [0.0, 0.05, 0.1], inertia: Default::default() };
-    let push = Push { link: 4, from: 0.5, to: 0.7, force: [40.0, 40.0, 0.0] };
+    let push = Push { link: 4, from: 0.5, to: 0.7, force: [40.0, 40.0, 0.0], largest: None };
     let loads = vec![Carried { from: 1.0, to: 9.0, load }];
     let (busy, _) = Scene { seconds: 4.0, seed: 9, pushes: vec![push], loads, ..quiet }.log();
     let rows: Vec<String> = (0..busy.t.len())

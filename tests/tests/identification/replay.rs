@@ -71,8 +71,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
 
     // A push of 40 N on the forearm, and one of 30 N on the last link.
     let mut pushed = scene(&model, 3, 40.0);
-    pushed.pushes.push(Push { link: 2, from: 10.0, to: 10.6, force: [0.0, 30.0, 50.0] });
-    pushed.pushes.push(Push { link: 5, from: 25.0, to: 25.4, force: [20.0, 20.0, 0.0] });
+    pushed.pushes.push(Push { link: 2, from: 10.0, to: 10.6, force: [0.0, 30.0, 50.0], largest: None });
+    pushed.pushes.push(Push { link: 5, from: 25.0, to: 25.4, force: [20.0, 20.0, 0.0], largest: None });
     let (log, largest) = pushed.log();
     let found = replayed(&model, &known, &LogSource::Held(log));
     assert!(found.loads.is_empty() && found.contacts.len() == 2, "{found}");
@@ -195,7 +195,7 @@ fn the_generated_monitor_in_c_is_the_replay() {
     let known = identified(&model);
     // No time of the monitor is a multiple of the period, so rounding moves none of its decisions.
     let mut busy = Scene { rate: 487.0, ..scene(&model, 8, 30.0) };
-    busy.pushes.push(Push { link: 3, from: 5.0, to: 5.3, force: [20.0, 30.0, 0.0] });
+    busy.pushes.push(Push { link: 3, from: 5.0, to: 5.3, force: [20.0, 30.0, 0.0], largest: None });
     busy.loads.push(Carried { from: 10.0, to: 20.0, load: load(1.5, [0.0, 0.02, 0.06]) });
     let (mut log, _) = busy.log();
     let replay = replayed(&model, &known, &LogSource::Held(log.clone()));

@@ -12,6 +12,7 @@ use linear_model::parameter::{FrictionParameter, ParameterId};
 use linear_model::regressor::predict_load;
 use linear_model::states::States;
 use logs::LogSource;
+use online::Band;
 
 use crate::describe::evaluation::{Evaluation, ManyStates};
 use crate::describe::model::{Model, predicts};
@@ -34,6 +35,8 @@ pub(crate) struct CycleModel<'a> {
     /// For each joint, the speed below which friction changes its direction smoothly, because there the sign of a measured velocity
     /// is noise, rad/s (m/s).
     pub(crate) slow: Vec<f64>,
+    /// The bands of the joints, once they are known; their speeds give the slowness of a cycle.
+    pub(crate) bands: Vec<Band<f64>>,
 }
 
 /// One joint in one cycle.
@@ -43,6 +46,8 @@ pub(crate) struct JointCycle {
     pub(crate) speed: f64,
     /// Direction of the velocity, -1 to 1; smooth at low speed.
     pub(crate) direction: f64,
+    /// Slowness of the joint, 0 to 1 ([`Band::slowness`]); zero before the bands are known.
+    pub(crate) slowness: f64,
     /// Generalised momentum, kg m^2/s (kg m/s).
     pub(crate) momentum: f64,
     /// Torque of the motor minus friction plus b, N m (N).
@@ -89,8 +94,8 @@ impl<'a> CycleModel<'a> {
         let load_momentum = Evaluation::of_function(model, &format!("load-momentum={link}"))?;
         let momentum = Evaluation::of_function(model, "momentum-and-rate")?;
         let (base, load) = (model.regressor().parameters().len(), options.friction_load.as_slice());
-        let slow = vec![0.0; linear.n()];
-        Ok(CycleModel { model, linear, preparation, x, base, load, momentum, load_momentum, gain, slow })
+        let (slow, bands) = (vec![0.0; linear.n()], Vec::new());
+        Ok(CycleModel { model, linear, preparation, x, base, load, momentum, load_momentum, gain, slow, bands })
     }
 
     /// Leaves out all friction but viscous friction, Coulomb friction and offset, as a generated file does.
@@ -154,6 +159,7 @@ impl<'a> CycleModel<'a> {
                     let friction: f64 = row.iter().zip(&self.x).skip(self.base).map(|(y, x)| y * x).sum();
                     joint.speed = states.dq[r * n + j];
                     joint.direction = states.direction[r * n + j];
+                    joint.slowness = self.bands.get(j).map_or(0.0, |band| band.slowness(joint.speed));
                     joint.momentum = momenta[j];
                     joint.known = states.tau[r * n + j] - friction + momenta[n + j];
                     joint.row.clear();

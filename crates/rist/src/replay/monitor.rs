@@ -50,6 +50,7 @@ pub fn monitor(
         load_function: String::new(),
         gain,
         rate: request.rate,
+        correlation: noise.correlation(1.0 / request.rate),
         threshold: noise.peaks.threshold(request.alarms),
         hold: HOLD_S,
         bands: bands

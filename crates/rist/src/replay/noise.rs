@@ -4,7 +4,7 @@
 //! |---|---|
 //! | speed | a tenth of the RMS speed |
 //! | noise | median absolute deviation of r at samples above this speed |
-//! | low_speed | what the deviation of r beyond dry friction has more below this speed |
+//! | low_speed | what the deviation of r beyond dry friction has more at the other samples |
 //! | dry | dry friction of the estimate |
 //!
 //! The median is not moved by a contact that the fitted logs contain by accident.
@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::replay::alarm_rate::Peaks;
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::{DIRECTIONS, directions};
-use crate::replay::observers::Observers;
+use crate::replay::observers::{Observers, Seen};
 
 /// The observer's torque without contact.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub(crate) struct Noise {
     /// Share of the variance of the torques by the parameters that G holds.
     pub(crate) held: f64,
     pub(crate) peaks: Peaks,
+    /// The time of which one independent sample of r tells, s: the variance of a mean over a time t is that of r times this over t.
+    correlation_time: f64,
 }
 
 /// Speed of a band, as a share of the RMS speed of the joint.
@@ -58,15 +60,23 @@ impl Noise {
         let n = cycles.n();
         let speeds = rms_speeds(cycles, logs)?;
         cycles.slow = speeds.iter().map(|v| SMOOTH_SHARE_OF_SPEED * v).collect();
+        let dry = cycles.dry_friction();
+        let unknown = |(speed, dry): (&f64, f64)| Band {
+            noise: 0.0,
+            low_speed: 0.0,
+            dry,
+            speed: (LOW_SHARE_OF_SPEED * speed).max(f64::MIN_POSITIVE),
+        };
+        cycles.bands = speeds.iter().zip(dry).map(unknown).collect();
         let mut series = vec![Vec::new(); n];
         let (mut squares, mut count, mut before) = (vec![0.0; n], 0, vec![None; n]);
         let p = covariance.map_or(0, DMatrix::nrows);
         let mut products = vec![DMatrix::zeros(p, p); n];
         for log in logs {
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
-                for (j, joint) in cycle.joints.iter().enumerate() {
-                    let torque = observers.seen[j].torque;
-                    series[j].push((joint.speed.abs(), torque.abs()));
+                for (j, seen) in observers.seen.iter().enumerate().take(cycle.joints.len()) {
+                    let torque = seen.torque;
+                    series[j].push((seen.slowness, torque.abs()));
                     squares[j] += before[j].map_or(0.0, |before: f64| (torque - before).powi(2));
                     before[j] = Some(torque);
                     count += usize::from(j == 0);
@@ -75,12 +85,8 @@ impl Noise {
             before.fill(None);
             add_products(cycles, log, &mut products)?;
         }
-        let dry = cycles.dry_friction();
-        let bands: Vec<Band<f64>> = series
-            .iter_mut()
-            .zip(speeds.iter().zip(dry))
-            .map(|(series, (speed, dry))| band(series, LOW_SHARE_OF_SPEED * speed, dry))
-            .collect();
+        let measured = series.iter_mut().zip(&cycles.bands);
+        let bands: Vec<Band<f64>> = measured.map(|(series, unknown)| band(series, *unknown)).collect();
         let (factor, held) = match covariance {
             None => (Vec::new(), 0.0),
             Some(covariance) => {
@@ -90,18 +96,25 @@ impl Noise {
         };
         let of_count = |square: f64| (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
         let changes = squares.into_iter().map(of_count).collect();
-        let mut noise = Noise { bands, changes, factor, held, peaks: Peaks::default() };
-        let mut peaks = Peaks::default();
+        let (peaks, correlation_time) = (Peaks::default(), 0.0);
+        let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time };
+        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
         for log in logs {
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
-                let ratios = (0..n)
-                    .map(|j| noise.ratio(j, &cycle.joints[j].row, cycle.joints[j].speed, observers.seen[j].torque));
-                peaks.add(ratios.fold(0.0, |largest: f64, ratio| largest.max(ratio.abs())), cycle.period, hold);
+                let ratio = |j: usize| noise.ratio(j, &cycle.joints[j].row, &observers.seen[j]);
+                peaks.add((0..n).map(|j| ratio(j).abs()).fold(0.0, f64::max), cycle.period, hold);
+                means.add(cycle.period, (0..n).map(|j| observers.seen[j].torque / noise.bands[j].noise));
             })?;
             peaks.end();
+            means.end();
         }
-        noise.peaks = peaks;
+        (noise.peaks, noise.correlation_time) = (peaks, means.correlation_time());
         Ok(noise)
+    }
+
+    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s; at least 1.
+    pub(crate) fn correlation(&self, period: f64) -> f64 {
+        (self.correlation_time / period).max(1.0)
     }
 
     /// The row y G of a joint: what a unit of each direction of the parameters' error adds to its torque, N m (N).
@@ -114,8 +127,58 @@ impl Noise {
     }
 
     /// The torque r of joint j in standard deviations.
-    pub(crate) fn ratio(&self, j: usize, row: &[f64], speed: f64, torque: f64) -> f64 {
-        self.bands[j].ratio(torque, speed, square(&self.shared(row)))
+    fn ratio(&self, j: usize, row: &[f64], seen: &Seen) -> f64 {
+        self.bands[j].ratio(seen.torque, seen.slowness, square(&self.shared(row)))
+    }
+}
+
+/// Sums for the correlation time of the observers' torques: the variance of the means of batches, over all joints.
+struct BatchMeans {
+    /// Length of a batch, s.
+    length: f64,
+    sums: Vec<f64>,
+    time: f64,
+    count: usize,
+    /// Sum of the squares of all values, and their number.
+    squares: (f64, usize),
+    /// Sum of the squares of the means, and their number.
+    of_means: (f64, usize),
+}
+
+/// Length of a batch in time constants of the observer: much longer than its memory.
+const BATCH_TIME_CONSTANTS: f64 = 20.0;
+
+impl BatchMeans {
+    fn new(joints: usize, length: f64) -> BatchMeans {
+        BatchMeans { length, sums: vec![0.0; joints], time: 0.0, count: 0, squares: (0.0, 0), of_means: (0.0, 0) }
+    }
+
+    fn add(&mut self, period: f64, values: impl Iterator<Item = f64>) {
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum += value;
+            self.squares.0 += value * value;
+            self.squares.1 += 1;
+        }
+        (self.time, self.count) = (self.time + period, self.count + 1);
+        if self.time >= self.length {
+            let count = self.count as f64;
+            self.of_means.0 += self.sums.iter().map(|sum| (sum / count).powi(2)).sum::<f64>();
+            self.of_means.1 += self.sums.len();
+            self.end();
+        }
+    }
+
+    /// Drops the present batch, for example at the end of a record.
+    fn end(&mut self) {
+        self.sums.fill(0.0);
+        (self.time, self.count) = (0.0, 0);
+    }
+
+    /// The time t_1 with variance of a mean = variance of the values t_1 / (length of the batch), s. Zero without a batch.
+    fn correlation_time(&self) -> f64 {
+        let mean = |(sum, count): (f64, usize)| if count > 0 { sum / count as f64 } else { 0.0 };
+        let whole = mean(self.squares);
+        if whole > 0.0 { self.length * mean(self.of_means) / whole } else { 0.0 }
     }
 }
 
@@ -173,21 +236,22 @@ fn add_products(cycles: &CycleModel, log: &LogSource, products: &mut [DMatrix<f6
     })
 }
 
-/// The band of a joint from the pairs (speed, |r|).
-fn band(series: &mut [(f64, f64)], speed: f64, dry: f64) -> Band<f64> {
-    let mut fast: Vec<f64> = series.iter().filter(|(v, _)| *v > speed).map(|(_, r)| *r).collect();
+/// The band of a joint from the pairs (slowness, |r|).
+fn band(series: &mut [(f64, f64)], unknown: Band<f64>) -> Band<f64> {
+    let is_fast = |(slowness, _): &&(f64, f64)| *slowness < FAST_BELOW;
+    let mut fast: Vec<f64> = series.iter().filter(is_fast).map(|(_, r)| *r).collect();
     let noise = (median(&mut fast) / NORMAL_MAD).max(f64::MIN_POSITIVE);
-    let unknown = Band { noise, low_speed: noise, dry, speed };
-    let at_rest = Band { low_speed: 0.0, ..unknown };
-    // Beyond dry friction, and undone by the share of the low-speed deviation that applies at the speed of the sample.
-    let slow = series.iter().filter(|(v, _)| *v <= speed).map(|(v, r)| (r - at_rest.dry_at(*v)).max(0.0));
+    let slow = series.iter().filter(|pair| !is_fast(pair)).map(|(w, r)| (r - unknown.dry_at(*w)).max(0.0));
     let mut slow: Vec<f64> = slow.collect();
     if slow.len() < LEAST_LOW_SAMPLES {
-        return unknown;
+        return Band { noise, low_speed: noise, ..unknown };
     }
     let excess = (median(&mut slow) / NORMAL_MAD).powi(2) - noise * noise;
-    Band { low_speed: excess.max(0.0).sqrt(), ..unknown }
+    Band { noise, low_speed: excess.max(0.0).sqrt(), ..unknown }
 }
+
+/// A sample is fast if its slowness is below this.
+const FAST_BELOW: f64 = 0.5;
 
 /// The median; zero for an empty list.
 fn median(x: &mut [f64]) -> f64 {
@@ -205,17 +269,30 @@ mod tests {
         let mut random = Random::new(1);
         let mut series: Vec<(f64, f64)> = (0..40_000)
             .map(|k| {
-                let speed = if k % 2 == 0 { 1.0 } else { 0.0 };
+                let slowness = if k % 2 == 0 { 0.0 } else { 1.0 };
                 let deviation = if k % 2 == 0 { 0.5 } else { 1.3 };
                 // A contact in a tenth of the fast samples does not move the band by more than the median moves: 13 %.
                 let contact = if k % 20 == 0 { 30.0 } else { 0.0 };
-                let dry = if speed == 0.0 { 0.7 } else { 0.0 };
-                (speed, (deviation * random.normal()).abs() + dry + contact)
+                let dry = 0.7 * slowness;
+                (slowness, (deviation * random.normal()).abs() + dry + contact)
             })
             .collect();
-        let band = band(&mut series, 0.1, 0.7);
+        let band = band(&mut series, Band { noise: 0.0, low_speed: 0.0, dry: 0.7, speed: 0.1 });
         assert!((band.noise / 0.5 - 1.0).abs() < 0.16, "{band:?}");
         assert!((band.low_speed / 1.2 - 1.0).abs() < 0.1, "{band:?}");
         assert_eq!(median(&mut []), 0.0);
+    }
+
+    #[test]
+    fn the_correlation_time_is_that_of_the_filter() {
+        let (mut random, mut means, period) = (Random::new(2), BatchMeans::new(1, 0.4), 0.002);
+        let (mut state, a) = (0.0, f64::exp(-50.0 * 0.002));
+        for _ in 0..200_000 {
+            state = a * state + random.normal();
+            means.add(period, std::iter::once(state));
+        }
+        // (1 + a) / (1 - a) samples; the ends of a batch of twenty time constants take a twentieth.
+        let expected = period * (1.0 + a) / (1.0 - a);
+        assert!((means.correlation_time() / expected - 0.95).abs() < 0.1, "{}", means.correlation_time());
     }
 }

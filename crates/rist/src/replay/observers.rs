@@ -13,6 +13,8 @@ pub(crate) struct Seen {
     pub(crate) load: [f64; 10],
     /// Speed and direction, as a torque would pass the observer.
     pub(crate) friction: [f64; 2],
+    /// Slowness, in the same way.
+    pub(crate) slowness: f64,
 }
 
 /// The observers of one joint.
@@ -20,6 +22,7 @@ struct JointObservers {
     torque: Observer<f64>,
     load: [Observer<f64>; 10],
     friction: [Observer<f64>; 2],
+    slowness: Observer<f64>,
 }
 
 /// The observers of all joints.
@@ -31,17 +34,21 @@ pub(crate) struct Observers {
 impl Observers {
     pub(crate) fn new(n: usize, order: Order<f64>) -> Observers {
         let one = Observer::new(order);
-        let joint = || JointObservers { torque: one, load: [one; 10], friction: [one; 2] };
-        let none = Seen { torque: 0.0, load: [0.0; 10], friction: [0.0; 2] };
+        let joint = || JointObservers { torque: one, load: [one; 10], friction: [one; 2], slowness: one };
+        let none = Seen { torque: 0.0, load: [0.0; 10], friction: [0.0; 2], slowness: 0.0 };
         Observers { joints: (0..n).map(|_| joint()).collect(), seen: vec![none; n] }
     }
 
     /// Takes a cycle. At the first cycle of a record all observers start again.
     pub(crate) fn step(&mut self, cycle: &Cycle) {
         for ((observers, joint), seen) in self.joints.iter_mut().zip(cycle.joints).zip(&mut self.seen) {
-            let JointObservers { torque, load, friction } = observers;
+            let JointObservers { torque, load, friction, slowness } = observers;
             if cycle.period <= 0.0 {
-                std::iter::once(&mut *torque).chain(&mut *load).chain(&mut *friction).for_each(Observer::reset);
+                [&mut *torque, &mut *slowness]
+                    .into_iter()
+                    .chain(&mut *load)
+                    .chain(&mut *friction)
+                    .for_each(Observer::reset);
             }
             seen.torque = torque.step(joint.momentum, joint.known, cycle.period);
             let [momenta, rates] = &joint.load;
@@ -52,6 +59,8 @@ impl Observers {
                 // An external torque equal to the column: no momentum, and the column as missing torque.
                 seen.friction[k] = friction[k].step(0.0, -column, cycle.period);
             }
+            // The filter of second order overshoots, but an interval is not negative.
+            seen.slowness = slowness.step(0.0, -joint.slowness, cycle.period).max(0.0);
         }
     }
 }

@@ -68,9 +68,7 @@ pub(crate) fn load_start(m: f64) -> [f64; 10] {
 pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings: &Settings) -> Result<Replay, Error> {
     let n = cycles.n();
     let start = load_start(settings.largest_load);
-    // Errors of successive cycles correlate as the filter of the observer makes them.
-    let a = (-settings.gain * settings.period).exp();
-    let correlation = (1.0 + a) / (1.0 - a);
+    let correlation = noise.correlation(settings.period);
     let decision = LoadDecision {
         time: LOAD_DECISION_S,
         settling: SETTLING_TIME_CONSTANTS / settings.gain,
@@ -115,16 +113,16 @@ impl Run<'_> {
         // The uncertainty of the robot's parameters and of the load.
         let of_parameters: Vec<f64> =
             seen.iter().zip(&shared).map(|(seen, shared)| square(shared) + self.loads.variance(&seen.load)).collect();
-        let joints = bands.iter().zip(cycle.joints).zip(&of_parameters);
+        let joints = bands.iter().zip(seen).zip(&of_parameters);
         let limits: Vec<f64> = joints
             .clone()
-            .map(|((band, joint), of_parameters)| {
-                self.settings.threshold * band.deviation(joint.speed, *of_parameters) + band.dry_at(joint.speed)
+            .map(|((band, seen), of_parameters)| {
+                self.settings.threshold * band.deviation(seen.slowness, *of_parameters) + band.dry_at(seen.slowness)
             })
             .collect();
         let ratios = joints
             .zip(&beyond)
-            .map(|(((band, joint), of_parameters), torque)| band.ratio(*torque, joint.speed, *of_parameters));
+            .map(|(((band, seen), of_parameters), torque)| band.ratio(*torque, seen.slowness, *of_parameters));
         let ratios: Vec<f64> = ratios.collect();
         let contact = self.detector.step(ratios.iter().copied(), cycle.period);
         self.note_contact(cycle, contact, &beyond, &ratios);
@@ -154,13 +152,13 @@ impl Run<'_> {
         self.loads.begin(contact, cycle.period);
         for (j, joint) in cycle.joints.iter().enumerate() {
             let (band, seen) = (&bands[j], &self.observers.seen[j]);
-            let deviation = band.deviation(joint.speed, 0.0);
+            let deviation = band.deviation(seen.slowness, 0.0);
             // Static friction of a joint at rest may carry a load, so such a joint does not tell of it.
-            if band.dry_at(joint.speed) < deviation {
+            if band.dry_at(seen.slowness) < deviation {
                 self.loads.push(&seen.load, seen.torque, deviation, &shared[j], n);
             }
             if !contact.is_contact && joint.speed.abs() > band.speed {
-                let deviation = band.deviation(joint.speed, square(&shared[j]));
+                let deviation = band.deviation(seen.slowness, square(&shared[j]));
                 self.drifts[j].push(seen.friction[0], seen.friction[1], beyond[j], deviation);
             }
         }
