@@ -6,6 +6,7 @@
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
 //!   examine(logs) -> LogCheck                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
+//!   replay(log) -> Replay                                  (contact, load, drift of friction)
 //!   excite -> check -> (the robot runs, or simulate)       (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf                                 (back into what simulators read)
@@ -98,6 +99,7 @@ pub use ::experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_fi
 pub use ::experiments::plan::exchange::Criterion;
 pub use ::experiments::plan::exciting_trajectory::ExcitingTrajectory;
 pub use claims::{LeftOut, significant};
+pub use codegen::Monitor;
 pub use expr::{Count, Function};
 pub use gate;
 pub use identification::estimate::artefact::Estimate;

@@ -9,6 +9,7 @@ use crate::describe::description::check_size;
 pub use crate::describe::named_function::function_named;
 use crate::describe::symbols::check_symbols;
 use crate::error::Error;
+use crate::request::MONITOR;
 pub use crate::request::function_names;
 
 /// The language of generated source.
@@ -66,8 +67,6 @@ impl IdentifiedValues {
 
 /// Name by which a user requests gravity compensation, feedforward and computed torque together.
 pub(crate) const CONTROLLER: &str = "controller";
-/// Names by which a user requests the monitor: external torque and contact, and the load.
-pub(crate) const MONITOR: [&str; 2] = ["observer", "payload"];
 /// Functions that the generated controllers call.
 const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 

@@ -8,6 +8,7 @@ mod alarm_rate;
 mod artefact;
 mod cycles;
 mod directions;
+mod inputs;
 mod monitor;
 mod noise;
 mod observers;
@@ -16,22 +17,18 @@ mod run;
 use std::path::{Path, PathBuf};
 
 use logs::LogSource;
-use nalgebra::DMatrix;
 use online::Order;
 
 use identification::estimate::artefact::Estimate;
-use linear_model::linear_model::Model as LinearModel;
 
 use crate::describe::model::Model;
 use crate::error::Error;
+use crate::replay::inputs::{HOLD_S, covariance, last_link};
 use crate::request::{ObserverOrder, ReplayRequest, Request};
 
 pub use artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 pub use directions::DIRECTIONS;
 pub use monitor::monitor;
-
-/// Contact ends after this time below half of the threshold, s. Pushes of a person last longer.
-const HOLD_S: f64 = 0.1;
 
 /// Replays a log: intervals of contact, loads, drift of friction, and the external torque of every cycle.
 ///
@@ -98,26 +95,4 @@ pub fn reference_logs(
         })
     };
     estimate.logs.iter().map(open).collect()
-}
-
-/// The name of the last link: the link with the most links before it, the first of several.
-fn last_link(model: &Model) -> String {
-    let before = |link: &robot::Link| link.antecedent.map(|before| model.robot.link(before));
-    let depth = |link: &robot::Link| std::iter::successors(before(link), |link| before(link)).count();
-    let deepest = model.robot.links.iter().rev().max_by_key(|link| depth(link));
-    deepest.map_or(String::new(), |link| link.name.clone())
-}
-
-/// The covariance of all parameters of the linear model, in its order; `None` if the estimate does not hold it.
-fn covariance(linear: &LinearModel, estimate: &Estimate) -> Option<DMatrix<f64>> {
-    if estimate.covariance.is_empty() {
-        return None;
-    }
-    let place = |k: usize| estimate.parameters.iter().position(|p| p.id == linear.parameters[k].id);
-    let places: Vec<Option<usize>> = (0..linear.p()).map(place).collect();
-    let entry = |r: usize, c: usize| {
-        let value = places[r].zip(places[c]).map_or(0.0, |(r, c)| estimate.covariance[r][c]);
-        if value.is_finite() { value } else { 0.0 }
-    };
-    Some(DMatrix::from_fn(linear.p(), linear.p(), entry))
 }

@@ -6,10 +6,13 @@ use modeling::RobotFunction;
 
 use super::Range;
 
+/// Names by which a user requests the monitor: external torque and contact, and the load.
+pub(crate) const MONITOR: [&str; 2] = ["observer", "payload"];
+
 impl GenerateRequest {
     /// Whether the functions contain the observer of external torques, or the load.
     pub fn has_monitor(&self) -> bool {
-        self.functions.iter().any(|name| crate::describe::source::MONITOR.contains(&name.as_str()))
+        self.functions.iter().any(|name| MONITOR.contains(&name.as_str()))
     }
 }
 

@@ -60,6 +60,7 @@ pub use excite::{ExciteRequest, MotionFamily, MotionSeries};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
 pub use friction::{FrictionChoice, terms_without_torque};
+pub(crate) use generate::MONITOR;
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
     ClosedLoopRequest, HarmonicRequest, IdentifyRequest, METHOD, PaperRequest, RowsRequest, SamplesRequest,

@@ -2,10 +2,11 @@
 
 /// Folders and files of each `src`, from bottom to top. A file may import only entries before its own place
 /// in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 26] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
+    ("crates/online", &["real", "recursion", "observer", "band", "contact", "payload", "load_monitor", "drift"]),
     ("crates/claims", &["subject", "figure", "left_out", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     (
         "crates/expr",
@@ -100,7 +101,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c"]),
+    (
+        "crates/codegen",
+        &["steps", "sine", "numbers", "controller", "monitor", "rust_function", "rust_file", "c_sine", "c"],
+    ),
     (
         "crates/logs",
         &[
@@ -200,7 +204,20 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
     ),
     (
         "crates/rist",
-        &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page", "wings"],
+        &[
+            "error",
+            "request",
+            "output",
+            "example",
+            "tape",
+            "describe",
+            "motion",
+            "fit",
+            "replay",
+            "write_back",
+            "page",
+            "wings",
+        ],
     ),
     ("crates/wings/foreign", &["arrow", "mat", "sqlite", "collada", "par", "sdf", "text", "workbook", "lib"]),
     ("crates/wings/inspection", &["points", "request", "predicted_accuracy"]),
@@ -304,6 +321,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "statics",
             "shell",
             "simulate",
+            "replay",
             "validate",
             "schema",
             "wings",
@@ -334,6 +352,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "dense_samples",
             "faults",
             "planar_log",
+            "on_robot",
             "program",
             "scrambled",
             "hostile",

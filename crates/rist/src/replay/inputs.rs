@@ -1,0 +1,32 @@
+//! What a replay and a generated monitor take from a model and its estimate.
+
+use identification::estimate::artefact::Estimate;
+use linear_model::linear_model::Model as LinearModel;
+use nalgebra::DMatrix;
+
+use crate::describe::model::Model;
+
+/// Contact ends after this time below half of the threshold, s. Pushes of a person last longer.
+pub(crate) const HOLD_S: f64 = 0.1;
+
+/// The name of the last link: the link with the most links before it, the first of several.
+pub(crate) fn last_link(model: &Model) -> String {
+    let before = |link: &robot::Link| link.antecedent.map(|before| model.robot.link(before));
+    let depth = |link: &robot::Link| std::iter::successors(before(link), |link| before(link)).count();
+    let deepest = model.robot.links.iter().rev().max_by_key(|link| depth(link));
+    deepest.map_or(String::new(), |link| link.name.clone())
+}
+
+/// The covariance of all parameters of the linear model, in its order; `None` if the estimate does not hold it.
+pub(crate) fn covariance(linear: &LinearModel, estimate: &Estimate) -> Option<DMatrix<f64>> {
+    if estimate.covariance.is_empty() {
+        return None;
+    }
+    let place = |k: usize| estimate.parameters.iter().position(|p| p.id == linear.parameters[k].id);
+    let places: Vec<Option<usize>> = (0..linear.p()).map(place).collect();
+    let entry = |r: usize, c: usize| {
+        let value = places[r].zip(places[c]).map_or(0.0, |(r, c)| estimate.covariance[r][c]);
+        if value.is_finite() { value } else { 0.0 }
+    };
+    Some(DMatrix::from_fn(linear.p(), linear.p(), entry))
+}
