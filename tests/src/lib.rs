@@ -50,6 +50,7 @@ pub fn register_wings() {
         foreign::wing(),
         formulas::wing(),
         inspection::wing(),
+        packages::wing(),
         research::wing(),
         statics::wing(),
     ]);

@@ -39,6 +39,8 @@ pub fn register() {
         ::formulas::wing(),
         #[cfg(feature = "inspection")]
         ::inspection::wing(),
+        #[cfg(feature = "packages")]
+        ::packages::wing(),
         #[cfg(feature = "research")]
         ::research::wing(),
         #[cfg(feature = "statics")]
