@@ -233,6 +233,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         ],
     ),
     (
+        "crates/wings/packages",
+        &["request", "names", "drive_units", "package", "python", "arduino", "lerobot", "ros2_control"],
+    ),
+    (
         "crates/wings/formulas",
         &[
             "inverse_arm",
@@ -290,6 +294,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
             "doctor",
             "evaluate",
             "example",
+            "packages",
             "generate",
             "formulas",
             "report",
