@@ -51,6 +51,7 @@ pub fn register_wings() {
         foreign::wing(),
         formulas::wing(),
         inspection::wing(),
+        packages::wing(),
         research::wing(),
         statics::wing(),
     ]);

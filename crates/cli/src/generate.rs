@@ -23,7 +23,11 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     request: Flags<GenerateRequest>,
 
-    /// File to write [default: standard output]; C makes FILE.c and FILE.h
+    #[cfg(feature = "packages")]
+    #[command(flatten)]
+    package: Flags<::packages::PackageRequest>,
+
+    /// File to write [default: standard output]; C makes FILE.c and FILE.h, and a package a folder
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -31,6 +35,18 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
+    #[cfg(feature = "packages")]
+    {
+        let package = arguments.package.read()?;
+        if package.target.is_some() {
+            let options_file = arguments.package.file("options");
+            let out = arguments.out.as_deref();
+            return crate::packages::write(&arguments.model, &request, &package, options_file, out);
+        }
+        if package.options.is_some() {
+            return Err(Failure::new("[options] say the units of the drives of a package: name its [target], or leave them out"));
+        }
+    }
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
     // With an estimate, its values become constants, and the model is read with the options of the estimate.
     let (robot, values) = match &request.estimate {

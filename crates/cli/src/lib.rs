@@ -29,6 +29,8 @@ mod inspection;
 mod interrupt;
 mod lint;
 mod model;
+#[cfg(feature = "packages")]
+mod packages;
 mod plan;
 mod play;
 mod replay;

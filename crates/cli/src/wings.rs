@@ -19,11 +19,12 @@ macro_rules! without {
     };
 }
 
-/// Each wing (optional package): its name, its commands, whether this build has it, and the error text if it has not.
-const WINGS: [(&str, &[&str], bool, &str); 4] = [
+/// Each wing (optional package): its name, its commands or the flag that it adds to a command, whether this build has it, and the error text if it has not.
+const WINGS: [(&str, &[&str], bool, &str); 5] = [
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
     ("inspection", &["visibility"], cfg!(feature = "inspection"), without!("inspection")),
+    ("packages", &["generate --as"], cfg!(feature = "packages"), without!("packages")),
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
@@ -39,6 +40,8 @@ pub fn register() {
         ::formulas::wing(),
         #[cfg(feature = "inspection")]
         ::inspection::wing(),
+        #[cfg(feature = "packages")]
+        ::packages::wing(),
         #[cfg(feature = "research")]
         ::research::wing(),
         #[cfg(feature = "statics")]
@@ -95,11 +98,20 @@ fn absent() -> Wing {
     wing
 }
 
-/// The error text if the command in `words` belongs to a missing wing. The command is the first word that is no flag.
+/// The error text if the command in `words`, or a flag of it, belongs to a missing wing. The command is the first word that is no
+/// flag.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
-    let (.., said) = WINGS.iter().find(|(_, commands, is_here, _)| !is_here && commands.contains(&command))?;
-    Some(format!("{command}: {said}"))
+    let is_flag = |word: &OsString, flag: &str| {
+        word.to_str().is_some_and(|word| word == flag || word.strip_prefix(flag).is_some_and(|rest| rest.starts_with('=')))
+    };
+    let is_it = |of_wing: &&&str| match of_wing.split_once(' ') {
+        Some((of, flag)) => of == command && words.iter().any(|word| is_flag(word, flag)),
+        None => **of_wing == command,
+    };
+    let absent = WINGS.iter().filter(|(_, _, is_here, _)| !is_here);
+    let mut found = absent.filter_map(|(_, commands, _, said)| Some((commands.iter().find(is_it)?, said)));
+    found.next().map(|(command, said)| format!("{command}: {said}"))
 }
 
 #[cfg(test)]
@@ -111,8 +123,12 @@ mod tests {
         let program = crate::program();
         for (wing, commands, is_here, _) in WINGS {
             for command in commands {
-                assert_eq!(program.find_subcommand(command).is_some(), is_here, "{wing}: {command}");
-                let words = ["rist", "--json", command].map(OsString::from);
+                let (name, flag) = command.split_once(" --").unwrap_or((command, ""));
+                let found = program.find_subcommand(name);
+                let has = |found: &clap::Command| found.get_arguments().any(|a| a.get_long() == Some(flag));
+                assert_eq!(found.is_some_and(|found| flag.is_empty() || has(found)), is_here, "{wing}: {command}");
+                let words = ["rist", "--json"].into_iter().chain(command.split(' ')).map(OsString::from);
+                let words: Vec<OsString> = words.collect();
                 assert_eq!(of_absent(&words).is_some(), !is_here, "{wing}: {command}");
             }
         }

@@ -334,6 +334,18 @@ fn the_page_on_code_for_a_loop_runs() {
     }
 }
 
+/// The commands of the page on packages write folders, and a compiler accepts the C code of both.
+#[test]
+fn the_page_on_packages_runs() {
+    let here = folder("packages_page");
+    holds("docs/how-to/run-on-the-robot.md", &here);
+    for folder in ["ur5_ros/src", "ur5_can/ur5"] {
+        for source in ["ur5", "ur5_step"] {
+            done(&here.join(folder), "cc", &format!("-std=c99 -Wall -Wextra -Werror -pedantic -c {source}.c -o {source}.o"));
+        }
+    }
+}
+
 #[test]
 fn the_transcript_of_the_tutorial_is_what_rist_prints() {
     let here = folder("tutorial");

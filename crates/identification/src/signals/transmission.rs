@@ -159,6 +159,16 @@ impl Transmission {
         Ok((matrix, (!self.joint_side_positions).then_some(inverse)))
     }
 
+    /// R^-1, row by row: the joint angles per motor angle. Its transpose maps torques of joints to torques of motors.
+    ///
+    /// Fails if a list does not have n entries, or if R is singular.
+    pub fn joints_per_motor(&self, n: usize) -> Result<Vec<Vec<f64>>, Error> {
+        let of_motors = Transmission { joint_side_positions: false, ..self.clone() };
+        let (matrix, inverse) = of_motors.matrices(n)?;
+        let inverse = inverse.unwrap_or(matrix);
+        Ok(inverse.row_iter().map(|row| row.iter().copied().collect()).collect())
+    }
+
     fn shifted(&self, mut q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for (q, offset) in q.iter_mut().zip(self.offsets.iter().flatten()) {
             q.iter_mut().for_each(|q| *q += offset);

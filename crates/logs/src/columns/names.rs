@@ -4,7 +4,8 @@ use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};
 
 use crate::cleaning::undriven::NoTorqueReason;
-use crate::columns::units::UnitNames;
+use crate::columns::units::{UnitNames, given_unit};
+use crate::columns::words::{Quantity, unit_at_end, written};
 
 /// Column names that the user gives, for quantities whose columns cannot be found by their headers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -43,10 +44,35 @@ pub struct ColumnNames {
 }
 
 impl ColumnNames {
+    /// The unit of the numbers of a quantity, and its factor to the SI unit: the unit that the user gives, or the unit at the end
+    /// of the header that the user gives, or the SI unit.
+    ///
+    /// Fails if the text is no unit of the quantity.
+    pub fn unit(&self, quantity: Quantity) -> Result<(String, f64), String> {
+        if let Some(text) = self.units.of(quantity) {
+            return given_unit(quantity, text).map(|unit| (unit.name, unit.factor));
+        }
+        let pattern = match quantity {
+            Quantity::Position => &self.position,
+            Quantity::Velocity => &self.velocity,
+            Quantity::Torque => &self.torque,
+            Quantity::Current => &self.current,
+            Quantity::Goal => &self.goal,
+            _ => &None,
+        };
+        let header = match pattern {
+            Some(NamePattern::Pattern(header)) => header.as_str(),
+            Some(NamePattern::Each(headers)) => headers.first().map_or("", String::as_str),
+            None => "",
+        };
+        let (unit, factor) = unit_at_end(header, quantity);
+        Ok((written(unit).to_string(), factor))
+    }
+
     /// For each coordinate, the reason why it has no torque; `None` if it has one.
     ///
     /// Fails if a name is not a coordinate, or occurs twice.
-    pub(crate) fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {
+    pub fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {
         let mut found = vec![None; coordinates.len()];
         for (key, names, why) in
             [("prescribed", &self.prescribed, NoTorqueReason::Prescribed), ("free", &self.free, NoTorqueReason::Free)]
@@ -83,4 +109,24 @@ pub enum NamePattern {
     Pattern(String),
     /// One header per coordinate.
     Each(Vec<String>),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_options_and_of_headers() {
+        let units = UnitNames { velocity: Some("counts(2 deg/s)".into()), ..UnitNames::default() };
+        let pattern = |header: &str| Some(NamePattern::Pattern(header.into()));
+        let (position, current) = (pattern("q{}_deg"), pattern("i_mA_{}"));
+        let names = ColumnNames { position, current, units, ..ColumnNames::default() };
+        let unit = |quantity| names.unit(quantity).unwrap();
+        assert_eq!(unit(Quantity::Position), ("deg".to_string(), 1f64.to_radians()));
+        assert_eq!(unit(Quantity::Velocity), ("counts(2 deg/s)".to_string(), 2f64.to_radians()));
+        assert_eq!(unit(Quantity::Current), ("mA".to_string(), 1e-3));
+        assert_eq!(unit(Quantity::Torque), ("N m".to_string(), 1.0));
+        let units = UnitNames { torque: Some("apples".into()), ..UnitNames::default() };
+        assert!(ColumnNames { units, ..ColumnNames::default() }.unit(Quantity::Torque).is_err());
+    }
 }

@@ -306,6 +306,16 @@ fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     out
 }
 
+/// The unit at the end of a header or before its number (`i_mA_{}`), or the default unit of the quantity.
+pub(crate) fn unit_at_end(header: &str, quantity: Quantity) -> Unit {
+    let units = units(quantity);
+    let header = header.to_lowercase();
+    let header = header.trim_end_matches(['{', '}', '_', '.', '-']).trim_end_matches("{joint");
+    // The longest unit counts: `_mnm` also ends with a unit of one letter.
+    let named = without_unit(header.trim_end_matches(['_', '.', '-']), units).into_iter().skip(1);
+    named.map(|(_, unit)| unit).max_by_key(|unit| unit.0.len()).unwrap_or(units[0])
+}
+
 /// Interprets the text after the stem: nothing, a joint, or a unit and a joint. `None` if it has another form.
 fn joint_next_to(
     rest: &str,

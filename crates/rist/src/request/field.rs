@@ -28,6 +28,8 @@ pub struct Field {
     pub short: Option<char>,
     /// The heading in the help; if empty, the general heading of options.
     pub heading: &'static str,
+    /// The name of the flag if it is not the name of the field: a word such as `as`, which Rust and Python reserve.
+    flag: Option<&'static str>,
 }
 
 impl Field {
@@ -43,6 +45,7 @@ impl Field {
             value_name: "",
             short: None,
             heading: "",
+            flag: None,
         }
     }
 
@@ -79,8 +82,13 @@ impl Field {
         Field { heading, ..self }
     }
 
+    /// Sets the name of the flag, where it is not the name of the field.
+    pub fn flag(self, flag: &'static str) -> Field {
+        Field { flag: Some(flag), ..self }
+    }
+
     /// The name of this field's flag, without the dashes.
     pub fn flag_name(&self) -> String {
-        self.name.replace('_', "-")
+        self.flag.map_or_else(|| self.name.replace('_', "-"), String::from)
     }
 }

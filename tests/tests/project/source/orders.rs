@@ -250,6 +250,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 26] = [
         ],
     ),
     (
+        "crates/wings/packages",
+        &["request", "names", "drive_units", "package", "python", "arduino", "lerobot", "ros2_control"],
+    ),
+    (
         "crates/wings/formulas",
         &[
             "inverse_arm",
@@ -307,6 +311,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 26] = [
             "doctor",
             "evaluate",
             "example",
+            "packages",
             "generate",
             "formulas",
             "report",

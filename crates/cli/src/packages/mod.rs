@@ -1,0 +1,62 @@
+//! `rist generate --as`, of the wing (optional package) `packages`: writes a folder that runs a model on a robot.
+
+use std::fs::create_dir_all;
+use std::path::Path;
+
+use packages::PackageRequest;
+use rist::request::spelling::flags;
+use rist::request::{GenerateRequest, Request};
+
+use crate::artefact::{make_directory, read_estimate, write_file};
+use crate::failure::Failure;
+use crate::model::ModelArguments;
+use crate::terminal::{at_work, note, print};
+
+/// Writes the package of `request` into the folder `out`.
+pub(crate) fn write(
+    arguments: &ModelArguments,
+    generate: &GenerateRequest,
+    request: &PackageRequest,
+    options_file: &Path,
+    out: Option<&Path>,
+) -> Result<(), Failure> {
+    let fixed = |name: &&str| ["functions", "symbols", "language"].contains(name);
+    if let Some(name) = generate.given().iter().map(|(name, _)| *name).find(fixed) {
+        return Err(Failure::new(format_args!("[target] decides the [{name}] of a package: leave [{name}] out")));
+    }
+    let file = generate.estimate.as_deref().ok_or_else(|| {
+        Failure::new("[target]: a package holds identified numbers: give the [estimate]")
+    })?;
+    let out = out.ok_or_else(|| Failure::new("[target] makes a folder: say where with `[out=FOLDER]`"))?;
+    let (estimate, model) = read_estimate(file, arguments)?;
+    let values = generate.values(&model, file, &estimate)?;
+    let path = arguments.model.display();
+    let target = request.given().into_iter().filter(|(name, _)| *name == "target").collect::<Vec<_>>();
+    let mut made_by = format!(
+        "rist generate {path}{}{}{}",
+        flags(&arguments.options()?.given()),
+        flags(&generate.given()),
+        flags(&target)
+    );
+    if !options_file.as_os_str().is_empty() {
+        made_by += &format!(" --options {}", options_file.display());
+    }
+    if let Some(said) = estimate.checksum.note(file.display()) {
+        note(format_args!("{said}"));
+        made_by += &format!(" # {said}");
+    }
+    at_work(format_args!("generating the package of {path}"));
+    let files = packages::package(&model, &estimate, &values, request, &made_by)?;
+    if !values.left_out.is_empty() {
+        note(format_args!("the torques of the package do not hold {}", values.left_out.join(", ")));
+    }
+    make_directory(out)?;
+    for file in &files {
+        let path = out.join(&file.path);
+        if let Some(folder) = path.parent() {
+            create_dir_all(folder).map_err(|e| Failure::new(format_args!("{}: {e}", folder.display())))?;
+        }
+        write_file(&path, &file.text)?;
+    }
+    print(&format!("wrote {} files; begin with {}\n", files.len(), out.join("README.md").display()))
+}

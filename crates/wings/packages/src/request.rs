@@ -1,0 +1,33 @@
+//! The request for a package.
+
+use rist::request::Request;
+use rist::wings::Wing;
+use rist::Options;
+
+/// The request that this wing registers.
+pub fn wing() -> Wing {
+    Wing { requests: vec![("package", PackageRequest::fields)], ..Wing::default() }
+}
+
+rist::words! {
+    /// What runs the model.
+    pub enum PackageTarget {
+        /// A package of ROS 2 with a chainable controller and a solver of inverse dynamics.
+        Ros2Control = "ros2-control" "ROS 2: a chainable controller, and a plugin for inverse_dynamics_solver",
+        /// A Python file for servo arms.
+        Lerobot = "lerobot" "One Python file for servo arms: goal currents or goal positions",
+        /// A sketch for drives on a CAN bus.
+        Arduino = "arduino" "A sketch with the C file in float, for drives on a CAN bus",
+    }
+}
+
+rist::request! {
+    /// Options that select a package.
+    pub struct PackageRequest {
+        /// Write a folder that runs the model on a robot, instead of source: [out] is the folder, and it needs an [estimate].
+        target: Option<PackageTarget> = None, flag("as"), value_name("TARGET");
+        /// The options with which the logs of the estimate were identified: for [target], they say the units, gains and signs of
+        /// the drives.
+        options: Option<Options> = None, value_name("FILE");
+    }
+}
