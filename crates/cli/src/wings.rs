@@ -20,7 +20,8 @@ macro_rules! without {
 }
 
 /// Each wing (optional package): its name, its commands, whether this build has it, and the error text if it has not.
-const WINGS: [(&str, &[&str], bool, &str); 4] = [
+const WINGS: [(&str, &[&str], bool, &str); 5] = [
+    ("calibration", &["calibrate"], cfg!(feature = "calibration"), without!("calibration")),
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
     ("inspection", &["visibility"], cfg!(feature = "inspection"), without!("inspection")),
@@ -31,6 +32,8 @@ const WINGS: [(&str, &[&str], bool, &str); 4] = [
 /// for Python does it when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
+        #[cfg(feature = "calibration")]
+        ::calibration::wing(),
         #[cfg(feature = "fleet")]
         ::fleet::wing(),
         #[cfg(feature = "foreign")]

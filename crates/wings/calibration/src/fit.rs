@@ -19,6 +19,8 @@ const SETTLED: f64 = 1e-9;
 const ROUGH: f64 = 1e-4;
 /// Largest number of steps of a fit that only compares priors.
 const FEW_STEPS: usize = 6;
+/// A parameter is tested if this share of its squared derivative is not explained by the fitted parameters.
+const OWN_SHARE: f64 = 1e-8;
 /// First damping, relative to the diagonal, and the factor by which it changes.
 const FIRST_DAMPING: f64 = 1e-5;
 const DAMPING_FACTOR: f64 = 10.0;
@@ -235,6 +237,20 @@ impl Fitter<'_> {
         let sizes = sizes(&rows, &noise, self.problem.postures.len());
         let weights = Weights { noise, posture: sizes.iter().map(|size| cauchy(*size)).collect() };
         self.settled(start, &weights, FEW_STEPS, ROUGH).0
+    }
+
+    /// Estimate and standard deviation of one more parameter, at the end of a fit; `None` if the fitted parameters explain its
+    /// derivative.
+    pub(crate) fn one_more(&self, fit: &Fit, parameter: usize) -> Option<(f64, f64)> {
+        let rows = self.problem.linearised_of(&fit.unknowns, self.rows);
+        let posture = fit.used.iter().map(|used| f64::from(u8::from(*used))).collect();
+        let weights = Weights { noise: fit.noise, posture };
+        let (jacobian, residual) = self.weighted(&rows, &weights);
+        let column = DVector::from_fn(residual.len(), |r, _| rows.jacobian[(r, parameter)] * weights.of(&rows, r));
+        let apart = &column - &jacobian * (&fit.covariance * jacobian.tr_mul(&column));
+        let information = column.dot(&apart);
+        let is_apart = information > OWN_SHARE * column.norm_squared();
+        is_apart.then(|| (apart.dot(&residual) / information, 1.0 / information.sqrt()))
     }
 
     fn moved(&self, at: &Unknowns, step: &[f64]) -> Unknowns {

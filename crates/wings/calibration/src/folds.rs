@@ -77,6 +77,8 @@ pub struct Candidate<'a> {
     pub active: &'a [usize],
     /// Whether the errors of the geometry may have a prior.
     pub may_hold: bool,
+    /// Whether there are enough rows for a fit without a prior.
+    pub may_be_free: bool,
 }
 
 /// The rows of the fold k, and all others of `rows`.
@@ -100,7 +102,7 @@ impl Candidate<'_> {
         let folds: Vec<_> = (0..FOLDS).map(|k| split(rows, k)).collect();
         let mut starts = vec![start.clone(); FOLDS];
         let mut best = (f64::INFINITY, None);
-        for deviation in DEVIATIONS.into_iter().map(Some).chain([None]) {
+        for deviation in DEVIATIONS.into_iter().map(Some).chain(self.may_be_free.then_some(None)) {
             let mut sums = ErrorSums::default();
             for ((out, kept), at) in folds.iter().zip(&mut starts) {
                 // Each prior starts where the narrower one ended.
