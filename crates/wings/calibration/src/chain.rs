@@ -323,3 +323,92 @@ impl Chain {
         self.elements.chunks(each.max(1)).map(at_zero).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use random::Random;
+
+    use super::*;
+    use crate::measurement::MeasurementKind;
+    use crate::simulated::{arm, problem, truth};
+
+    fn apart(a: &Placed, b: &Placed) -> f64 {
+        (a.position - b.position).norm() + (a.rotation - b.rotation).norm()
+    }
+
+    /// The nominal chain has the poses of the robot, for both conventions.
+    #[test]
+    fn a_chain_without_errors_is_the_robot() {
+        let robot = arm();
+        let mut random = Random::new(1);
+        let tip = robot.link_ids().last().unwrap();
+        for convention in [Convention::Dh, Convention::Frames] {
+            let chain = Chain::new(&robot, tip, convention).unwrap();
+            let q: Vec<f64> = (0..6).map(|_| random.between(-3.0, 3.0)).collect();
+            let pose = chain.pose(&q, &[0.0; 6], &vec![0.0; chain.parameters.len()]);
+            // Rounding of about fifty products.
+            assert!(apart(&pose, &Placed::of(&robot.link_poses(&q)[5])) < 1e-14);
+        }
+    }
+
+    /// An error of a letter moves the pose like the same change of the description.
+    #[test]
+    fn an_error_is_a_change_of_the_description() {
+        let robot = arm();
+        let tip = robot.link_ids().last().unwrap();
+        let chain = Chain::new(&robot, tip, Convention::Dh).unwrap();
+        let q = [0.3, -0.8, 1.1, 0.4, -0.9, 2.0];
+        let mut checked = 0;
+        for (k, parameter) in chain.parameters.iter().enumerate() {
+            let Parameter::Dh { link, letter } = *parameter else { continue };
+            let mut values = vec![0.0; chain.parameters.len()];
+            values[k] = 0.01;
+            let mut changed = robot.clone();
+            let geometry = &mut changed.links[link].geometry;
+            let place = match letter {
+                Letter::Gamma => &mut geometry.gamma,
+                Letter::B => &mut geometry.b,
+                Letter::Beta => continue,
+                Letter::Alpha => &mut geometry.alpha,
+                Letter::D => &mut geometry.d,
+                Letter::Theta => &mut geometry.theta,
+                Letter::R => &mut geometry.r,
+            };
+            let given = place.number(&robot.symbols) + 0.01;
+            *place = robot::value::parse(&format!("{given:?}"), &|_| None).unwrap();
+            let pose = chain.pose(&q, &[0.0; 6], &values);
+            assert!(apart(&pose, &Placed::of(&changed.link_poses(&q)[5])) < 1e-14, "{parameter:?}");
+            checked += 1;
+        }
+        assert_eq!(checked, 36);
+    }
+
+    /// The twists are the derivatives of the pose: compared with central differences at random errors.
+    #[test]
+    fn twists_are_derivatives() {
+        let robot = arm();
+        let mut random = Random::new(3);
+        for convention in [Convention::Dh, Convention::Frames] {
+            let problem = problem(&robot, convention, MeasurementKind::Pose, 1, &mut random);
+            let (chain, at) = (&problem.chain, truth(&problem, 0.5, 0.1, &mut random));
+            let q: Vec<f64> = (0..6).map(|_| random.between(-2.0, 2.0)).collect();
+            let torque: Vec<f64> = (0..6).map(|_| random.between(-2.0, 2.0)).collect();
+            let found = chain.derivatives(&q, &torque, &at.chain);
+            let step = 1e-5;
+            for k in 0..chain.parameters.len() {
+                let moved = |step: f64| {
+                    let mut values = at.chain.clone();
+                    values[k] += step;
+                    chain.pose(&q, &torque, &values)
+                };
+                let (ahead, behind) = (moved(step), moved(-step));
+                let velocity = (ahead.position - behind.position) / (2.0 * step);
+                let spin = (ahead.rotation - behind.rotation) / (2.0 * step) * found.pose.rotation.transpose();
+                // The error of a central difference: its step squared times the third derivative of a pose of this size.
+                let limit = 1e-8;
+                assert!((velocity - found.twists[k].at(&found.pose.position)).norm() < limit, "{k}");
+                assert!((spin - found.twists[k].w.cross_matrix()).norm() < limit, "{k}");
+            }
+        }
+    }
+}

@@ -13,12 +13,16 @@ mod chain;
 mod corrections;
 mod fit;
 mod folds;
+#[cfg(test)]
+mod laws;
 mod measurement;
 mod mistakes;
 mod parameter;
 mod pose_table;
 mod report;
 mod request;
+#[cfg(test)]
+mod simulated;
 mod start;
 mod verdict;
 mod write_back;
