@@ -116,7 +116,7 @@ fn far_zeros_are_found_without_a_start() {
 /// The base parameters are covered at their level, and a new posture is predicted within its bound.
 #[test]
 fn intervals_cover() {
-    let (mut inside, mut all) = (0, 0);
+    let (mut inside, mut all) = (0u32, 0u32);
     for seed in 0..12 {
         let (robot, problem, truth) = simulated(MeasurementKind::Pose, 30, 0.03, 100 + seed);
         let base = geometric_base(&robot, &problem, is_rigid).unwrap();
@@ -133,7 +133,7 @@ fn intervals_cover() {
             };
             let expected = truth.chain[k - frames] + base.grouped.iter().map(of).sum::<f64>();
             let sigma = fit.covariance[(place, place)].sqrt();
-            inside += usize::from((fit.unknowns.chain[k - frames] - expected).abs() < quantile * sigma);
+            inside += u32::from((fit.unknowns.chain[k - frames] - expected).abs() < quantile * sigma);
             all += 1;
         }
     }

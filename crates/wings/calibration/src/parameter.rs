@@ -47,25 +47,58 @@ impl Letter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
     /// The base of the robot in the frame of the measurements.
-    Base { axis: usize },
+    Base {
+        /// The axis.
+        axis: usize,
+    },
     /// The fixed point in the base frame from which distances are measured, m.
-    Anchor { axis: usize },
+    Anchor {
+        /// The axis.
+        axis: usize,
+    },
     /// The radius of a sphere that was touched, m.
     Radius,
     /// A measured point (marker) in the frame of the last link, m.
-    Point { point: usize, axis: usize },
+    Point {
+        /// Index of the point.
+        point: usize,
+        /// The axis.
+        axis: usize,
+    },
     /// The orientation of the tool in the frame of the last link, rad.
-    Tool { axis: usize },
+    Tool {
+        /// The axis.
+        axis: usize,
+    },
     /// The zero error of a coordinate: q of the robot is q of the table plus this, rad (m).
-    Zero { coordinate: usize },
+    Zero {
+        /// Index of the coordinate.
+        coordinate: usize,
+    },
     /// An error of a letter of the geometry of a link, rad or m.
-    Dh { link: usize, letter: Letter },
+    Dh {
+        /// Index of the link.
+        link: usize,
+        /// The letter.
+        letter: Letter,
+    },
     /// An error of the frame of a joint in its description (URDF), rad or m.
-    Frame { link: usize, axis: usize },
+    Frame {
+        /// Index of the link.
+        link: usize,
+        /// The axis.
+        axis: usize,
+    },
     /// The relative error of the scale of a coordinate (gear ratio).
-    Gear { coordinate: usize },
+    Gear {
+        /// Index of the coordinate.
+        coordinate: usize,
+    },
     /// The compliance of a coordinate: q of the robot is reduced by this times the holding torque, rad/(N m).
-    Compliance { coordinate: usize },
+    Compliance {
+        /// Index of the coordinate.
+        coordinate: usize,
+    },
 }
 
 /// The kinds of parameters, by which they are selected.

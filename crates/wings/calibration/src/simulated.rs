@@ -16,7 +16,7 @@ name: arm
 gravity: [0, 0, -9.81]
 coordinates: [q1, q2, q3, q4, q5, q6]
 links:
-  - {link: 1, theta: q1}
+  - {link: 1, antecedent: base, theta: q1}
   - {link: 2, antecedent: 1, alpha: -pi/2, d: 0.15, theta: q2}
   - {link: 3, antecedent: 2, d: 0.6, theta: q3}
   - {link: 4, antecedent: 3, alpha: -pi/2, d: 0.1, theta: q4, r: 0.65}

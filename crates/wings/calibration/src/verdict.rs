@@ -31,6 +31,8 @@ const STILL: f64 = 1e-4;
 /// Level of the test of all gear scales together, and chance with which a fault of the printed size shows.
 const GEAR_LEVEL: f64 = 0.01;
 const POWER: f64 = 0.95;
+/// A scale is not said to agree if only a larger error than this would show.
+const LARGEST_GEAR: f64 = 0.1;
 
 /// Whether a calibration can be used.
 pub struct CalibrationVerdict {
@@ -184,6 +186,11 @@ fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Cla
         let name = &names.coordinates[gear.coordinate];
         let subject = Subject::of(GEAR, [name]);
         match gear.estimate {
+            Some((_, sigma)) if power * sigma > LARGEST_GEAR => {
+                let size = significant(100.0 * power * sigma, 2);
+                let why = format!("only an error of {size} % of the scale of {name} would show");
+                cannot_tell(subject, why, "postures over the whole range of the joint")
+            }
             None => cannot_tell(subject, format!("these postures do not determine the scale of {name}"), "more postures"),
             Some((value, sigma)) if value.abs() > limit * sigma => {
                 let why = format!(
