@@ -166,12 +166,11 @@ fn draw(robot: &Robot, seed: u64, sums: &mut Sums) {
     let level = found.level();
     let nominal = Unknowns { chain: vec![0.0; truth.chain.len()], ..truth.clone() };
     sums.ranks += usize::from(level.base.kept.len() == numerical_rank(&problem, &nominal));
-    let frames = problem.parameters.len() - problem.chain.parameters.len();
+    let without_noise = calibrated(robot, &measured(&problem, &truth, 1e-9, &mut random), Calibrated::Geometry);
+    let ideal = without_noise.parameters(without_noise.level());
     for p in found.parameters(level).iter().filter(|p| p.parameter.group() != ParameterGroup::Frames) {
-        let Some(k) = problem.parameters.iter().position(|other| *other == p.parameter) else { continue };
-        let grouped = level.base.grouped.iter().flat_map(|(g, terms)| terms.iter().map(move |(kept, x)| (*g, *kept, *x)));
-        let of = grouped.filter(|(g, kept, _)| *kept == k && *g >= frames);
-        let expected = truth.chain[k - frames] + of.map(|(g, _, x)| x * truth.chain[g - frames]).sum::<f64>();
+        // The true base parameters are those that the same measurements without noise give.
+        let expected = ideal.iter().find(|q| q.parameter == p.parameter).map_or(f64::NAN, |q| q.value);
         sums.inside += usize::from((p.value - expected).abs() < p.interval);
         sums.intervals += 1;
     }

@@ -14,6 +14,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 use crate::chain::{Chain, Placed, Twist, turned_by};
 use crate::parameter::Parameter;
 
+/// Rotations with a smaller cosine are near half a turn.
+const LEAST_COSINE: f64 = -0.9;
+
 /// The kind of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeasurementKind {
@@ -191,7 +194,7 @@ impl Problem {
             }
             if let Some(measured) = posture.rotation {
                 let own = pose.rotation * at.tool;
-                let error = Rotation3::from_matrix_unchecked(measured * own.transpose()).scaled_axis();
+                let error = rotation_vector(&(measured * own.transpose()));
                 all.extend((0..3).map(|axis| (error[axis], ResidualKind::Angle, r)));
             }
         }
@@ -228,7 +231,7 @@ impl Problem {
         }
         if let Some(measured) = posture.rotation {
             let own = pose.rotation * at.tool;
-            let error = Rotation3::from_matrix_unchecked(measured * own.transpose()).scaled_axis();
+            let error = rotation_vector(&(measured * own.transpose()));
             let column = |parameter: &Parameter| match *parameter {
                 Parameter::Base { axis: axis @ 3.. } => unit(axis - 3),
                 Parameter::Tool { axis } => own * unit(axis),
@@ -286,6 +289,19 @@ impl Problem {
         next.chain.iter_mut().zip(of_chain).for_each(|(value, x)| *value += x);
         next
     }
+}
+
+/// The rotation vector of a rotation matrix, rad. The sine is exact for small angles, where the cosine is not.
+fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let skew = 0.5 * (rotation - rotation.transpose());
+    let sines = Vector3::new(skew[(2, 1)], skew[(0, 2)], skew[(1, 0)]);
+    let (sine, cosine) = (sines.norm(), 0.5 * (rotation.trace() - 1.0));
+    if cosine < LEAST_COSINE {
+        // Near half a turn, the sine does not give the axis.
+        return Rotation3::from_matrix_unchecked(*rotation).scaled_axis();
+    }
+    let angle = sine.atan2(cosine);
+    if sine > 0.0 { angle / sine * sines } else { sines }
 }
 
 fn unit(axis: usize) -> Vector3<f64> {
