@@ -47,6 +47,7 @@ use crate::random::Random;
 /// Registers all wings, as the program does.
 pub fn register_wings() {
     rist::wings::register(vec![
+        calibration::wing(),
         fleet::wing(),
         foreign::wing(),
         formulas::wing(),

@@ -6,6 +6,8 @@
 #![warn(missing_docs)]
 
 mod artefact;
+#[cfg(feature = "calibration")]
+mod calibration;
 mod check;
 mod columns;
 mod convert;
@@ -82,6 +84,8 @@ enum Command {
     Postures(statics::postures::Arguments),
     #[cfg(feature = "statics")]
     Wrench(statics::wrench::Arguments),
+    #[cfg(feature = "calibration")]
+    Calibrate(calibration::calibrate::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -203,6 +207,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Postures(arguments) => statics::postures::run(&arguments),
         #[cfg(feature = "statics")]
         Command::Wrench(arguments) => statics::wrench::run(&arguments),
+        #[cfg(feature = "calibration")]
+        Command::Calibrate(arguments) => calibration::calibrate::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -20,7 +20,8 @@ macro_rules! without {
 }
 
 /// Each wing (optional package): its name, its commands or the flag that it adds to a command, whether this build has it, and the error text if it has not.
-const WINGS: [(&str, &[&str], bool, &str); 5] = [
+const WINGS: [(&str, &[&str], bool, &str); 6] = [
+    ("calibration", &["calibrate"], cfg!(feature = "calibration"), without!("calibration")),
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
     ("inspection", &["visibility"], cfg!(feature = "inspection"), without!("inspection")),
@@ -32,6 +33,8 @@ const WINGS: [(&str, &[&str], bool, &str); 5] = [
 /// for Python does it when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
+        #[cfg(feature = "calibration")]
+        ::calibration::wing(),
         #[cfg(feature = "fleet")]
         ::fleet::wing(),
         #[cfg(feature = "foreign")]

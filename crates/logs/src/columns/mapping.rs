@@ -93,6 +93,13 @@ impl Columns {
         Columns::found(table, coordinates, names, Needed { time: false, efforts: true })
     }
 
+    /// Finds the columns of positions; a clock and efforts are optional.
+    ///
+    /// Fails when a position is missing, or when two columns are found for one quantity.
+    pub fn of_positions(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
+        Columns::found(table, coordinates, names, Needed { time: false, efforts: false })
+    }
+
     /// The clock column; `None` if there is none.
     pub(crate) fn clock(&self) -> Option<&ColumnSource> {
         (self.time.header != NO_COLUMN).then_some(&self.time)

@@ -25,7 +25,7 @@ pub struct ColumnSource {
 
 impl ColumnSource {
     /// Converts a number of the file to the SI unit.
-    pub(crate) fn si(&self, x: f64) -> f64 {
+    pub fn si(&self, x: f64) -> f64 {
         self.factor * self.word.map_or(x, |word| word.signed(x))
     }
 

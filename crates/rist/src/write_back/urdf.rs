@@ -8,9 +8,10 @@
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
 use logs::Error;
+use nalgebra::Rotation3;
 use robot::format::roll_pitch_yaw;
 use robot::lint::RepairedBody;
-use robot::{LinkId, Robot};
+use robot::{LinkId, Pose, Robot};
 use roxmltree::{Document, Node};
 
 use crate::write_back::body::{self, JointDynamics};
@@ -92,6 +93,40 @@ pub fn write_repairs(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result
     Ok(edits.apply())
 }
 
+/// Writes moved joint frames into the URDF `text`: each `<origin>` is followed by the pose `changes` of its joint. All other bytes
+/// stay.
+///
+/// Fails if the text is no URDF, if a joint is missing in it, or if an origin is not made of numbers.
+pub fn write_origins(text: &str, file: &str, changes: &[(String, Pose)]) -> Result<String, Error> {
+    let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
+    let root = document.root_element();
+    if !root.has_tag_name("robot") {
+        let found = root.tag_name().name();
+        let message = format!("origins are written into a URDF, whose root is <robot>, found <{found}>: convert it first");
+        return Err(Error::at(file, 0, message));
+    }
+    let mut edits = Edits::of(text);
+    for (name, change) in changes.iter().filter(|(_, change)| *change != Pose::IDENTITY) {
+        let joint = element(root, "joint", name, file)?;
+        let origin = joint.children().find(|n| n.has_tag_name("origin"));
+        let three = |attribute: &str| -> Result<[f64; 3], Error> {
+            let Some(text) = origin.and_then(|origin| origin.attribute(attribute)) else { return Ok([0.0; 3]) };
+            let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+            let numbers = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+            let message = || format!("joint {name}: the {attribute} of its origin is no three numbers: expand the xacro first");
+            numbers.ok_or_else(|| Error::at(file, 0, message()))
+        };
+        let [roll, pitch, yaw] = three("rpy")?;
+        let rotation = Rotation3::from_euler_angles(roll, pitch, yaw);
+        let rotation = std::array::from_fn(|i| std::array::from_fn(|k| rotation[(i, k)]));
+        let moved = Pose { rotation, position: three("xyz")? }.compose(change);
+        let numbers = |x: [f64; 3]| x.map(|x| (x + 0.0).to_string()).join(" ");
+        let attributes = [("xyz", numbers(moved.position)), ("rpy", numbers(roll_pitch_yaw(&moved.rotation)))];
+        edits.set_child(&joint, "origin", &attributes);
+    }
+    Ok(edits.apply())
+}
+
 /// The attributes of `<inertia>`.
 fn six(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [(&'static str, String); 6] {
     let inertia = [("ixx", xx), ("ixy", xy), ("ixz", xz), ("iyy", yy), ("iyz", yz), ("izz", zz)];
@@ -131,7 +166,6 @@ fn empty(link: &Node, edits: &mut Edits) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robot::Pose;
     use robot::format::read_urdf;
 
     const URDF: &str = r#"<?xml version="1.0"?>

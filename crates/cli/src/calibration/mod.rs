@@ -1,0 +1,3 @@
+//! The command of the wing (optional package) `calibration`.
+
+pub(crate) mod calibrate;

@@ -1,0 +1,120 @@
+//! Base geometric parameters: which errors of the geometry the measurements can determine, and which others are grouped into them.
+//!
+//! The Jacobian of the measurements is stacked over random postures. Its independent columns are found from left to right by the
+//! rule for base inertial parameters ([`modeling::independent_columns`]). A dropped parameter acts like a combination of kept
+//! ones at every posture, so its error is contained in theirs [Khalil, Dombre 2002, chapter 11].
+
+use modeling::independent_columns;
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use random::Random;
+use rist::Error;
+use robot::Robot;
+
+use crate::chain::{Placed, turned_by};
+use crate::measurement::{Posture, Problem, Unknowns};
+use crate::parameter::{Parameter, ParameterNames};
+
+/// Random rows per parameter.
+const ROWS_PER_PARAMETER: usize = 3;
+/// Positions of a joint without limits are drawn from this range, rad (m).
+const FREE_RANGE: f64 = std::f64::consts::PI;
+/// Seed of the random postures.
+const SEED: u64 = 0x6765_6f6d;
+/// A coefficient below this is rounding: the columns are lengths of the size of a robot.
+const ROUNDED_ZERO: f64 = 1e-9;
+
+/// The base parameters among some parameters, with the evidence of their number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeometricBase {
+    /// Indices of the parameters that are kept.
+    pub kept: Vec<usize>,
+    /// Parameters that are grouped: each with its coefficients of kept parameters.
+    pub grouped: Vec<(usize, Vec<(usize, f64)>)>,
+    /// Parameters that change no measurement.
+    pub without_effect: Vec<usize>,
+    /// Smallest relative distance of a kept column from the span of the columns before it.
+    pub smallest_kept: f64,
+    /// Largest relative distance of a dropped column.
+    pub largest_dropped: f64,
+}
+
+impl GeometricBase {
+    /// The base parameters among the columns `selected` of a Jacobian.
+    ///
+    /// Fails if a column is not finite.
+    pub fn of(jacobian: &DMatrix<f64>, selected: &[usize]) -> Result<GeometricBase, Error> {
+        let scan = independent_columns(&jacobian.select_columns(selected))
+            .map_err(|_| Error::new("the derivatives of the poses are not finite: look at the lengths of the description"))?;
+        let distance = |c: &usize| scan.distance[*c];
+        let dropped = scan.zero.iter().chain(scan.dependent.iter().map(|d| &d.0));
+        Ok(GeometricBase {
+            smallest_kept: scan.kept.iter().map(distance).fold(1.0, f64::min),
+            largest_dropped: dropped.map(distance).fold(0.0, f64::max),
+            grouped: (scan.dependent.iter())
+                .map(|(c, x)| {
+                    let terms = scan.kept.iter().zip(x).filter(|(_, x)| x.abs() > ROUNDED_ZERO);
+                    (selected[*c], terms.map(|(k, x)| (selected[*k], *x)).collect())
+                })
+                .collect(),
+            kept: scan.kept.iter().map(|c| selected[*c]).collect(),
+            without_effect: scan.zero.iter().map(|c| selected[*c]).collect(),
+        })
+    }
+
+    /// The gap between kept and dropped columns.
+    pub fn gap(&self) -> f64 {
+        self.smallest_kept / self.largest_dropped.max(f64::EPSILON)
+    }
+
+    /// The rule of a grouped parameter: `d3 = 1 d2 + 0.5 zero q2`.
+    pub fn rule(&self, grouped: usize, problem: &Problem, names: &ParameterNames) -> String {
+        let name = |k: usize| names.of(problem.parameters[k]).to_string();
+        let terms = self.grouped.iter().find(|(k, _)| *k == grouped).map(|(_, terms)| terms.as_slice()).unwrap_or(&[]);
+        let terms: Vec<String> =
+            terms.iter().map(|(k, x)| format!("{} {}", claims::significant(*x, 4), name(*k))).collect();
+        format!("{} = {}", name(grouped), terms.join(" + "))
+    }
+}
+
+/// A number of random postures within the limits of the joints. Each measures what `like` measures.
+pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, count: usize) -> Vec<Posture> {
+    let mut random = Random::new(SEED);
+    let mut position = |k: &usize| {
+        let limits = robot.coordinates[*k].limits.position.filter(|(low, high)| high - low < 2.0 * FREE_RANGE);
+        let (low, high) = limits.unwrap_or((-FREE_RANGE, FREE_RANGE));
+        random.between(low, high)
+    };
+    let mut posture = |_| {
+        let q: Vec<f64> = problem.chain.coordinates.iter().map(&mut position).collect();
+        // Any torque serves, since a compliance only needs one that varies.
+        let torque = q.iter().enumerate().map(|(k, x)| (x + k as f64).sin()).collect();
+        Posture { q, torque, ..like.clone() }
+    };
+    (0..count).map(&mut posture).collect()
+}
+
+/// Unknowns without special values: random frames, and no errors of the chain.
+pub(crate) fn random_unknowns(problem: &Problem) -> Unknowns {
+    let mut random = Random::new(SEED);
+    let mut vector = || Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
+    let base = Placed { rotation: turned_by(vector()), position: vector() };
+    let tool: Matrix3<f64> = turned_by(vector());
+    let points = (0..problem.kind.points()).map(|_| 0.3 * vector()).collect();
+    Unknowns { base, tool, anchor: 2.0 * vector(), radius: 0.5, points, ..problem.nominal() }
+}
+
+/// The base parameters among those for which `is_selected` is true, for the measurements of the first posture at any posture.
+///
+/// Fails if the geometry is not finite.
+pub fn geometric_base(
+    robot: &Robot,
+    problem: &Problem,
+    is_selected: impl Fn(Parameter) -> bool,
+) -> Result<GeometricBase, Error> {
+    let selected: Vec<usize> = (0..problem.parameters.len()).filter(|&k| is_selected(problem.parameters[k])).collect();
+    let like = problem.postures.first().ok_or_else(|| Error::new("there is no posture"))?;
+    let each = problem.with(vec![like.clone()]).linearised(&random_unknowns(problem)).residual.len().max(1);
+    let count = (ROWS_PER_PARAMETER * selected.len()).div_ceil(each).max(selected.len());
+    let at_random = problem.with(random_postures(robot, problem, like, count));
+    GeometricBase::of(&at_random.linearised(&random_unknowns(problem)).jacobian, &selected)
+}

@@ -1,0 +1,308 @@
+//! A kinematic calibration: from a table of postures to errors of the geometry, and what they are worth.
+
+use std::path::Path;
+
+use logs::Table;
+use numerics::student::two_sided_quantile;
+use rist::Error;
+use robot::{Format, LinkId, Robot};
+
+use crate::base_geometry::{GeometricBase, geometric_base};
+use crate::chain::{Chain, Convention};
+use crate::fit::{Fit, Fitter, Noise};
+use crate::folds::{Candidate, PredictionError, error_on};
+use crate::measurement::{Posture, Problem, Unknowns};
+use crate::mistakes::{Mistake, mistakes, share};
+use crate::parameter::{Parameter, ParameterGroup, ParameterNames};
+use crate::pose_table::{PoseTable, slides};
+use crate::request::{Calibrated, CalibrateRequest, ErrorNames};
+use crate::start::{ZERO_STARTS, start};
+use crate::verdict::{CalibrationVerdict, verdict};
+
+/// Noise that the first fit assumes, m and rad.
+const FIRST_NOISE: Noise = Noise { length: 5e-3, angle: 5e-3 };
+/// A fit without a prior needs this many rows per parameter.
+const ROWS_PER_PARAMETER: f64 = 1.25;
+/// Level of the printed intervals.
+const LEVEL: f64 = 0.95;
+
+/// The holding torques of all coordinates at a position of all coordinates and a mass of the load, N m (N).
+pub type HoldingTorque<'a> = &'a dyn Fn(&[f64], f64) -> Vec<f64>;
+
+/// A fit of some groups of parameters, with its error on postures that were left out.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// What is fitted: `frames`, `zeros`, `geometry`, `stiffness`.
+    pub what: &'static str,
+    /// The base parameters at any posture.
+    pub base: GeometricBase,
+    /// Base parameters that these postures do not determine.
+    pub undetermined: Vec<usize>,
+    /// The fit of all postures.
+    pub fit: Fit,
+    /// Standard deviation of the errors of the geometry in the prior, m and rad; `None`: no prior.
+    pub deviation: Option<f64>,
+    /// Error on the fitted postures.
+    pub fitted: PredictionError,
+    /// Error on postures left out in turn.
+    pub left_out: PredictionError,
+}
+
+/// The result of a calibration.
+pub struct Calibration {
+    /// The measurements and the chain, with the corrections applied.
+    pub problem: Problem,
+    /// The names of the parameters.
+    pub names: ParameterNames,
+    /// Name of the measured link.
+    pub tip: String,
+    /// The fits: frames alone, then zeros, then what was asked for.
+    pub levels: Vec<Level>,
+    /// Mistakes in the table.
+    pub mistakes: Vec<Mistake>,
+    /// Number of rows without a number.
+    pub left_out_rows: usize,
+    /// Notes on how the table was read.
+    pub notes: Vec<String>,
+    /// Whether the result can be used, with the claims that support it.
+    pub verdict: CalibrationVerdict,
+}
+
+/// A calibrated parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibratedParameter {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its printed name.
+    pub name: String,
+    /// The fitted value; for frames the value is in [`Fit::unknowns`], and this is 0.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Half of the 95 % interval.
+    pub interval: f64,
+    /// Unit of the value.
+    pub unit: &'static str,
+}
+
+/// The link with most joints before it; the last one if there are several.
+fn default_tip(robot: &Robot) -> Option<LinkId> {
+    let depth = |&j: &LinkId| {
+        let above = std::iter::successors(Some(j), |&j| robot.link(j).antecedent);
+        above.filter(|&j| !robot.link(j).joint.variable.terms.is_empty()).count()
+    };
+    robot.link_ids().max_by_key(depth)
+}
+
+/// The link that carries a link or frame of this name.
+fn named_tip(robot: &Robot, name: &str) -> Result<LinkId, Error> {
+    let carries = |&j: &LinkId| {
+        let link = robot.link(j);
+        link.name == name || link.frames.iter().any(|(frame, _)| frame == name)
+    };
+    robot.link_ids().find(carries).ok_or_else(|| {
+        let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+        Error::new(format_args!("[tip]: the robot has no link `{name}`; it has {}", known.join(", ")))
+    })
+}
+
+/// The names that print parameters of a robot.
+pub(crate) fn names_of(robot: &Robot, points: usize) -> ParameterNames {
+    ParameterNames {
+        coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
+        slides: (0..robot.n_coordinates()).map(|k| slides(robot, k)).collect(),
+        labels: robot.links.iter().map(|link| link.label.clone()).collect(),
+        joints: robot.links.iter().map(|link| link.joint.name.clone()).collect(),
+        has_markers: points > 1,
+    }
+}
+
+/// The chain that a request asks for.
+///
+/// Fails if the link is unknown, or if a loop moves the chain.
+pub fn chain_of(robot: &Robot, request: &CalibrateRequest) -> Result<Chain, Error> {
+    let tip = match &request.tip {
+        Some(name) => named_tip(robot, name)?,
+        None => default_tip(robot).ok_or_else(|| Error::new("the robot has no link"))?,
+    };
+    let by_format = if robot.format == Format::Urdf { ErrorNames::Frames } else { ErrorNames::Dh };
+    let convention = match request.names.unwrap_or(by_format) {
+        ErrorNames::Dh => Convention::Dh,
+        ErrorNames::Frames => Convention::Frames,
+    };
+    Chain::new(robot, tip, convention)
+}
+
+/// Calibrates a robot from a file of postures. `torque`: holding torques, which only stiffness needs.
+///
+/// Fails if the file cannot be read, if columns are missing, or if there are too few postures.
+pub fn calibrate(
+    robot: &Robot,
+    path: &Path,
+    request: &CalibrateRequest,
+    torque: Option<HoldingTorque>,
+) -> Result<Calibration, Error> {
+    calibrate_table(robot, &Table::read(path)?, request, torque)
+}
+
+/// Calibrates a robot from a table of postures; fails like [`calibrate`].
+pub fn calibrate_table(
+    robot: &Robot,
+    table: &Table,
+    request: &CalibrateRequest,
+    torque: Option<HoldingTorque>,
+) -> Result<Calibration, Error> {
+    let chain = chain_of(robot, request)?;
+    let options = request.options.clone().unwrap_or_default();
+    let read = PoseTable::of_table(table, robot, &chain.coordinates, &options, request.touched)?;
+    let mut postures = read.postures(&options.corrections)?;
+    if request.what == Calibrated::Stiffness {
+        let torque = torque.ok_or_else(|| Error::new("[what=stiffness] needs the bodies of the description, or [estimate]"))?;
+        hold(robot, &chain, &read, &mut postures, torque);
+    }
+    let tip = chain.links.last().map_or(String::new(), |&j| robot.link(j).name.clone());
+    let problem = Problem::new(chain, read.kind, postures);
+    let names = names_of(robot, read.kind.points());
+    let (levels, found) = fitted(robot, &problem, &read, request)?;
+    let verdict = verdict(&problem, &names, &levels, &found);
+    let (left_out_rows, notes) = (read.left_out, read.notes.clone());
+    Ok(Calibration { problem, names, tip, levels, mistakes: found, left_out_rows, notes, verdict })
+}
+
+/// Sets the holding torques of the postures.
+fn hold(robot: &Robot, chain: &Chain, table: &PoseTable, postures: &mut [Posture], torque: HoldingTorque) {
+    for (posture, load) in postures.iter_mut().zip(table.loads()) {
+        let mut q = vec![0.0; robot.n_coordinates()];
+        chain.coordinates.iter().zip(&posture.q).for_each(|(k, x)| q[*k] = *x);
+        let all = torque(&q, load);
+        posture.torque = chain.coordinates.iter().map(|&k| all[k]).collect();
+    }
+}
+
+/// The groups of parameters of a level.
+fn groups(what: &str) -> &'static [ParameterGroup] {
+    use ParameterGroup::{Compliances, Frames, Geometry, Zeros};
+    match what {
+        "frames" => &[Frames],
+        "zeros" => &[Frames, Zeros],
+        "geometry" => &[Frames, Zeros, Geometry],
+        _ => &[Frames, Zeros, Compliances],
+    }
+}
+
+/// Fits the levels from a common start, and looks for mistakes in the table.
+fn fitted(
+    robot: &Robot,
+    problem: &Problem,
+    table: &PoseTable,
+    request: &CalibrateRequest,
+) -> Result<(Vec<Level>, Vec<Mistake>), Error> {
+    let base_of = |what: &str| geometric_base(robot, problem, |p| groups(what).contains(&p.group()));
+    let of_zeros = base_of("zeros")?;
+    let rows = problem.linearised(&problem.nominal()).residual.len();
+    if rows <= of_zeros.kept.len() {
+        let message = format!(
+            "{}: {} postures give {rows} numbers, for {} unknowns of frames and zeros: measure more postures",
+            table.name,
+            problem.postures.len(),
+            of_zeros.kept.len()
+        );
+        return Err(Error::new(message));
+    }
+    let first = start(problem, &of_zeros.kept, ZERO_STARTS);
+    let corrections = request.options.clone().unwrap_or_default().corrections;
+    let found = mistakes(robot, problem, table, &corrections, share(problem, &first))?;
+    let asked = match request.what {
+        Calibrated::Zeros => None,
+        Calibrated::Geometry => Some("geometry"),
+        Calibrated::Stiffness => Some("stiffness"),
+    };
+    let (mut levels, mut from): (Vec<Level>, _) = (Vec::new(), (first.clone(), FIRST_NOISE));
+    // The frames of a robot without errors start where its zeros are zero.
+    let nominal = start(problem, &base_of("frames")?.kept, 0);
+    levels.push(level(problem, "frames", base_of("frames")?, &(nominal, FIRST_NOISE))?);
+    for what in ["zeros"].into_iter().chain(asked) {
+        let next = level(problem, what, base_of(what)?, &from)?;
+        if what == "zeros" {
+            from = (next.fit.unknowns.clone(), next.fit.noise);
+        }
+        levels.push(next);
+    }
+    Ok((levels, found))
+}
+
+/// One level: fitted, with the prior that predicts best, and predicted fold by fold.
+fn level(problem: &Problem, what: &'static str, base: GeometricBase, from: &(Unknowns, Noise)) -> Result<Level, Error> {
+    let rows = problem.linearised(&from.0);
+    let of_data = GeometricBase::of(&rows.jacobian, &base.kept)?;
+    let may_be_free = rows.residual.len() as f64 > ROWS_PER_PARAMETER * of_data.kept.len() as f64;
+    let all: Vec<usize> = (0..problem.postures.len()).collect();
+    let (candidate, may_hold) = (&of_data.kept, what == "geometry");
+    let candidate = Candidate { problem, base: &base, active: candidate, may_hold, may_be_free };
+    let (fit, deviation) = candidate.chosen(&from.0, from.1);
+    let left_out = candidate.left_out(&from.0, from.1);
+    let fitted = error_on(problem, &fit.unknowns, &all);
+    let undetermined = base.kept.iter().copied().filter(|k| !of_data.kept.contains(k)).collect();
+    Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out })
+}
+
+impl Calibration {
+    /// The fit that was asked for.
+    ///
+    /// # Panics
+    /// Never: a calibration has at least two levels.
+    pub fn level(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
+
+    /// The fit that predicts best on postures that were left out.
+    pub fn recommended(&self) -> &Level {
+        &self.levels[self.verdict.recommended]
+    }
+
+    /// The fitted parameters of a level, with their intervals by Student's distribution.
+    pub fn parameters(&self, level: &Level) -> Vec<CalibratedParameter> {
+        let (fit, frames) = (&level.fit, self.problem.frames());
+        let quantile = two_sided_quantile(1.0 - LEVEL, fit.freedom);
+        let parameter = |(place, &k): (usize, &usize)| {
+            let (parameter, sigma) = (self.problem.parameters[k], fit.covariance[(place, place)].max(0.0).sqrt());
+            CalibratedParameter {
+                parameter,
+                name: self.names.of(parameter).to_string(),
+                value: k.checked_sub(frames).map_or(0.0, |k| fit.unknowns.chain[k]),
+                sigma,
+                interval: quantile * sigma,
+                unit: self.names.unit(parameter),
+            }
+        };
+        fit.active.iter().enumerate().map(parameter).collect()
+    }
+
+    /// Lines of the file with the postures that the fit of a level leaves out.
+    pub fn outliers(&self, level: &Level) -> Vec<usize> {
+        let postures = self.problem.postures.iter().zip(&level.fit.used);
+        postures.filter(|(_, used)| !**used).map(|(posture, _)| posture.line).collect()
+    }
+}
+
+/// A gear scale that was tested: the coordinate, its estimate with its standard deviation, and how sure a fault would show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TestedGear {
+    pub coordinate: usize,
+    /// Estimate and standard deviation; `None` if the postures do not determine it.
+    pub estimate: Option<(f64, f64)>,
+}
+
+/// Tests each gear scale alone: the derivative by the scale, without what the fitted parameters explain of it.
+pub(crate) fn tested_gears(problem: &Problem, level: &Level) -> Vec<TestedGear> {
+    let fit = &level.fit;
+    let all: Vec<usize> = (0..problem.postures.len()).collect();
+    let fitter = Fitter { problem, active: &fit.active, prior: None, rows: &all };
+    let of = |(k, parameter): (usize, &Parameter)| match parameter {
+        Parameter::Gear { coordinate } => {
+            Some(TestedGear { coordinate: *coordinate, estimate: fitter.one_more(fit, k) })
+        }
+        _ => None,
+    };
+    problem.parameters.iter().enumerate().filter_map(of).collect()
+}

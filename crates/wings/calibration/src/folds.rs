@@ -1,0 +1,140 @@
+//! The error on postures that were left out of the fit, and the choice of the prior by it.
+
+use crate::base_geometry::GeometricBase;
+use crate::fit::{Fit, Fitter, Noise, Prior};
+use crate::measurement::{Problem, ResidualKind, Unknowns};
+
+/// Number of folds that are left out in turn.
+pub const FOLDS: usize = 5;
+/// Standard deviations of the errors of the geometry that are tried, m and rad.
+const DEVIATIONS: [f64; 9] = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2];
+/// A left-out residual counts at most as this multiple of the noise, so that an outlier does not choose the prior.
+const MOST: f64 = 5.0;
+
+/// Root mean square errors of predictions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PredictionError {
+    /// Distance of a point (or error of a distance), m. `None` if no length was measured.
+    pub length: Option<f64>,
+    /// Angle of an orientation, rad. `None` if no orientation was measured.
+    pub angle: Option<f64>,
+}
+
+/// Sums of squared errors.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ErrorSums {
+    length: (f64, f64),
+    angle: (f64, f64),
+    /// Normalised squares, each at most [`MOST`] squared.
+    robust: f64,
+}
+
+impl ErrorSums {
+    /// Adds the errors of the postures `of`.
+    pub(crate) fn add(&mut self, problem: &Problem, at: &Unknowns, of: &[usize], noise: &Noise) {
+        for (x, kind, _) in &problem.residuals_of(at, of) {
+            let (sums, noise) = match kind {
+                ResidualKind::Length => (&mut self.length, noise.length),
+                ResidualKind::Angle => (&mut self.angle, noise.angle),
+            };
+            sums.0 += x * x;
+            sums.1 += 1.0;
+            self.robust += (x / noise).powi(2).min(MOST * MOST);
+        }
+    }
+
+    /// Root mean square errors. `per_length`: number of components of a point.
+    pub(crate) fn error(&self, per_length: f64) -> PredictionError {
+        let rms = |(squares, count): (f64, f64), each: f64| (count > 0.0).then(|| (each * squares / count).sqrt());
+        PredictionError { length: rms(self.length, per_length), angle: rms(self.angle, 3.0) }
+    }
+}
+
+/// Number of measured components of a point: 3, fewer if some are not measured, 1 for a distance.
+pub(crate) fn components(problem: &Problem) -> f64 {
+    if problem.kind.is_distance() {
+        return 1.0;
+    }
+    let points: Vec<_> = problem.postures.iter().flat_map(|p| &p.points).collect();
+    let measured = points.iter().flat_map(|p| p.iter()).filter(|x| x.is_finite()).count();
+    measured as f64 / points.len().max(1) as f64
+}
+
+/// The error on all postures.
+pub fn error_on(problem: &Problem, at: &Unknowns, of: &[usize]) -> PredictionError {
+    let mut sums = ErrorSums::default();
+    sums.add(problem, at, of, &Noise { length: 1.0, angle: 1.0 });
+    sums.error(components(problem))
+}
+
+/// A model that is fitted: its parameters, and how its prior is chosen.
+pub struct Candidate<'a> {
+    /// The postures.
+    pub problem: &'a Problem,
+    /// The base parameters, for the prior.
+    pub base: &'a GeometricBase,
+    /// The fitted parameters.
+    pub active: &'a [usize],
+    /// Whether the errors of the geometry may have a prior.
+    pub may_hold: bool,
+    /// Whether there are enough rows for a fit without a prior.
+    pub may_be_free: bool,
+}
+
+/// The rows of the fold k, and all others of `rows`.
+fn split(rows: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
+    let of_fold = |place: &usize| place % FOLDS == k;
+    let pick = |is: bool| (0..rows.len()).filter(|p| of_fold(p) == is).map(|p| rows[p]).collect();
+    (pick(true), pick(false))
+}
+
+impl Candidate<'_> {
+    fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise, deviation: Option<f64>) -> Fit {
+        let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
+        Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows }.fit(start, noise)
+    }
+
+    /// The prior with the smallest error on folds of `rows` that are left out in turn; `None`: no prior.
+    fn deviation(&self, rows: &[usize], start: &Unknowns, noise: Noise) -> Option<f64> {
+        if !self.may_hold {
+            return None;
+        }
+        let folds: Vec<_> = (0..FOLDS).map(|k| split(rows, k)).collect();
+        let mut starts = vec![start.clone(); FOLDS];
+        let mut best = (f64::INFINITY, None);
+        for deviation in DEVIATIONS.into_iter().map(Some).chain(self.may_be_free.then_some(None)) {
+            let mut sums = ErrorSums::default();
+            for ((out, kept), at) in folds.iter().zip(&mut starts) {
+                // Each prior starts where the narrower one ended.
+                let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
+                let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows: kept };
+                *at = fitter.quick(at, noise);
+                sums.add(self.problem, at, out, &noise);
+            }
+            if sums.robust < best.0 {
+                best = (sums.robust, deviation);
+            }
+        }
+        best.1
+    }
+
+    /// Fits all postures, with the prior that predicts best.
+    pub fn chosen(&self, start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
+        let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
+        let deviation = self.deviation(&rows, start, noise);
+        (self.fit(&rows, start, noise, deviation), deviation)
+    }
+
+    /// The error on postures that were left out, fold by fold. The prior is chosen without the postures of the fold.
+    pub fn left_out(&self, start: &Unknowns, noise: Noise) -> PredictionError {
+        let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
+        let mut sums = ErrorSums::default();
+        for k in 0..FOLDS {
+            let (out, kept) = split(&rows, k);
+            let deviation = self.deviation(&kept, start, noise);
+            let fit = self.fit(&kept, start, noise, deviation);
+            sums.add(self.problem, &fit.unknowns, &out, &noise);
+        }
+        sums.error(components(self.problem))
+    }
+}

@@ -1,0 +1,43 @@
+//! Wing for kinematic calibration: errors of the geometry, zeros and compliances of a robot from measured poses, points and
+//! distances.
+//!
+//! Parts of the core that this wing uses: `logs` reads tables and finds the columns of the joints. `modeling` has the rule for
+//! independent columns. `numerics` has Student's distribution. `rist` has the model, its holding torques and the editing of a
+//! URDF. `claims` and `identification` have the rule for the level of trust.
+
+#![warn(missing_docs)]
+
+mod base_geometry;
+mod calibrate;
+mod chain;
+mod corrections;
+mod fit;
+mod folds;
+#[cfg(test)]
+mod laws;
+mod measurement;
+mod mistakes;
+mod parameter;
+mod pose_table;
+mod report;
+mod request;
+#[cfg(test)]
+mod simulated;
+mod start;
+mod verdict;
+mod write_back;
+
+pub use base_geometry::{GeometricBase, geometric_base};
+pub use calibrate::{CalibratedParameter, Calibration, HoldingTorque, Level, calibrate, calibrate_table, chain_of};
+pub use chain::{Chain, Convention, Derivatives, Placed, Twist};
+pub use corrections::{CalibrationOptions, MeasurementColumns, TableCorrections};
+pub use fit::{Fit, Noise};
+pub use folds::PredictionError;
+pub use measurement::{Linearised, MeasurementKind, Posture, Problem, ResidualKind, Unknowns};
+pub use mistakes::Mistake;
+pub use parameter::{Letter, NamedParameter, Parameter, ParameterGroup, ParameterNames};
+pub use pose_table::{PoseTable, Touched};
+pub use report::inspected;
+pub use request::{CalibrateRequest, Calibrated, ErrorNames, wing};
+pub use verdict::CalibrationVerdict;
+pub use write_back::{calibrated_urdf, holding_torque, zeros_table};

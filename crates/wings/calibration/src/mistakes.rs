@@ -1,0 +1,138 @@
+//! Finds mistakes in a table of postures: units, orders and signs. Each is tried by its correction and another fit.
+//!
+//! The share of a fit is the median error of its postures, relative to the spread of the measured points (angles: to 1 rad). A
+//! mistake is named if its correction divides the share by at least [`CURED`]. Other mistakes that explain the table equally well
+//! are named too.
+
+use nalgebra::Vector3;
+use rist::Error;
+
+use crate::base_geometry::geometric_base;
+use crate::corrections::TableCorrections;
+use crate::measurement::{Problem, ResidualKind, Unknowns};
+use crate::parameter::ParameterGroup;
+use crate::pose_table::PoseTable;
+use crate::start::start;
+use robot::Robot;
+
+/// A correction must divide the share by this.
+const CURED: f64 = 3.0;
+/// A correction explains the table as well as the best one if its share is at most this multiple of the best.
+const AS_WELL: f64 = 1.5;
+/// Below this share, no mistake is searched: errors of a description have this size.
+const SMALL_SHARE: f64 = 0.004;
+/// Radians that count like the spread of the points.
+const ANGLE_SPREAD: f64 = 1.0;
+
+/// A mistake in the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mistake {
+    /// What is wrong.
+    pub fault: String,
+    /// The corrections that cure it, with those that were given.
+    pub corrections: TableCorrections,
+    /// Shares of the error: before and after.
+    pub shares: [f64; 2],
+}
+
+/// The median error of the postures relative to the spread of what is measured.
+pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
+    let rows = problem.linearised(at);
+    let spread = spread(problem);
+    let mut squares = vec![0.0; problem.postures.len()];
+    for ((x, kind), r) in rows.residual.iter().zip(&rows.kinds).zip(&rows.posture) {
+        squares[*r] += (x / if *kind == ResidualKind::Length { spread } else { ANGLE_SPREAD }).powi(2);
+    }
+    let middle = squares.len() / 2;
+    if squares.is_empty() { 0.0 } else { squares.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt() }
+}
+
+/// Root mean square distance of the measured points from their mean (of distances: from the mean distance); of what is touched,
+/// of the poses of the last link, m.
+pub(crate) fn spread(problem: &Problem) -> f64 {
+    let of_link = |p: &crate::measurement::Posture| {
+        problem.chain.derivatives(&p.q, &p.torque, &vec![0.0; problem.chain.parameters.len()]).pose.position
+    };
+    let measured = |p: &crate::measurement::Posture| match (p.distance, p.points.first()) {
+        (Some(distance), _) => Vector3::new(distance, 0.0, 0.0),
+        (None, Some(point)) => Vector3::from(point.map(|x| if x.is_finite() { x } else { 0.0 })),
+        (None, None) => Vector3::zeros(),
+    };
+    let spread = |all: Vec<Vector3<f64>>| {
+        let mean: Vector3<f64> = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
+        (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
+    };
+    let own = spread(problem.postures.iter().map(measured).collect());
+    if own > 0.0 { own } else { spread(problem.postures.iter().map(of_link).collect()).max(f64::MIN_POSITIVE) }
+}
+
+/// The possible mistakes of a table, each with its correction.
+fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, TableCorrections)> {
+    let mut all: Vec<(String, TableCorrections)> = Vec::new();
+    let mut add = |fault: &str, change: &dyn Fn(&mut TableCorrections)| {
+        let mut corrections = given.clone();
+        change(&mut corrections);
+        all.push((fault.into(), corrections));
+    };
+    if table.slides.iter().any(|slides| !slides) {
+        add("the positions of the joints are in degrees", &|c| c.joint_degrees ^= true);
+    }
+    if table.has_lengths() {
+        add("the measured lengths are in mm", &|c| c.millimetres ^= true);
+    }
+    if let Some(quaternions) = table.has_quaternions() {
+        add("the poses are those of the base in the tool, as of a tag that a camera on the hand sees", &|c| c.inverted_poses ^= true);
+        if quaternions {
+            add("the first number of the quaternions is w", &|c| c.scalar_first ^= true);
+            add("the first number of the quaternions is w, and the poses are inverted", &|c| {
+                c.scalar_first ^= true;
+                c.inverted_poses ^= true;
+            });
+        } else {
+            add("the angles of the orientation are in degrees", &|c| c.degrees ^= true);
+            add("the three angles are of the other kind (roll, pitch, yaw or a rotation vector)", &|c| c.other_angles ^= true);
+        }
+    }
+    for (k, a) in table.coordinates.iter().enumerate() {
+        add(&format!("the sign of joint {a} is reversed"), &|c| match c.reversed.iter().position(|name| name == a) {
+            Some(place) => drop(c.reversed.remove(place)),
+            None => c.reversed.push(a.clone()),
+        });
+        for b in &table.coordinates[k + 1..] {
+            add(&format!("the columns of {a} and {b} are exchanged"), &|c| c.swapped.push([a.clone(), b.clone()]));
+        }
+    }
+    all
+}
+
+/// The share after frames and zeros are fitted from a start without guesses.
+fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
+    let is_rigid = |group| matches!(group, ParameterGroup::Frames | ParameterGroup::Zeros);
+    let active = geometric_base(robot, problem, |p| is_rigid(p.group()))?.kept;
+    Ok(share(problem, &start(problem, &active, 0)))
+}
+
+/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small.
+pub(crate) fn mistakes(
+    robot: &Robot,
+    problem: &Problem,
+    table: &PoseTable,
+    given: &TableCorrections,
+    as_given: f64,
+) -> Result<Vec<Mistake>, Error> {
+    if as_given <= SMALL_SHARE {
+        return Ok(Vec::new());
+    }
+    let mut found = Vec::new();
+    for (fault, corrections) in candidates(table, given) {
+        let Ok(postures) = table.postures(&corrections) else { continue };
+        let after = share_under(robot, &problem.with(postures))?;
+        if CURED * after < as_given {
+            found.push(Mistake { fault, corrections, shares: [as_given, after] });
+        }
+    }
+    found.sort_by(|a, b| a.shares[1].total_cmp(&b.shares[1]));
+    let best = found.first().map_or(0.0, |m| m.shares[1]);
+    found.retain(|m| m.shares[1] <= AS_WELL * best);
+    Ok(found)
+}

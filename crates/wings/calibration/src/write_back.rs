@@ -1,0 +1,78 @@
+//! Writes a calibration back: joint origins of a URDF, a table of zeros. Also the holding torques that stiffness needs.
+
+use rist::write_back::write_origins;
+use rist::{Error, Estimate, KnownLoad, Model};
+use robot::{Pose, Robot};
+
+use crate::calibrate::{Calibration, Level};
+use crate::chain::{Convention, Placed};
+use crate::parameter::Parameter;
+
+/// The URDF `text` with the calibrated origins of the joints; zeros are part of the origins. All other bytes stay.
+///
+/// Fails if the text is no URDF of this robot, or if a joint is missing in it.
+pub fn calibrated_urdf(
+    text: &str,
+    file: &str,
+    robot: &Robot,
+    found: &Calibration,
+    level: &Level,
+) -> Result<String, Error> {
+    let chain = &found.problem.chain;
+    let nominal = chain.placements(&vec![0.0; chain.parameters.len()]);
+    let calibrated = chain.placements(&level.fit.unknowns.chain);
+    let change = |((j, old), new): ((&robot::LinkId, Placed), Placed)| {
+        let link = robot.link(*j);
+        // Of the joint frame: in link frames, the joint frame follows after the link frame.
+        let own = match chain.convention() {
+            Convention::Dh => Placed::of(&link.file_frame),
+            Convention::Frames => Placed::identity(),
+        };
+        let moved: Pose = own.inverse().then(&old.inverse()).then(&new).then(&own).pose();
+        (link.joint.name.clone(), moved)
+    };
+    let changes: Vec<(String, Pose)> = chain.links.iter().zip(nominal).zip(calibrated).map(change).collect();
+    Ok(write_origins(text, file, &changes)?)
+}
+
+/// The zeros of a level as CSV: joint, zero error and half of its 95 % interval, rad or m. A joint whose zero is not determined has
+/// an empty cell.
+pub fn zeros_table(found: &Calibration, level: &Level) -> String {
+    let all = found.parameters(level);
+    let mut text = String::from("joint,zero,interval,unit\n");
+    for &k in &found.problem.chain.coordinates {
+        let name = &found.names.coordinates[k];
+        let of = all.iter().find(|p| p.parameter == Parameter::Zero { coordinate: k });
+        let unit = found.names.unit(Parameter::Zero { coordinate: k });
+        text += &match of {
+            Some(p) => format!("{name},{},{},{unit}\n", p.value, p.interval),
+            None => format!("{name},,,{unit}\n"),
+        };
+    }
+    text
+}
+
+/// The holding torques of a model at rest, as a function of the position and of the mass of a load, N m (N): Y(q, 0, 0) X. `X`: the
+/// parameters of the estimate, or those of the description. `tip`: the link whose frame origin carries the load.
+///
+/// Fails if the description has no bodies and there is no estimate, or if the estimate lacks a parameter.
+pub fn holding_torque<'a>(
+    model: &'a Model,
+    estimate: Option<&Estimate>,
+    tip: &str,
+) -> Result<impl Fn(&[f64], f64) -> Vec<f64> + use<'a>, Error> {
+    let values = match estimate {
+        Some(estimate) => model.values(estimate)?,
+        None => model.nominal_parameters().ok_or_else(|| {
+            Error::new("[what=stiffness] needs torques, and the description has no bodies: give an estimate by [estimate]")
+        })?,
+    };
+    let unit = KnownLoad { link: tip.to_string(), mass: 1.0, centre_of_mass: [0.0; 3], inertia: Default::default() };
+    let of_load = model.added_by(&unit)?;
+    let (n, p) = (model.robot.n_coordinates(), values.len());
+    Ok(move |q: &[f64], load: f64| {
+        let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
+        model.regressor().fill(q, &rest, &rest, &mut y);
+        (0..n).map(|k| (0..p).map(|c| y[k * p + c] * (values[c] + load * of_load[c])).sum()).collect()
+    })
+}
