@@ -44,7 +44,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             return crate::packages::write(&arguments.model, &request, &package, options_file, out);
         }
         if package.options.is_some() {
-            return Err(Failure::new("[options] say the units of the drives of a package: name its [target], or leave them out"));
+            return Err(Failure::new(
+                "[options] say the units of the drives of a package: name its [target], or leave them out",
+            ));
         }
     }
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));

@@ -106,7 +106,8 @@ fn absent() -> Wing {
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let is_flag = |word: &OsString, flag: &str| {
-        word.to_str().is_some_and(|word| word == flag || word.strip_prefix(flag).is_some_and(|rest| rest.starts_with('=')))
+        word.to_str()
+            .is_some_and(|word| word == flag || word.strip_prefix(flag).is_some_and(|rest| rest.starts_with('=')))
     };
     let is_it = |of_wing: &&&str| match of_wing.split_once(' ') {
         Some((of, flag)) => of == command && words.iter().any(|word| is_flag(word, flag)),

@@ -339,9 +339,13 @@ fn the_page_on_code_for_a_loop_runs() {
 fn the_page_on_packages_runs() {
     let here = folder("packages_page");
     holds("docs/how-to/run-on-the-robot.md", &here);
-    for folder in ["ur5_ros/src", "ur5_can/ur5"] {
-        for source in ["ur5", "ur5_step"] {
-            done(&here.join(folder), "cc", &format!("-std=c99 -Wall -Wextra -Werror -pedantic -c {source}.c -o {source}.o"));
+    for folder in ["ur5_ros/src", "ur5_can/ur5_urdf"] {
+        for source in ["ur5_urdf", "ur5_urdf_step"] {
+            done(
+                &here.join(folder),
+                "cc",
+                &format!("-std=c99 -Wall -Wextra -Werror -pedantic -c {source}.c -o {source}.o"),
+            );
         }
     }
 }

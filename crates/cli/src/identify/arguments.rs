@@ -71,7 +71,9 @@ fn fields() -> Vec<(Field, String)> {
     let whole = |(field, docs): (Field, MethodTexts)| {
         let first = docs.first().map_or(String::new(), |(doc, _)| doc.clone());
         let others = docs.iter().skip(1).map(|(doc, methods)| format!("; {}: {doc}", methods.join(", ")));
-        (Field { doc: first.clone() + &others.collect::<String>(), ..field }, first)
+        let mut field = field;
+        field.doc = first.clone() + &others.collect::<String>();
+        (field, first)
     };
     let of_method = MethodRequest::fields().into_iter().map(|field| (field.clone(), field.doc));
     of_method.chain(documented.into_iter().map(whole)).collect()

@@ -24,9 +24,10 @@ pub(crate) fn write(
     if let Some(name) = generate.given().iter().map(|(name, _)| *name).find(fixed) {
         return Err(Failure::new(format_args!("[target] decides the [{name}] of a package: leave [{name}] out")));
     }
-    let file = generate.estimate.as_deref().ok_or_else(|| {
-        Failure::new("[target]: a package holds identified numbers: give the [estimate]")
-    })?;
+    let file = generate
+        .estimate
+        .as_deref()
+        .ok_or_else(|| Failure::new("[target]: a package holds identified numbers: give the [estimate]"))?;
     let out = out.ok_or_else(|| Failure::new("[target] makes a folder: say where with `[out=FOLDER]`"))?;
     let (estimate, model) = read_estimate(file, arguments)?;
     let values = generate.values(&model, file, &estimate)?;

@@ -18,12 +18,12 @@
 //! Only names of fields and steps are replaced, and only if they are separate words. Other brackets stay, for example `[-2, 2]`
 //! and the file name `log[gain].csv`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use super::{all_fields, number};
+use super::{Field, all_fields, number};
 use crate::error::Step;
 
 /// The reader for whom a text is written. It decides how options are spelled.
@@ -66,6 +66,17 @@ const FLAGS_OF_FILES: [&str; 19] = [
 fn is_field(name: &str) -> bool {
     static NAMES: OnceLock<BTreeSet<&'static str>> = OnceLock::new();
     NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(FLAGS_OF_FILES).collect()).contains(name)
+}
+
+/// The flag of the field `name`, with its dashes.
+fn flag_of(name: &str) -> String {
+    static OTHERS: OnceLock<BTreeMap<&'static str, String>> = OnceLock::new();
+    let is_other = |field: &Field| field.flag_name() != field.name.replace('_', "-");
+    let others = OTHERS.get_or_init(|| {
+        all_fields().iter().filter(|field| is_other(field)).map(|field| (field.name, field.flag_name())).collect()
+    });
+    let flag = others.get(name).cloned().unwrap_or_else(|| name.replace('_', "-"));
+    format!("--{flag}")
 }
 
 /// The text with its fields and steps spelled for `reader`.
@@ -138,7 +149,7 @@ fn written(name: &str, more: &str, reader: Audience) -> String {
     match reader {
         Audience::Library => format!("[{name}{more}]"),
         Audience::Program => {
-            let flag = format!("--{}", name.replace('_', "-"));
+            let flag = flag_of(name);
             match (value, keys) {
                 (Some("true"), _) | (None, None) => flag,
                 (Some(value), _) => format!("{flag} {}", quoted(value)),
@@ -208,7 +219,7 @@ fn plain(value: &str) -> String {
 pub fn flags(given: &[(&'static str, Value)]) -> String {
     let mut text = String::new();
     for (name, value) in given {
-        let flag = format!(" --{}", name.replace('_', "-"));
+        let flag = format!(" {}", flag_of(name));
         let word = |value: &Value| match value {
             Value::String(word) => word.clone(),
             Value::Number(x) => number(x.as_f64().unwrap_or(f64::NAN)),

@@ -1,8 +1,8 @@
 //! The request for a package.
 
+use rist::Options;
 use rist::request::Request;
 use rist::wings::Wing;
-use rist::Options;
 
 /// The request that this wing registers.
 pub fn wing() -> Wing {

@@ -210,15 +210,25 @@ fn a_compiler_accepts_the_plugins_of_ros_and_their_texts_are_read() {
     }
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let package = text("package.xml");
-    let name = roxmltree::Document::parse(&package).unwrap().descendants().find(|n| n.has_tag_name("name")).map(|n| n.text().unwrap().to_string());
+    let name = roxmltree::Document::parse(&package)
+        .unwrap()
+        .descendants()
+        .find(|n| n.has_tag_name("name"))
+        .map(|n| n.text().unwrap().to_string());
     let name = name.unwrap();
-    assert!(name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_') && !name.contains("__"), "{name}");
+    assert!(
+        name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_') && !name.contains("__"),
+        "{name}"
+    );
     for (file, class) in [("controller_plugin.xml", "Controller"), ("solver_plugin.xml", "Solver")] {
         let text = text(file);
         let document = roxmltree::Document::parse(&text).unwrap();
         let of_class = document.descendants().find(|n| n.has_tag_name("class")).unwrap();
         assert_eq!(of_class.attribute("type"), Some(format!("{name}::{class}").as_str()));
-        assert!(text_of(&here, &format!("src/{}.cpp", class.to_lowercase())).contains(&format!("PLUGINLIB_EXPORT_CLASS({name}::{class}")));
+        assert!(
+            text_of(&here, &format!("src/{}.cpp", class.to_lowercase()))
+                .contains(&format!("PLUGINLIB_EXPORT_CLASS({name}::{class}"))
+        );
     }
     let yaml: serde_json::Value = serde_yaml::from_str(&text("controllers.yaml")).unwrap();
     assert_eq!(yaml["controller_manager"]["ros__parameters"][&name]["type"], format!("{name}/Controller"));
@@ -235,7 +245,13 @@ fn text_of(here: &Path, file: &str) -> String {
 
 /// A README of one screen names units, limits, the rule for late states, what is left out and what was not tried.
 fn check_readme(text: &str) {
-    for said in ["**Units", "**Limits**, N m (N), from the description:", " at\nmost 10 cycles", "**Not tried", "stribeck of q1"] {
+    for said in [
+        "**Units",
+        "**Limits**, N m (N), from the description:",
+        " at\nmost 10 cycles",
+        "**Not tried",
+        "stribeck of q1",
+    ] {
         let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words(text).contains(words(said).as_str()), "{said}: {text}");
     }
@@ -252,7 +268,8 @@ fn the_sketch_sends_the_last_torque_and_then_none() {
     let prefix = prefix_of(&here);
     assert_eq!(here.file_name().unwrap().to_str(), Some(prefix.as_str()), "a sketch is in a folder of its name");
     stubs(&here);
-    let main = format!("#include \"Arduino_CAN.h\"\n#include \"{prefix}.ino\"\n{}", include_str!("stubs/arduino_main.txt"));
+    let main =
+        format!("#include \"Arduino_CAN.h\"\n#include \"{prefix}.ino\"\n{}", include_str!("stubs/arduino_main.txt"));
     std::fs::write(here.join("main.cpp"), main).unwrap();
     for source in [prefix.clone(), format!("{prefix}_step")] {
         done(&here, "cc", &format!("-std=c99 -O1 -c {source}.c"));
@@ -265,7 +282,17 @@ fn the_sketch_sends_the_last_torque_and_then_none() {
     for (i, line) in found.iter().enumerate() {
         let expected = if i < 30 { gravity } else { 0.0 };
         assert!((line[0] - expected).abs() < 1e-4, "cycle {i}: {line:?} {expected}");
-        assert_eq!(line[1], if i < 20 { 0.0 } else if i < 30 { 2.0 } else { 4.0 }, "cycle {i}");
+        assert_eq!(
+            line[1],
+            if i < 20 {
+                0.0
+            } else if i < 30 {
+                2.0
+            } else {
+                4.0
+            },
+            "cycle {i}"
+        );
     }
 }
 
@@ -279,10 +306,14 @@ fn the_python_file_holds_the_arm_and_has_the_same_torques_and_rules() {
     for (options, folder) in [(CURRENTS, "python_currents"), (GOALS, "python_goals")] {
         let here = written(&model, PackageTarget::Lerobot, options, folder);
         check_readme(&text_of(&here, "README.md"));
-        let file = std::fs::read_dir(&here).unwrap().map(|e| e.unwrap().path()).find(|p| p.extension().is_some_and(|e| e == "py"));
+        let file = std::fs::read_dir(&here)
+            .unwrap()
+            .map(|e| e.unwrap().path())
+            .find(|p| p.extension().is_some_and(|e| e == "py"));
         let file = file.unwrap();
         let said = done(&here, "python3", &format!("{} --simulate", file.display()));
-        let numbers: Vec<f64> = said.split_whitespace().filter_map(|word| word.trim_end_matches(['.', ';']).parse().ok()).collect();
+        let numbers: Vec<f64> =
+            said.split_whitespace().filter_map(|word| word.trim_end_matches(['.', ';']).parse().ok()).collect();
         // It says: moved by .. in 2 s; without it by ..
         assert!(numbers[0] < 0.0175 && numbers[2] > 3.0 * numbers[0] && numbers[2] > 0.02, "{said}");
         let module = file.file_stem().unwrap().to_str().unwrap().to_string();
