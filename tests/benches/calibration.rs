@@ -15,8 +15,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use calibration::{
-    CalibrateRequest, Calibrated, Calibration, Chain, Convention, MeasurementKind, Parameter, ParameterGroup, Placed, Posture,
-    Problem, TableCorrections, Unknowns, calibrate_table, geometric_base,
+    CalibrateRequest, Calibrated, Calibration, Chain, Convention, MeasurementKind, Parameter, ParameterGroup, Placed,
+    Posture, Problem, TableCorrections, Unknowns, calibrate_table,
 };
 use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use random::Random;
@@ -26,15 +26,27 @@ use robot::Robot;
 const ARMS: [(&str, &str); 12] = [
     ("6R wrist", "-,0,0,R,0|1,-pi/2,0.15,R,0|2,0,0.6,R,0|3,-pi/2,0.1,R,0.65|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
     ("6R parallel", "-,0,0,R,0.13|1,pi/2,0,R,0|2,0,0.61,R,0|3,0,0.57,R,0.11|4,pi/2,0,R,0.12|5,-pi/2,0,R,0"),
-    ("6R offset", "-,0,0,R,0.3|1,-pi/2,0.1,R,0.05|2,0.3,0.5,R,0.1|3,-pi/2,0.1,R,0.5|4,pi/2,0.02,R,0|5,-pi/2,0.03,R,0.1"),
-    ("7R", "-,0,0,R,0.33|1,-pi/2,0,R,0|2,pi/2,0,R,0.32|3,pi/2,0.08,R,0|4,-pi/2,-0.08,R,0.38|5,pi/2,0,R,0|6,pi/2,0.09,R,0"),
-    ("7R straight", "-,0,0,R,0.34|1,-pi/2,0,R,0|2,pi/2,0,R,0.4|3,pi/2,0,R,0|4,-pi/2,0,R,0.4|5,-pi/2,0,R,0|6,pi/2,0,R,0.1"),
+    (
+        "6R offset",
+        "-,0,0,R,0.3|1,-pi/2,0.1,R,0.05|2,0.3,0.5,R,0.1|3,-pi/2,0.1,R,0.5|4,pi/2,0.02,R,0|5,-pi/2,0.03,R,0.1",
+    ),
+    (
+        "7R",
+        "-,0,0,R,0.33|1,-pi/2,0,R,0|2,pi/2,0,R,0.32|3,pi/2,0.08,R,0|4,-pi/2,-0.08,R,0.38|5,pi/2,0,R,0|6,pi/2,0.09,R,0",
+    ),
+    (
+        "7R straight",
+        "-,0,0,R,0.34|1,-pi/2,0,R,0|2,pi/2,0,R,0.4|3,pi/2,0,R,0|4,-pi/2,0,R,0.4|5,-pi/2,0,R,0|6,pi/2,0,R,0.1",
+    ),
     ("SCARA", "-,0,0,R,0.3|1,0,0.3,R,0|2,0,0.25,P,0|3,0,0,R,0"),
     ("gantry", "-,0,0,P,0|1,pi/2,0,P,0|2,pi/2,0,P,0|3,0,0,R,0|4,pi/2,0.1,R,0.2|5,pi/2,0,R,0"),
     ("3R plane", "-,0,0,R,0|1,0,0.4,R,0|2,0,0.3,R,0"),
     ("5R", "-,0,0,R,0.1|1,pi/2,0,R,0|2,0,0.16,R,0|3,0,0.14,R,0|4,pi/2,0,R,0.1"),
     ("RPR", "-,0,0,R,0.2|1,pi/2,0.1,R,0|2,pi/2,0,P,0.4|3,0,0,R,0|4,pi/2,0,R,0.1|5,-pi/2,0,R,0"),
-    ("rail and 6R", "-,pi/2,0,P,0|1,-pi/2,0,R,0.4|2,-pi/2,0.15,R,0|3,0,0.6,R,0|4,-pi/2,0.1,R,0.65|5,pi/2,0,R,0|6,-pi/2,0,R,0"),
+    (
+        "rail and 6R",
+        "-,pi/2,0,P,0|1,-pi/2,0,R,0.4|2,-pi/2,0.15,R,0|3,0,0.6,R,0|4,-pi/2,0.1,R,0.65|5,pi/2,0,R,0|6,-pi/2,0,R,0",
+    ),
     ("parallelogram", "-,0,0,R,0.4|1,-pi/2,0.15,R,0|2,0,0.6,F,0|3,-pi/2,0.1,R,0.6|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
 ];
 
@@ -57,7 +69,8 @@ fn robot(name: &str, links: &str) -> Robot {
         });
         let _ = writeln!(text, "  - {{{}}}", items.join(", "));
     }
-    rist::parse_robot(&text, Path::new("arm.yaml"), &rist::ModelOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    rist::parse_robot(&text, Path::new("arm.yaml"), &rist::ModelOptions::default())
+        .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 fn turned(vector: Vector3<f64>) -> Matrix3<f64> {
@@ -136,8 +149,9 @@ fn numerical_rank(problem: &Problem, at: &Unknowns) -> usize {
     };
     let rigid = (0..problem.parameters.len()).filter(|&k| is_rigid(problem.parameters[k]));
     let columns: Vec<_> = rigid.map(|k| (moved(k, step), moved(k, -step))).collect();
-    let matrix =
-        DMatrix::from_fn(columns[0].0.len(), columns.len(), |r, k| (columns[k].1[r].0 - columns[k].0[r].0) / (2.0 * step));
+    let matrix = DMatrix::from_fn(columns[0].0.len(), columns.len(), |r, k| {
+        (columns[k].1[r].0 - columns[k].0[r].0) / (2.0 * step)
+    });
     let singular = matrix.singular_values();
     singular.iter().filter(|s| **s > 1e-7 * singular.max()).count()
 }
@@ -202,6 +216,7 @@ fn wrong(robot: &Robot, seed: u64) -> [usize; 3] {
         postures.iter_mut().for_each(each);
         problem.with(postures)
     };
+    let turns: Vec<bool> = robot.links.iter().map(|link| link.joint.kind == robot::JointKind::Revolute).collect();
     let (a, b) = (1, 2 + random.index(robot.n_coordinates() - 2));
     let name = |k: usize| robot.coordinates[k].name.clone();
     let none = TableCorrections::default;
@@ -211,7 +226,10 @@ fn wrong(robot: &Robot, seed: u64) -> [usize; 3] {
         p.rotation = Some(r);
     };
     let cases = [
-        (change(&|p| p.q.iter_mut().for_each(|q| *q = q.to_degrees())), TableCorrections { joint_degrees: true, ..none() }),
+        (
+            change(&|p| p.q.iter_mut().enumerate().filter(|(k, _)| turns[*k]).for_each(|(_, q)| *q = q.to_degrees())),
+            TableCorrections { joint_degrees: true, ..none() },
+        ),
         (change(&|p| p.points[0] = p.points[0].map(|x| 1e3 * x)), TableCorrections { millimetres: true, ..none() }),
         (change(&|p| p.q.swap(a, b)), TableCorrections { swapped: vec![[name(a), name(b)]], ..none() }),
         (change(&|p| p.q[b] = -p.q[b]), TableCorrections { reversed: vec![name(b)], ..none() }),

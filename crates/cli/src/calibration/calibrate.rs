@@ -71,6 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let text = text_of(&arguments.model.model)?;
         let file = arguments.model.model.display().to_string();
         write_file(out, calibrated_urdf(&text, &file, &robot, &found, found.level())?)?;
+        note("read it with [angles=as-given]: otherwise angles near a quarter turn are rounded");
         if request.what == Calibrated::Stiffness {
             note("a URDF has no compliances: the zeros alone are written");
         }

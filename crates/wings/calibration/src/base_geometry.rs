@@ -43,8 +43,9 @@ impl GeometricBase {
     ///
     /// Fails if a column is not finite.
     pub fn of(jacobian: &DMatrix<f64>, selected: &[usize]) -> Result<GeometricBase, Error> {
-        let scan = independent_columns(&jacobian.select_columns(selected))
-            .map_err(|_| Error::new("the derivatives of the poses are not finite: look at the lengths of the description"))?;
+        let scan = independent_columns(&jacobian.select_columns(selected)).map_err(|_| {
+            Error::new("the derivatives of the poses are not finite: look at the lengths of the description")
+        })?;
         let distance = |c: &usize| scan.distance[*c];
         let dropped = scan.zero.iter().chain(scan.dependent.iter().map(|d| &d.0));
         Ok(GeometricBase {

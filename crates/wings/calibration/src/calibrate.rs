@@ -15,7 +15,7 @@ use crate::measurement::{Posture, Problem, Unknowns};
 use crate::mistakes::{Mistake, mistakes, share};
 use crate::parameter::{Parameter, ParameterGroup, ParameterNames};
 use crate::pose_table::{PoseTable, slides};
-use crate::request::{Calibrated, CalibrateRequest, ErrorNames};
+use crate::request::{CalibrateRequest, Calibrated, ErrorNames};
 use crate::start::{ZERO_STARTS, start};
 use crate::verdict::{CalibrationVerdict, verdict};
 
@@ -23,6 +23,8 @@ use crate::verdict::{CalibrationVerdict, verdict};
 const FIRST_NOISE: Noise = Noise { length: 5e-3, angle: 5e-3 };
 /// A fit without a prior needs this many rows per parameter.
 const ROWS_PER_PARAMETER: f64 = 1.25;
+/// A zero above this is far off, rad (m).
+const FAR_ZERO: f64 = 1.0;
 /// Level of the printed intervals.
 const LEVEL: f64 = 0.95;
 
@@ -157,7 +159,8 @@ pub fn calibrate_table(
     let read = PoseTable::of_table(table, robot, &chain.coordinates, &options, request.touched)?;
     let mut postures = read.postures(&options.corrections)?;
     if request.what == Calibrated::Stiffness {
-        let torque = torque.ok_or_else(|| Error::new("[what=stiffness] needs the bodies of the description, or [estimate]"))?;
+        let torque =
+            torque.ok_or_else(|| Error::new("[what=stiffness] needs the bodies of the description, or [estimate]"))?;
         hold(robot, &chain, &read, &mut postures, torque);
     }
     let tip = chain.links.last().map_or(String::new(), |&j| robot.link(j).name.clone());
@@ -211,7 +214,12 @@ fn fitted(
     }
     let first = start(problem, &of_zeros.kept, ZERO_STARTS);
     let corrections = request.options.clone().unwrap_or_default().corrections;
-    let found = mistakes(robot, problem, table, &corrections, share(problem, &first))?;
+    // A zero that is far off may stand for a reversed sign: then the table is compared with zeros near those of the description.
+    let as_given = match far_zeros(problem, &first).is_empty() {
+        true => share(problem, &first),
+        false => share(problem, &start(problem, &of_zeros.kept, 0)),
+    };
+    let found = mistakes(robot, problem, table, &corrections, as_given)?;
     let asked = match request.what {
         Calibrated::Zeros => None,
         Calibrated::Geometry => Some("geometry"),
@@ -229,6 +237,12 @@ fn fitted(
         levels.push(next);
     }
     Ok((levels, found))
+}
+
+/// The coordinates of the chain whose zeros are far off: indices of [`Chain::coordinates`].
+pub(crate) fn far_zeros(problem: &Problem, at: &Unknowns) -> Vec<usize> {
+    let count = problem.chain.coordinates.len();
+    (0..count).filter(|&k| at.chain[k].abs() > FAR_ZERO).collect()
 }
 
 /// One level: fitted, with the prior that predicts best, and predicted fold by fold.

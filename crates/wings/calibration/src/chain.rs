@@ -41,15 +41,15 @@ impl Placed {
     }
 
     pub(crate) fn of(pose: &Pose) -> Placed {
-        Placed {
-            rotation: Matrix3::from_fn(|i, k| pose.rotation[i][k]),
-            position: Vector3::from(pose.position),
-        }
+        Placed { rotation: Matrix3::from_fn(|i, k| pose.rotation[i][k]), position: Vector3::from(pose.position) }
     }
 
     /// The pose as arrays.
     pub fn pose(&self) -> Pose {
-        Pose { rotation: std::array::from_fn(|i| std::array::from_fn(|k| self.rotation[(i, k)])), position: self.position.into() }
+        Pose {
+            rotation: std::array::from_fn(|i| std::array::from_fn(|k| self.rotation[(i, k)])),
+            position: self.position.into(),
+        }
     }
 
     /// This pose, then `next` in its frame.
@@ -165,10 +165,14 @@ impl Chain {
         coordinates.sort_unstable();
         coordinates.dedup();
         if coordinates.is_empty() {
-            return Err(Error::new(format_args!("no joint moves the link `{}`: name another in [tip]", robot.link(tip).name)));
+            return Err(Error::new(format_args!(
+                "no joint moves the link `{}`: name another in [tip]",
+                robot.link(tip).name
+            )));
         }
         let zeros = coordinates.iter().map(|&coordinate| Parameter::Zero { coordinate });
-        let mut chain = Chain { elements: vec![], links, parameters: zeros.collect(), coordinates, geometry: 0, convention };
+        let mut chain =
+            Chain { elements: vec![], links, parameters: zeros.collect(), coordinates, geometry: 0, convention };
         for j in chain.links.clone() {
             match convention {
                 Convention::Dh => chain.add_letters(robot, j),

@@ -41,15 +41,13 @@ const MOST_OUTLIERS: f64 = 0.2;
 
 /// A prior of the errors of the geometry: its precision (inverse covariance) for the fitted parameters.
 #[derive(Clone, Debug)]
-pub struct Prior {
-    /// Standard deviation of each error, m and rad.
-    pub deviation: f64,
+pub(crate) struct Prior {
     precision: DMatrix<f64>,
 }
 
 impl Prior {
     /// The prior for the parameters `active`. Zeros, frames, gears and compliances have none.
-    pub fn new(problem: &Problem, base: &GeometricBase, active: &[usize], deviation: f64) -> Prior {
+    pub(crate) fn new(problem: &Problem, base: &GeometricBase, active: &[usize], deviation: f64) -> Prior {
         let is_geometry = |k: usize| problem.parameters[k].group() == ParameterGroup::Geometry;
         let held: Vec<usize> = active.iter().copied().filter(|&k| is_geometry(k)).collect();
         let grouped: Vec<_> = base.grouped.iter().filter(|(k, _)| is_geometry(*k)).collect();
@@ -63,7 +61,7 @@ impl Prior {
             (Some(i), Some(j)) => inverse[(i, j)] / (deviation * deviation),
             _ => 0.0,
         });
-        Prior { deviation, precision }
+        Prior { precision }
     }
 }
 
@@ -114,7 +112,7 @@ impl Weights {
 }
 
 /// A fit in progress.
-pub struct Fitter<'a> {
+pub(crate) struct Fitter<'a> {
     /// The postures.
     pub problem: &'a Problem,
     /// The parameters that are fitted.
@@ -127,7 +125,7 @@ pub struct Fitter<'a> {
 
 impl Fitter<'_> {
     /// Fits from a start. Postures with large residuals get less weight, and outliers are left out.
-    pub fn fit(&self, start: &Unknowns, noise: Noise) -> Fit {
+    pub(crate) fn fit(&self, start: &Unknowns, noise: Noise) -> Fit {
         let count = self.problem.postures.len();
         let mut weights = Weights { noise, posture: vec![1.0; count] };
         let mut at = start.clone();
@@ -344,7 +342,11 @@ fn median_noise(rows: &Linearised) -> Noise {
         let all = rows.residual.iter().zip(&rows.kinds).filter(|(_, k)| **k == kind);
         let mut all: Vec<f64> = all.map(|(x, _)| x.abs()).collect();
         let middle = all.len() / 2;
-        if all.is_empty() { 1.0 } else { (NORMAL_MEDIAN * *all.select_nth_unstable_by(middle, f64::total_cmp).1).max(LEAST_NOISE) }
+        if all.is_empty() {
+            1.0
+        } else {
+            (NORMAL_MEDIAN * *all.select_nth_unstable_by(middle, f64::total_cmp).1).max(LEAST_NOISE)
+        }
     };
     Noise { length: of(ResidualKind::Length), angle: of(ResidualKind::Angle) }
 }

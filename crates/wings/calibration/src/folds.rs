@@ -5,7 +5,7 @@ use crate::fit::{Fit, Fitter, Noise, Prior};
 use crate::measurement::{Problem, ResidualKind, Unknowns};
 
 /// Number of folds that are left out in turn.
-pub const FOLDS: usize = 5;
+pub(crate) const FOLDS: usize = 5;
 /// Standard deviations of the errors of the geometry that are tried, m and rad.
 const DEVIATIONS: [f64; 9] = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2];
 /// A left-out residual counts at most as this multiple of the noise, so that an outlier does not choose the prior.
@@ -61,14 +61,14 @@ pub(crate) fn components(problem: &Problem) -> f64 {
 }
 
 /// The error on all postures.
-pub fn error_on(problem: &Problem, at: &Unknowns, of: &[usize]) -> PredictionError {
+pub(crate) fn error_on(problem: &Problem, at: &Unknowns, of: &[usize]) -> PredictionError {
     let mut sums = ErrorSums::default();
     sums.add(problem, at, of, &Noise { length: 1.0, angle: 1.0 });
     sums.error(components(problem))
 }
 
 /// A model that is fitted: its parameters, and how its prior is chosen.
-pub struct Candidate<'a> {
+pub(crate) struct Candidate<'a> {
     /// The postures.
     pub problem: &'a Problem,
     /// The base parameters, for the prior.
@@ -119,14 +119,14 @@ impl Candidate<'_> {
     }
 
     /// Fits all postures, with the prior that predicts best.
-    pub fn chosen(&self, start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
+    pub(crate) fn chosen(&self, start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
         let deviation = self.deviation(&rows, start, noise);
         (self.fit(&rows, start, noise, deviation), deviation)
     }
 
     /// The error on postures that were left out, fold by fold. The prior is chosen without the postures of the fold.
-    pub fn left_out(&self, start: &Unknowns, noise: Noise) -> PredictionError {
+    pub(crate) fn left_out(&self, start: &Unknowns, noise: Noise) -> PredictionError {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
         let mut sums = ErrorSums::default();
         for k in 0..FOLDS {

@@ -17,7 +17,7 @@ use crate::fit::{Fitter, Noise};
 use crate::measurement::{MeasurementKind, Problem, Unknowns};
 use crate::parameter::{Parameter, ParameterGroup};
 use crate::pose_table::Touched;
-use crate::request::{Calibrated, CalibrateRequest};
+use crate::request::{CalibrateRequest, Calibrated};
 use crate::simulated::{arm, measured, problem, truth};
 use crate::start::{ZERO_STARTS, start};
 
@@ -75,7 +75,9 @@ fn numerical(problem: &Problem, at: &Unknowns) -> DMatrix<f64> {
 /// The Jacobian of the residuals and the rank of the base parameters agree with numerical ones, for every kind of measurement.
 #[test]
 fn jacobian_and_rank_are_those_of_numbers() {
-    for kind in [MeasurementKind::Pose, MeasurementKind::Points(1), MeasurementKind::Points(3), MeasurementKind::Distance] {
+    for kind in
+        [MeasurementKind::Pose, MeasurementKind::Points(1), MeasurementKind::Points(3), MeasurementKind::Distance]
+    {
         let (robot, problem, truth) = simulated(kind, 60, 0.03, 7);
         let exact_residuals = measured(&problem, &truth, [0.0; 2], &mut Random::new(1));
         let found = exact_residuals.linearised(&truth);
@@ -165,7 +167,10 @@ fn mistakes_are_named_with_their_cure() {
         p.rotation = Some(r);
     });
     let cases = [
-        (change(&|p| p.q.iter_mut().for_each(|q| *q = q.to_degrees())), TableCorrections { joint_degrees: true, ..none() }),
+        (
+            change(&|p| p.q.iter_mut().for_each(|q| *q = q.to_degrees())),
+            TableCorrections { joint_degrees: true, ..none() },
+        ),
         (change(&|p| p.points[0] = p.points[0].map(|x| 1e3 * x)), TableCorrections { millimetres: true, ..none() }),
         (change(&|p| p.q.swap(1, 2)), TableCorrections { swapped: vec![["q2".into(), "q3".into()]], ..none() }),
         (change(&|p| p.q[3] = -p.q[3]), TableCorrections { reversed: vec!["q4".into()], ..none() }),
@@ -200,37 +205,43 @@ fn what_is_touched_determines_zeros() {
         truth.points[0] = nalgebra::Vector3::new(0.05, 0.02, 0.2);
         // The last three joints reach the target from where the others are: Newton steps on the touched condition.
         let target = nalgebra::Vector3::new(0.7, 0.2, 0.4);
-        let reached: Vec<_> = problem.postures.iter().filter_map(|posture| {
-            let mut q = posture.q.clone();
-            for _ in 0..60 {
-                let link = problem.chain.derivatives(&q, &posture.torque, &truth.chain);
-                let place = link.pose.at(&truth.points[0]);
-                let (error, rows) = match touched {
-                    Touched::Point => (target - place, vec![0, 1, 2]),
-                    Touched::Plane => (target - place, vec![2]),
-                    Touched::Sphere => {
-                        let offset = place - target;
-                        (offset * (0.3 / offset.norm() - 1.0), vec![0, 1, 2])
-                    }
+        let reached: Vec<_> = problem
+            .postures
+            .iter()
+            .filter_map(|posture| {
+                let mut q = posture.q.clone();
+                for _ in 0..60 {
+                    let link = problem.chain.derivatives(&q, &posture.torque, &truth.chain);
+                    let place = link.pose.at(&truth.points[0]);
+                    let (error, rows) = match touched {
+                        Touched::Point => (target - place, vec![0, 1, 2]),
+                        Touched::Plane => (target - place, vec![2]),
+                        Touched::Sphere => {
+                            let offset = place - target;
+                            (offset * (0.3 / offset.norm() - 1.0), vec![0, 1, 2])
+                        }
+                    };
+                    let jacobian = DMatrix::from_fn(rows.len(), 6, |r, k| link.twists[k].at(&place)[rows[r]]);
+                    let error = nalgebra::DVector::from_fn(rows.len(), |r, _| error[rows[r]]);
+                    let step = jacobian.pseudo_inverse(1e-3).unwrap() * &error;
+                    q.iter_mut().zip(step.iter()).for_each(|(q, s)| *q += s.clamp(-0.3, 0.3));
+                }
+                let place = problem.chain.pose(&q, &posture.torque, &truth.chain).at(&truth.points[0]);
+                let left = match touched {
+                    Touched::Point => (target - place).norm(),
+                    Touched::Plane => (target - place)[2].abs(),
+                    Touched::Sphere => ((place - target).norm() - 0.3).abs(),
                 };
-                let jacobian = DMatrix::from_fn(rows.len(), 6, |r, k| link.twists[k].at(&place)[rows[r]]);
-                let error = nalgebra::DVector::from_fn(rows.len(), |r, _| error[rows[r]]);
-                let step = jacobian.pseudo_inverse(1e-3).unwrap() * &error;
-                q.iter_mut().zip(step.iter()).for_each(|(q, s)| *q += s.clamp(-0.3, 0.3));
-            }
-            let place = problem.chain.pose(&q, &posture.torque, &truth.chain).at(&truth.points[0]);
-            let left = match touched {
-                Touched::Point => (target - place).norm(),
-                Touched::Plane => (target - place)[2].abs(),
-                Touched::Sphere => ((place - target).norm() - 0.3).abs(),
-            };
-            (left < 1e-9 && q.iter().all(|q| q.abs() < 6.0)).then_some(q)
-        }).collect();
+                (left < 1e-9 && q.iter().all(|q| q.abs() < 6.0)).then_some(q)
+            })
+            .collect();
         assert!(reached.len() > 30, "{touched:?}: {}", reached.len());
-        let rows = reached.iter().map(|q| q.iter().map(f64::to_string).collect::<Vec<_>>().join(",")).collect::<Vec<_>>();
+        let rows =
+            reached.iter().map(|q| q.iter().map(f64::to_string).collect::<Vec<_>>().join(",")).collect::<Vec<_>>();
         let text = format!("q1,q2,q3,q4,q5,q6\n{}\n", rows.join("\n"));
         let table = Table::from_bytes("touched.csv", text.as_bytes()).unwrap();
-        let request = CalibrateRequest { what: Calibrated::Zeros, touched: Some(touched), ..CalibrateRequest::default() };
+        let request =
+            CalibrateRequest { what: Calibrated::Zeros, touched: Some(touched), ..CalibrateRequest::default() };
         let found = calibrate_table(&robot, &table, &request, None).unwrap();
         let all = found.parameters(found.level());
         let zeros: Vec<_> = all.iter().filter(|p| p.parameter.group() == ParameterGroup::Zeros).collect();

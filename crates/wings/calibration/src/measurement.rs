@@ -239,9 +239,9 @@ impl Problem {
             };
             let frames = self.parameters[..self.frames()].iter().map(column);
             let columns: Vec<Vector3<f64>> = frames.chain(link.twists.iter().map(|twist| turned(twist.w))).collect();
-            rows.extend((0..3).map(|axis| {
-                (error[axis], ResidualKind::Angle, columns.iter().map(|c| c[axis]).collect())
-            }));
+            rows.extend(
+                (0..3).map(|axis| (error[axis], ResidualKind::Angle, columns.iter().map(|c| c[axis]).collect())),
+            );
         }
         rows
     }

@@ -81,7 +81,9 @@ fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, Table
         add("the measured lengths are in mm", &|c| c.millimetres ^= true);
     }
     if let Some(quaternions) = table.has_quaternions() {
-        add("the poses are those of the base in the tool, as of a tag that a camera on the hand sees", &|c| c.inverted_poses ^= true);
+        add("the poses are those of the base in the tool, as of a tag that a camera on the hand sees", &|c| {
+            c.inverted_poses ^= true
+        });
         if quaternions {
             add("the first number of the quaternions is w", &|c| c.scalar_first ^= true);
             add("the first number of the quaternions is w, and the poses are inverted", &|c| {
@@ -90,7 +92,9 @@ fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, Table
             });
         } else {
             add("the angles of the orientation are in degrees", &|c| c.degrees ^= true);
-            add("the three angles are of the other kind (roll, pitch, yaw or a rotation vector)", &|c| c.other_angles ^= true);
+            add("the three angles are of the other kind (roll, pitch, yaw or a rotation vector)", &|c| {
+                c.other_angles ^= true
+            });
         }
     }
     for (k, a) in table.coordinates.iter().enumerate() {

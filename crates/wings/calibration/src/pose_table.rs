@@ -170,7 +170,11 @@ impl PoseTable {
         let mut kept: Vec<[Option<Source>; 3]> = Vec::new();
         for (k, point) in points.into_iter().enumerate() {
             match kept.iter().position(|other| is_same(other, &point)) {
-                Some(of) => self.notes.push(format!("marker {} repeats the columns of marker {}, and is not used", k + 1, of + 1)),
+                Some(of) => self.notes.push(format!(
+                    "marker {} repeats the columns of marker {}, and is not used",
+                    k + 1,
+                    of + 1
+                )),
                 None => kept.push(point),
             }
         }
@@ -208,7 +212,9 @@ impl PoseTable {
 
     /// Whether a length is measured.
     pub(crate) fn has_lengths(&self) -> bool {
-        let measured = |row: &Row| row.distance.is_some_and(|d| d != 0.0) || row.points.iter().flatten().any(|x| *x != 0.0 && x.is_finite());
+        let measured = |row: &Row| {
+            row.distance.is_some_and(|d| d != 0.0) || row.points.iter().flatten().any(|x| *x != 0.0 && x.is_finite())
+        };
         self.rows.iter().any(measured)
     }
 
@@ -219,7 +225,10 @@ impl PoseTable {
         let place = |name: &String| {
             self.coordinates.iter().position(|c| c == name).ok_or_else(|| {
                 let known = self.coordinates.join(", ");
-                Error::new(format!("[options.corrections]: `{}` is no joint of the chain; they are {known}", shown::line(name)))
+                Error::new(format!(
+                    "[options.corrections]: `{}` is no joint of the chain; they are {known}",
+                    shown::line(name)
+                ))
             })
         };
         let reversed: Vec<usize> = by.reversed.iter().map(place).collect::<Result<_, _>>()?;

@@ -34,7 +34,9 @@ impl Calibration {
             .parameters(level)
             .into_iter()
             .filter(|p| p.parameter.group() != ParameterGroup::Frames)
-            .map(|p| json!({"name": p.name, "value": p.value, "sigma": p.sigma, "interval": p.interval, "unit": p.unit}))
+            .map(
+                |p| json!({"name": p.name, "value": p.value, "sigma": p.sigma, "interval": p.interval, "unit": p.unit}),
+            )
             .collect();
         let rules = level.base.grouped.iter().map(|(k, _)| level.base.rule(*k, &self.problem, &self.names));
         let unknowns = &level.fit.unknowns;

@@ -29,7 +29,13 @@ pub(crate) fn arm() -> Robot {
 }
 
 /// A problem with postures at random within 2 rad, without measurements yet.
-pub(crate) fn problem(robot: &Robot, convention: Convention, kind: MeasurementKind, count: usize, random: &mut Random) -> Problem {
+pub(crate) fn problem(
+    robot: &Robot,
+    convention: Convention,
+    kind: MeasurementKind,
+    count: usize,
+    random: &mut Random,
+) -> Problem {
     let tip = robot.link_ids().last().unwrap();
     let chain = Chain::new(robot, tip, convention).unwrap();
     let n = chain.coordinates.len();

@@ -45,7 +45,8 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     let from = |chain: Vec<f64>| {
         let each = candidates(&some, &chain);
         let several = each.len() > 1;
-        let refined = each.into_iter().map(|at| if several { fitter(&frames).search(&at, COARSE, STEPS).0 } else { at });
+        let refined =
+            each.into_iter().map(|at| if several { fitter(&frames).search(&at, COARSE, STEPS).0 } else { at });
         let ended = refined.map(|at| fitter(&zeros).search(&at, COARSE, STEPS));
         ended.min_by(|a, b| a.1.total_cmp(&b.1))
     };
@@ -186,7 +187,10 @@ fn with_base(problem: &Problem, links: &[Placed], at: Unknowns, base: Matrix3<f6
     let mut next = Unknowns { base: Placed { rotation: base, position: Vector3::zeros() }, ..at };
     if let Some(x) = least(DMatrix::from_row_slice(right.len(), unknowns, &rows), DVector::from_vec(right)) {
         next.base.position = Vector3::new(x[0], x[1], x[2]);
-        next.points.iter_mut().enumerate().for_each(|(k, p)| *p = Vector3::new(x[3 + 3 * k], x[4 + 3 * k], x[5 + 3 * k]));
+        next.points
+            .iter_mut()
+            .enumerate()
+            .for_each(|(k, p)| *p = Vector3::new(x[3 + 3 * k], x[4 + 3 * k], x[5 + 3 * k]));
     }
     next
 }

@@ -3,12 +3,14 @@
 //! The error is compared with the spread of the measured points (angles: with 1 rad). Below 1 % it agrees with a robot of this
 //! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros; else zeros are recommended.
 
-use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst};
-use identification::estimate::topics::{LOG, PARAMETERS, cannot_tell};
+use claims::{
+    Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
+};
+use identification::estimate::topics::{LOG, PARAMETERS, ZERO, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 use numerics::student::two_sided_quantile;
 
-use crate::calibrate::{Level, tested_gears};
+use crate::calibrate::{Level, far_zeros, tested_gears};
 use crate::folds::PredictionError;
 use crate::measurement::Problem;
 use crate::mistakes::{Mistake, spread};
@@ -57,7 +59,8 @@ pub(crate) fn shown(error: &PredictionError) -> String {
 /// One number for the comparison of errors: lengths and angles relative to those of another fit.
 fn relative(error: &PredictionError, to: &PredictionError) -> f64 {
     let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
-    let ratios: Vec<f64> = [ratio(error.length, to.length), ratio(error.angle, to.angle)].into_iter().flatten().collect();
+    let ratios: Vec<f64> =
+        [ratio(error.length, to.length), ratio(error.angle, to.angle)].into_iter().flatten().collect();
     let product: f64 = ratios.iter().product();
     product.powf(1.0 / ratios.len().max(1) as f64)
 }
@@ -84,11 +87,12 @@ pub(crate) fn verdict(
     claims.push(of_prediction(problem, levels, recommended));
     claims.extend(of_motion(problem, names));
     claims.extend(of_parameters(names, problem, level));
+    claims.extend(of_zeros(problem, names, level));
     claims.extend(of_outliers(problem, level));
     if mistakes.is_empty() {
         claims.extend(of_gears(problem, names, level));
     }
-    let further = [LOG, PARAMETERS, OUTLIERS, MOTION].map(|topic| Need::where_claimed(Subject::whole(topic)));
+    let further = [LOG, PARAMETERS, ZERO, OUTLIERS, MOTION].map(|topic| Need::where_claimed(Subject::whole(topic)));
     let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(PREDICTION)));
     let purpose = further.into_iter().fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
     let trust = worst(&claims, &purpose).trust();
@@ -139,7 +143,11 @@ fn of_prediction(problem: &Problem, levels: &[Level], recommended: usize) -> Cla
     if share <= SMALL_SHARE {
         return Claim::new(subject, Outcome::Agrees { smallest: figure(&level.left_out) });
     }
-    let why = format!("the error on postures left out is {}, {} % of the spread", shown(&level.left_out), significant(100.0 * share, 2));
+    let why = format!(
+        "the error on postures left out is {}, {} % of the spread",
+        shown(&level.left_out),
+        significant(100.0 * share, 2)
+    );
     if share <= LARGE_SHARE {
         return cannot_tell(subject, why, "better measurements, or more postures");
     }
@@ -169,6 +177,19 @@ fn of_parameters(names: &ParameterNames, problem: &Problem, level: &Level) -> Op
     (!all.is_empty()).then(|| cannot_tell(Subject::whole(PARAMETERS), why, "postures that differ in more joints"))
 }
 
+/// Zeros that are so far off that another sign or order of the joints may be the reason.
+fn of_zeros(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Claim> {
+    let claim = |k: usize| {
+        let name = &names.coordinates[problem.chain.coordinates[k]];
+        let why = format!(
+            "the zero of {name} is {} rad (m) off, which a sign of another joint may explain too",
+            significant(level.fit.unknowns.chain[k], 3)
+        );
+        cannot_tell(Subject::of(ZERO, [name]), why, "the sign of each joint on the robot")
+    };
+    far_zeros(problem, &level.fit.unknowns).into_iter().map(claim).collect()
+}
+
 fn of_outliers(problem: &Problem, level: &Level) -> Option<Claim> {
     let out = problem.postures.iter().zip(&level.fit.used).filter(|(_, used)| !**used);
     let lines: Vec<String> = out.map(|(posture, _)| posture.line.to_string()).collect();
@@ -191,7 +212,9 @@ fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Cla
                 let why = format!("only an error of {size} % of the scale of {name} would show");
                 cannot_tell(subject, why, "postures over the whole range of the joint")
             }
-            None => cannot_tell(subject, format!("these postures do not determine the scale of {name}"), "more postures"),
+            None => {
+                cannot_tell(subject, format!("these postures do not determine the scale of {name}"), "more postures")
+            }
             Some((value, sigma)) if value.abs() > limit * sigma => {
                 let why = format!(
                     "an error of {} +- {} % of the scale of {name} would explain the residuals better, as may other errors",
@@ -200,7 +223,9 @@ fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Cla
                 );
                 cannot_tell(subject, why, "postures over the whole range of the joint")
             }
-            Some((_, sigma)) => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * power * sigma, "%") }),
+            Some((_, sigma)) => {
+                Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * power * sigma, "%") })
+            }
         }
     };
     gears.iter().map(claim).collect()

@@ -64,7 +64,9 @@ pub fn holding_torque<'a>(
     let values = match estimate {
         Some(estimate) => model.values(estimate)?,
         None => model.nominal_parameters().ok_or_else(|| {
-            Error::new("[what=stiffness] needs torques, and the description has no bodies: give an estimate by [estimate]")
+            Error::new(
+                "[what=stiffness] needs torques, and the description has no bodies: give an estimate by [estimate]",
+            )
         })?,
     };
     let unit = KnownLoad { link: tip.to_string(), mass: 1.0, centre_of_mass: [0.0; 3], inertia: Default::default() };
