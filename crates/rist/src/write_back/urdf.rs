@@ -102,7 +102,8 @@ pub fn write_origins(text: &str, file: &str, changes: &[(String, Pose)]) -> Resu
     let root = document.root_element();
     if !root.has_tag_name("robot") {
         let found = root.tag_name().name();
-        let message = format!("origins are written into a URDF, whose root is <robot>, found <{found}>: convert it first");
+        let message =
+            format!("origins are written into a URDF, whose root is <robot>, found <{found}>: convert it first");
         return Err(Error::at(file, 0, message));
     }
     let mut edits = Edits::of(text);
@@ -113,7 +114,8 @@ pub fn write_origins(text: &str, file: &str, changes: &[(String, Pose)]) -> Resu
             let Some(text) = origin.and_then(|origin| origin.attribute(attribute)) else { return Ok([0.0; 3]) };
             let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
             let numbers = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-            let message = || format!("joint {name}: the {attribute} of its origin is no three numbers: expand the xacro first");
+            let message =
+                || format!("joint {name}: the {attribute} of its origin is no three numbers: expand the xacro first");
             numbers.ok_or_else(|| Error::at(file, 0, message()))
         };
         let [roll, pitch, yaw] = three("rpy")?;
