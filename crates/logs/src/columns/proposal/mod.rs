@@ -42,6 +42,8 @@ pub struct Proposal {
     pub columns: Vec<Proposed>,
     /// Proposed units of columns without a unit in the header.
     pub units: Vec<Proposed>,
+    /// The names and units of these lines.
+    pub names: ColumnNames,
     /// Sentences on the quantities that could not be determined.
     pub missing: Vec<String>,
     /// The resulting mapping; `None` if a quantity is missing.
@@ -108,7 +110,7 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
         Err(error) if proposal.missing.is_empty() => proposal.missing.push(error.to_string()),
         Err(_) => {}
     }
-    proposal
+    Proposal { names, ..proposal }
 }
 
 /// The proposal where all columns are found by their names: units that no header names and that the values contradict.
@@ -123,7 +125,7 @@ fn of_names(
     if is_one_clock && !rises(&table.columns[column]) {
         row_rate((table, coordinates), &mut proposal, &mut names);
         proposal.mapping = if names.rate.is_some() { Columns::find(table, coordinates, &names).ok() } else { None };
-        return proposal;
+        return Proposal { names, ..proposal };
     }
     let is_judged = is_one_clock && !names_unit(&mapping.time);
     let factor =
@@ -142,7 +144,7 @@ fn of_names(
         }
     }
     proposal.mapping = Columns::find(table, coordinates, &names).ok().or(Some(mapping));
-    proposal
+    Proposal { names, ..proposal }
 }
 
 /// The factor to rad of the positions.

@@ -12,10 +12,16 @@ use crate::table::Table;
 const MIN_TICKS: f64 = 100.0;
 /// Largest range of a position in degrees.
 const MAX_RANGE_DEG: f64 = 800.0;
+/// Largest position in per cent of the range of a joint, with an allowance for rounding.
+const MAX_PERCENT: f64 = 100.5;
 /// Largest relative difference between a measured velocity and the derivative of the position, for a known unit.
 const RATIO_TOLERANCE: f64 = 0.1;
 /// Units of a velocity, and the number of them in a rad/s.
 pub(super) const VELOCITY_UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
+/// Units of velocity registers of servos, and the number of them in a rad/s: Dynamixel X, and Feetech STS in both settings
+/// (docs/how-to/record-on-servos.md has the sources).
+const REGISTER_UNITS: [(&str, f64); 3] =
+    [("counts(0.229 rpm)", 41.69999), ("counts(0.732 rpm)", 13.04548), ("ticks(4096)/s", 651.8986)];
 /// Smallest squared correlation between a velocity and the derivative of its position.
 const MIN_SQUARED_CORRELATION: f64 = 0.8;
 
@@ -37,6 +43,7 @@ pub(super) fn unit(
         return Some((word, reason.into()));
     }
     let spans: Vec<f64> = columns.iter().map(|&c| extremes(&table.columns[c])).map(|(low, high)| high - low).collect();
+    let largest = columns.iter().flat_map(|&c| &table.columns[c]).fold(0.0, |most: f64, x| most.max(x.abs()));
     let widest = spans.iter().copied().fold(0.0, f64::max);
     let whole = columns.iter().all(|&c| table.columns[c].iter().all(|x| x.fract() == 0.0));
     // Three turns, rad. The joints of most arms have a smaller range.
@@ -48,11 +55,19 @@ pub(super) fn unit(
         )),
         Quantity::Position if widest > THREE_TURNS && widest < MAX_RANGE_DEG => Some((
             "deg".into(),
-            format!("they span {} and would be {:.0} turns in rad", short(widest), widest / std::f64::consts::TAU),
+            format!(
+                "they span {} and would be {:.0} turns in rad{}",
+                short(widest),
+                widest / std::f64::consts::TAU,
+                if largest <= MAX_PERCENT { "; or per cent of a range, if the log is normalised" } else { "" }
+            ),
         )),
         Quantity::Velocity => {
             let ratio = slope_ratio(table, columns, clock?, position_factor)?;
-            let (unit, _) = VELOCITY_UNITS.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < RATIO_TOLERANCE)?;
+            let (unit, _) = VELOCITY_UNITS
+                .into_iter()
+                .chain(REGISTER_UNITS)
+                .find(|(_, k)| (ratio / k - 1.0).abs() < RATIO_TOLERANCE)?;
             (unit != "rad/s")
                 .then(|| (unit.into(), format!("they are {} times the slope of the position", short(ratio))))
         }
