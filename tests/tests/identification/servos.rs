@@ -215,7 +215,7 @@ fn logs_of_hobby_arms_are_identified_as_proposed() {
     let path = written("normalised.csv", "t,pos_1,pos_2,tau_1,tau_2", |t, q, tau| {
         [t, percent(q[0]), percent(q[1]), tau[0], tau[1]]
     });
-    // Degrees and per cent cannot be told apart by their values, so the form is asked for.
+    // Degrees and per cent are alike in their values, so the form is asked for.
     let asked = propose_columns(&model.robot, &path, None, Some("so101")).unwrap();
     assert!(!asked.is_whole() && asked.to_string().contains("`so101:normalised`"), "{asked}");
     identified_as_proposed(&model, &path, "so101:normalised");

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::describe::model::coordinates as coordinates_of;
 use crate::error::Error;
-use crate::fit::hobby_arms::{ArmProposal, complete};
+use crate::fit::hobby_arms::{DriveProposal, complete};
 
 /// Number of rows that are read. Some seconds of a log are enough to recognise a signal.
 const READ_ROWS: usize = 20_000;
@@ -19,7 +19,7 @@ pub struct ColumnProposal {
     /// The proposed lines of the options, and the signals for which no column was found.
     pub proposal: Proposal,
     /// What is known of the arm, if one is named.
-    pub arm: ArmProposal,
+    pub arm: DriveProposal,
     /// The headers of the columns of the log.
     pub header: Vec<String>,
 }

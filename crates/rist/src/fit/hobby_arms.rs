@@ -74,7 +74,7 @@ enum Form {
 
 /// What an arm adds to a proposal of columns.
 #[derive(Clone, Debug, Default)]
-pub struct ArmProposal {
+pub struct DriveProposal {
     /// Lists of the transmission, one number per joint.
     pub transmission: Vec<Proposed>,
     /// The gains as a field of a request, and why; `None` if the torques need none or no source gives them.
@@ -90,11 +90,11 @@ pub(super) fn complete(
     table: &Table,
     name: &str,
     proposal: &mut Proposal,
-) -> Result<ArmProposal, Error> {
+) -> Result<DriveProposal, Error> {
     let data: HobbyArms = linear_model::yaml::read(include_str!("hobby_arms.yaml")).map_err(Error::new)?;
     let (arm, form) = name.split_once(':').map_or((name, None), |(arm, form)| (arm, Some(form)));
     let (servos, is_normalised, source) = servos_of(robot, &data, arm)?;
-    let mut found = ArmProposal::default();
+    let mut found = DriveProposal::default();
     let Some(mapping) = proposal.mapping.clone() else { return Ok(found) };
     let form = match form.map(form_of).transpose()? {
         Some(form) => form,
@@ -173,7 +173,7 @@ fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<(Vec<(Servo, 
     Ok((servos, found.normalised, found.source.clone()))
 }
 
-/// The form of the positions by their values; `None` if degrees and normalised positions cannot be told apart.
+/// The form of the positions by their values; `None` if they may be degrees as well as normalised.
 fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Form> {
     let columns: Vec<&[f64]> = mapping.position.iter().map(|source| table.columns[source.column].as_slice()).collect();
     let largest = columns.iter().flat_map(|column| column.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -265,7 +265,7 @@ fn gains(
                 Some(format!("{}={gain:.3}+-{:.3}", coordinate.name, GAIN_DEVIATION * gain))
             });
             let value = each.collect::<Vec<String>>().join(",");
-            let reason = "stall torque over stall current, unsure by 20 %".into();
+            let reason = "stall torque over stall current, with a standard deviation of 20 %".into();
             (!value.is_empty()).then_some(Proposed { key: "gain", value, reason })
         }
         _ => None,

@@ -5,8 +5,8 @@ use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
 use crate::columns::proposal::header_patterns::quoted;
 use crate::columns::proposal::header_words::{names_unit, words};
+use crate::columns::proposal::proposed::{Proposal, Proposed, set_unit, short};
 use crate::columns::proposal::units::VELOCITY_UNITS;
-use crate::columns::proposal::{Proposal, Proposed, set_unit};
 use crate::columns::row_rate::{rate, usual};
 use crate::columns::words::Quantity;
 use crate::table::Table;
@@ -143,10 +143,4 @@ fn middle(mut numbers: Vec<f64>) -> f64 {
         return f64::NAN;
     }
     *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// A number with four significant digits.
-pub(super) fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
-    rounded.to_string()
 }

@@ -8,47 +8,21 @@
 mod clock;
 mod header_patterns;
 mod header_words;
+mod proposed;
 mod units;
 mod unnamed;
 
-use std::fmt;
-
 use crate::columns::mapping::Columns;
-use crate::columns::names::{ColumnNames, NamePattern};
-use crate::columns::units::given_unit;
+use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
 use crate::table::Table;
 use clock::{clock, clock_unit, rises, row_rate};
 use header_patterns::{given, patterns, quoted};
 use header_words::{WORDS, names_unit, score};
+pub use proposed::{Proposal, Proposed};
+use proposed::{factor_of, key, names_of, set_unit};
 use units::unit;
 use unnamed::{by_values, goals};
-
-/// One line of the proposal: a key, its value and the reason.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Proposed {
-    /// The key in the options, for example `time` or `position`.
-    pub key: &'static str,
-    /// The proposed value of the key.
-    pub value: String,
-    /// The reason for the value.
-    pub reason: String,
-}
-
-/// The proposed lines for the options file.
-#[derive(Clone, Debug, Default)]
-pub struct Proposal {
-    /// Proposed names of columns.
-    pub columns: Vec<Proposed>,
-    /// Proposed units of columns without a unit in the header.
-    pub units: Vec<Proposed>,
-    /// The names and units of these lines.
-    pub names: ColumnNames,
-    /// Sentences on the quantities that could not be determined.
-    pub missing: Vec<String>,
-    /// The resulting mapping; `None` if a quantity is missing.
-    pub mapping: Option<Columns>,
-}
 
 /// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second, Hz, in place of a clock.
 pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
@@ -145,66 +119,6 @@ fn of_names(
     }
     proposal.mapping = Columns::find(table, coordinates, &names).ok().or(Some(mapping));
     Proposal { names, ..proposal }
-}
-
-/// The factor to rad of the positions.
-fn factor_of(names: &ColumnNames) -> f64 {
-    let unit = names.units.position.as_deref().unwrap_or("rad");
-    given_unit(Quantity::Position, unit).map_or(1.0, |unit| unit.factor)
-}
-
-impl fmt::Display for Proposal {
-    /// Writes lines that the user can paste into the options, each with its reason.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (title, lines) in [("columns", &self.columns), ("units", &self.units)] {
-            if lines.is_empty() {
-                continue;
-            }
-            writeln!(f, "{title}:")?;
-            let width = lines.iter().map(|line| line.key.len() + line.value.len()).max().unwrap_or(0);
-            for Proposed { key, value, reason } in lines {
-                let gap = " ".repeat(width - key.len() - value.len());
-                writeln!(f, "  {key}: {value}{gap}  # {reason}")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn key(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Time => "time",
-        Quantity::Position => "position",
-        Quantity::Velocity => "velocity",
-        Quantity::Acceleration => "acceleration",
-        Quantity::Torque => "torque",
-        Quantity::Current => "current",
-        Quantity::Goal => "goal",
-    }
-}
-
-fn names_of(names: &mut ColumnNames, quantity: Quantity) -> &mut Option<NamePattern> {
-    match quantity {
-        Quantity::Velocity => &mut names.velocity,
-        Quantity::Acceleration => &mut names.acceleration,
-        Quantity::Torque => &mut names.torque,
-        Quantity::Current => &mut names.current,
-        Quantity::Goal => &mut names.goal,
-        _ => &mut names.position,
-    }
-}
-
-fn set_unit(names: &mut ColumnNames, quantity: Quantity, unit: String) {
-    let place = match quantity {
-        Quantity::Time => &mut names.units.time,
-        Quantity::Position => &mut names.units.position,
-        Quantity::Velocity => &mut names.units.velocity,
-        Quantity::Acceleration => &mut names.units.acceleration,
-        Quantity::Torque => &mut names.units.torque,
-        Quantity::Current => &mut names.units.current,
-        Quantity::Goal => &mut names.units.goal,
-    };
-    *place = Some(unit);
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::extremes;
-use crate::columns::proposal::clock::short;
+use crate::columns::proposal::proposed::short;
 use crate::columns::slope::Slope;
 use crate::columns::words::Quantity;
 use crate::table::Table;

@@ -3,8 +3,8 @@
 use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::proposal::header_patterns::{given, quoted};
 use crate::columns::proposal::header_words::{WORDS, words};
+use crate::columns::proposal::proposed::{Proposal, Proposed, factor_of, key, names_of, set_unit};
 use crate::columns::proposal::units::unit;
-use crate::columns::proposal::{Proposal, Proposed, factor_of, key, names_of, set_unit};
 use crate::columns::relations::{Relations, relations};
 use crate::columns::words::Quantity;
 use crate::table::Table;
