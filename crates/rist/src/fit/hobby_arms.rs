@@ -63,6 +63,9 @@ struct Arm {
     joints: Vec<(String, String, f64)>,
 }
 
+/// The servo of each coordinate with the number of servos that turn it, whether positions may be normalised, and the source.
+type ArmServos = (Vec<(Servo, f64)>, bool, String);
+
 /// How an arm writes positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
@@ -142,7 +145,7 @@ fn form_of(word: &str) -> Result<Form, Error> {
 }
 
 /// The servo of each coordinate with the number of servos that turn it, whether the positions may be normalised, and the source.
-fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<(Vec<(Servo, f64)>, bool, String), Error> {
+fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<ArmServos, Error> {
     let n = robot.coordinates.len();
     if let Some(servo) = data.servos.get(arm) {
         return Ok((vec![(servo.clone(), 1.0); n], false, servo.source.clone()));
