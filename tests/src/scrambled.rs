@@ -231,7 +231,7 @@ impl Scrambled {
         if proposal.mapping.is_none() && proposal.missing.iter().any(|what| what.contains("[rate=HZ]")) {
             (proposal, is_asked) = (proposed(Some(RATE_HZ)), true);
         }
-        let Proposal { columns, units, missing, mapping } = &proposal;
+        let Proposal { columns, units, missing, mapping, .. } = &proposal;
         if mapping.is_none() {
             return Outcome::Asked(missing.join("; "));
         }

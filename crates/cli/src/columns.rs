@@ -23,6 +23,11 @@ pub(crate) struct Arguments {
     /// Rows per second of a log without a clock; by default from the velocities, if the log has them
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
+
+    /// A hobby arm or its servo, whose units, zeros and gains complete the proposal: so101, koch, wx250s, vx300s,
+    /// openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees, :normalised, :counts or :radians
+    #[arg(long, value_name = "ARM[:FORM]")]
+    arm: Option<String>,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -30,7 +35,8 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let found = rist::propose_columns(&arguments.model.read()?, &arguments.log, arguments.rate)?;
+    let found =
+        rist::propose_columns(&arguments.model.read()?, &arguments.log, arguments.rate, arguments.arm.as_deref())?;
     print_lines(&found, || Ok(found.to_json()))?;
     match found.is_whole() {
         true => Ok(()),

@@ -160,7 +160,7 @@ fn friction_and_armature_of_an_mjcf_explain_the_log() {
 #[test]
 fn goals_of_a_data_set_are_proposed() {
     let Some((field, model)) = arm() else { return };
-    let found = rist::propose_columns(&model.robot, &field.join("logs/lerobot_pos_only.parquet"), None).unwrap();
+    let found = rist::propose_columns(&model.robot, &field.join("logs/lerobot_pos_only.parquet"), None, None).unwrap();
     let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
     assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
     assert!(mapping.contains("goal: j1 <- action_1 [rad]"), "{mapping}");
@@ -186,7 +186,7 @@ fn proposals_read_what_they_are_made_for() {
         ("lerobot_episodes.parquet", "time: timestamp"),
         ("kuka_trace.csv.gz", "j1 <- A1 Ist"),
     ] {
-        let found = rist::propose_columns(&model.robot, &field.join("logs").join(file), None).unwrap();
+        let found = rist::propose_columns(&model.robot, &field.join("logs").join(file), None, None).unwrap();
         let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{file}: {found}"));
         assert!(mapping.to_string().contains(wanted), "{file}: {mapping}");
     }

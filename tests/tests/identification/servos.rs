@@ -7,7 +7,7 @@ use identification::estimators::drive_gains::likelihood::Gain;
 use linear_model::regressor::Regressor;
 use logs::{ColumnNames, LogSource, NamePattern, Table};
 use random::Random;
-use rist::{Identification, IdentifyRequest, Model, examine, identify};
+use rist::{Identification, IdentifyRequest, Model, examine, identify, propose_columns};
 use tests::tape_robot::TapeRobot;
 use tests::{model, model_path};
 
@@ -150,5 +150,81 @@ fn what_is_no_goal_is_refused() {
     ] {
         let message = refused(table, &names);
         assert!(message.contains(said), "{message}");
+    }
+}
+
+/// Writes a log of the swinging arm, row by row, into a file of this test.
+fn written(name: &str, header: &str, row: impl Fn(f64, [f64; 2], [f64; 2]) -> [f64; 5]) -> std::path::PathBuf {
+    let arm = TapeRobot::new(model(ROBOT));
+    let mut text = format!("{header}\n");
+    for r in 0..1200 {
+        let t = 0.01 * f64::from(r);
+        let [q, _, _, tau] = arm.swing_of_two(t);
+        let cells = row(t, [q[0], q[1]], [tau[0], tau[1]]).map(|x| x.to_string());
+        text += &format!("{}\n", cells.join(","));
+    }
+    let path = tests::program::folder("hobby_arms").join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// Identifies with the printed proposal for `arm`, and compares the parameters with the truth.
+fn identified_as_proposed(model: &Model, path: &std::path::Path, arm: &str) {
+    let proposed = propose_columns(&model.robot, path, None, Some(arm)).unwrap();
+    let shown = proposed.to_string();
+    let options = Options::parse("options.yaml", &shown).unwrap_or_else(|e| panic!("{e}\n{shown}"));
+    let (log, _) = model.open_log(path, &options.columns).unwrap_or_else(|e| panic!("{e}\n{shown}"));
+    let mut request = IdentifyRequest::default();
+    request.samples.rows.signals.options = Some(Options { friction: Vec::new(), ..options });
+    let gains = proposed.arm.gains.as_ref().map(|gains| gains.value.as_str()).unwrap_or_default();
+    request.samples.gain = gains
+        .split(',')
+        .filter_map(|gain| gain.split_once('='))
+        .map(|(name, gain)| {
+            let (gain, sigma) = gain.split_once("+-").unwrap();
+            (name.into(), Gain::Expected(gain.parse().unwrap(), sigma.parse().unwrap()))
+        })
+        .collect();
+    let found = identify(model, &[log], &request).unwrap_or_else(|e| panic!("{arm}: {e}\n{shown}"));
+    assert!(found.described.unwrap() < 0.03, "{arm}: {:?}\n{shown}", found.described);
+    let truth = TapeRobot::new(tests::model(ROBOT)).truth;
+    for (value, truth) in found.estimate.parameters.iter().zip(&truth) {
+        let (x, sigma) = (value.value.unwrap(), value.sigma.unwrap());
+        // The rounding of counts is no normal noise, and the filter takes some of the signal: half a per cent of the value.
+        assert!((x - truth).abs() < 5.0 * sigma + 5e-3 * truth.abs(), "{arm}: {}: {x} +- {sigma}, {truth}", value.id);
+    }
+}
+
+/// The data of a servo fill units, zeros and gains of a log in counts, and those of an arm a log that is normalised.
+#[test]
+fn logs_of_hobby_arms_are_identified_as_proposed() {
+    let mut model = Model::read(model_path(ROBOT)).unwrap();
+    for coordinate in &mut model.robot.coordinates {
+        coordinate.limits.position = Some((-2.5, 2.0));
+    }
+    // A servo XM430-W350: 4.1 N m at 2.3 A, 2.69 mA a count in 16 bits.
+    let turn = 4096.0 / std::f64::consts::TAU;
+    let count = |q: f64| (2048.0 + q * turn).round();
+    let current = |tau: f64| (tau / (4.1 / 2.3) / 2.69e-3).round().rem_euclid(65536.0);
+    let header = "time_ms,id1_present_position,id2_present_position,id1_present_current,id2_present_current";
+    let path = written("dxl.csv", header, |t, q, tau| {
+        [(1e3 * t).round(), count(q[0]), count(q[1]), current(tau[0]), current(tau[1])]
+    });
+    identified_as_proposed(&model, &path, "xm430-w350");
+    let percent = |q: f64| (q + 0.25) * 200.0 / 4.5;
+    let path = written("normalised.csv", "t,pos_1,pos_2,tau_1,tau_2", |t, q, tau| {
+        [t, percent(q[0]), percent(q[1]), tau[0], tau[1]]
+    });
+    // Degrees and per cent are alike in their values, so the form is asked for.
+    let asked = propose_columns(&model.robot, &path, None, Some("so101")).unwrap();
+    assert!(!asked.is_whole() && asked.to_string().contains("`so101:normalised`"), "{asked}");
+    identified_as_proposed(&model, &path, "so101:normalised");
+    let path = written("degrees.csv", "t,pos_1,pos_2,tau_1,tau_2", |t, q, tau| {
+        [t, q[0].to_degrees(), q[1].to_degrees(), tau[0], tau[1]]
+    });
+    identified_as_proposed(&model, &path, "so101:degrees");
+    for (arm, said) in [("so10", "so101"), ("so101:grads", "counts, degrees, normalised or radians")] {
+        let refused = propose_columns(&model.robot, &path, None, Some(arm)).err().unwrap().to_string();
+        assert!(refused.contains(said), "{refused}");
     }
 }

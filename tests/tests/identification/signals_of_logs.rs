@@ -288,7 +288,7 @@ fn a_log_without_a_clock_in_two_files_is_the_log() {
     };
     let refused = model.open_log(&path, &names(None).columns).err().unwrap().to_string();
     assert!(refused.contains(&format!("agree with the velocities at {rate:.0} Hz")), "{refused}");
-    let proposed = rist::propose_columns(&model.robot, &path, None).unwrap().to_string();
+    let proposed = rist::propose_columns(&model.robot, &path, None, None).unwrap().to_string();
     // The velocities show the rate.
     let shown = format!("rate: {rate:.0} ");
     for line in [r#"position: "pos.Joint_{}""#, r#"torque: "tau.Joint_{}""#, shown.as_str()] {

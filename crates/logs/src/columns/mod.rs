@@ -8,6 +8,7 @@ pub(crate) mod prefixes;
 pub(crate) mod proposal;
 pub(crate) mod relations;
 pub(crate) mod row_rate;
+pub(crate) mod slope;
 pub(crate) mod source;
 pub(crate) mod units;
 pub(crate) mod words;

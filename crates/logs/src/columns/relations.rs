@@ -3,6 +3,7 @@
 //! A column b is the velocity of a column a if the squared correlation of b with da/dt is above [`MIN_SQUARED_CORRELATION`], and
 //! larger than for every other column. da/dt is computed by central differences over the clock.
 
+use crate::columns::slope::Slope;
 use crate::table::Table;
 
 /// Smallest squared correlation of a velocity with the derivative of its position.
@@ -30,21 +31,11 @@ pub(crate) fn relations(table: &Table, clock: Option<usize>, n: usize) -> Option
         return None;
     }
     let rows = table.rows().min(MAX_ROWS);
-    let t: Vec<f64> = match clock {
-        Some(clock) => table.columns[clock][..rows].to_vec(),
-        None => (0..rows).map(|row| row as f64).collect(),
-    };
+    let t = clock.map(|clock| &table.columns[clock][..rows]);
     let squared_correlation = |a: usize, b: usize| {
-        let (q, v) = (&table.columns[a], &table.columns[b]);
-        let [mut vs, mut ss, mut vv] = [0.0; 3];
-        for k in 1..rows.saturating_sub(1) {
-            let slope = (q[k + 1] - q[k - 1]) / (t[k + 1] - t[k - 1]);
-            if slope.is_finite() && v[k].is_finite() {
-                (vs, ss, vv) = (vs + v[k] * slope, ss + slope * slope, vv + v[k] * v[k]);
-            }
-        }
+        let slope = Slope::of(&table.columns[a][..rows], &table.columns[b][..rows], t);
         // A negative correlation does not count: the column is not the velocity of this position.
-        if vs > 0.0 { vs * vs / (ss * vv) } else { 0.0 }
+        slope.positive_ratio(0.0).map_or(0.0, |_| slope.squared_correlation)
     };
     let velocity = |&a: &usize| {
         let others = columns.iter().filter(|b| **b != a).map(|&b| (squared_correlation(a, b), b));

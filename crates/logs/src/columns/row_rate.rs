@@ -1,9 +1,10 @@
-//! Estimates the sampling rate of a log without a clock from its velocities.
+//! Estimates the sampling rate f of a log without a clock from its velocities.
 //!
 //! ```text
-//! f = sum_r dq_r (q_{r+1} - q_{r-1}) / 2 / sum_r ((q_{r+1} - q_{r-1}) / 2)^2      least squares of dq = f (q_{r+1} - q_{r-1}) / 2
+//! dq_r = f (q_{r+1} - q_{r-1}) / 2       by least squares (module `slope`)
 //! ```
 
+use crate::columns::slope::Slope;
 use crate::columns::words::{Designator, Quantity, Reading};
 use crate::table::Table;
 
@@ -25,11 +26,7 @@ pub(crate) type Pair<'a> = ((&'a [f64], f64), (&'a [f64], f64));
 /// `None` if this is so for no joint.
 pub(crate) fn rate<'a>(pairs: impl Iterator<Item = Pair<'a>>) -> Option<f64> {
     let rate = |((q, to_rad), (dq, to_rad_s)): Pair| {
-        let rows = q.windows(3).zip(dq.iter().skip(1));
-        let pairs =
-            rows.map(|(q, dq)| (0.5 * to_rad * (q[2] - q[0]), to_rad_s * dq)).filter(|(x, y)| (x * y).is_finite());
-        let [xx, xy, yy] = pairs.fold([0.0; 3], |[xx, xy, yy], (x, y)| [xx + x * x, xy + x * y, yy + y * y]);
-        (xy > 0.0 && xy * xy > MIN_SQUARED_CORRELATION * xx * yy).then(|| xy / xx)
+        Some(to_rad_s / to_rad * Slope::of(q, dq, None).positive_ratio(MIN_SQUARED_CORRELATION)?)
     };
     let mut rates: Vec<f64> = pairs.filter_map(rate).collect();
     rates.sort_by(f64::total_cmp);

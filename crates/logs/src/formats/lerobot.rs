@@ -2,7 +2,7 @@
 //!
 //! The files are read in the order of their names and concatenated; the column `episode_index` separates the episodes. A note
 //! lists the motor names of `meta/info.json` with their columns. The unit of a column is the unit in its header, otherwise the SI
-//! unit (columns/finder.rs). `rist columns` proposes units from the values (columns/proposal.rs).
+//! unit (columns/finder.rs). `rist columns` proposes units from the values (columns/proposal/).
 
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,9 @@ use logs::{Proposal, Proposed, Table, propose};
 use robot::Robot;
 use serde_json::{Value, json};
 
+use crate::describe::model::coordinates as coordinates_of;
 use crate::error::Error;
+use crate::fit::hobby_arms::{DriveProposal, complete};
 
 /// Number of rows that are read. Some seconds of a log are enough to recognise a signal.
 const READ_ROWS: usize = 20_000;
@@ -16,18 +18,33 @@ const READ_ROWS: usize = 20_000;
 pub struct ColumnProposal {
     /// The proposed lines of the options, and the signals for which no column was found.
     pub proposal: Proposal,
+    /// What is known of the arm, if one is named.
+    pub arm: DriveProposal,
     /// The headers of the columns of the log.
     pub header: Vec<String>,
 }
 
 /// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived.
-/// `rate`: rows per second, Hz, of a log without a clock; `None`: from the velocities, if the log has them.
+/// `rate`: rows per second, Hz, of a log without a clock; `None`: from the velocities, if the log has them. `arm`: name of a
+/// hobby arm or of its servos, with the form of its positions (`so101:degrees`); its data complete the proposal.
 ///
-/// Fails if the log cannot be read.
-pub fn propose_columns(robot: &Robot, path: &Path, rate: Option<f64>) -> Result<ColumnProposal, Error> {
+/// Fails if the log cannot be read, or if the arm is not known or does not fit the robot.
+pub fn propose_columns(
+    robot: &Robot,
+    path: &Path,
+    rate: Option<f64>,
+    arm: Option<&str>,
+) -> Result<ColumnProposal, Error> {
     let table = Table::glance(path, READ_ROWS)?;
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
-    Ok(ColumnProposal { proposal: propose(&table, &coordinates, rate), header: table.header })
+    let mut proposal = propose(&table, &coordinates, rate);
+    let arm = arm.map(|arm| complete(robot, &table, arm, &mut proposal)).transpose()?.unwrap_or_default();
+    // The units of sliding joints are shown as they are read.
+    if let Some(mapping) = proposal.mapping.take() {
+        let slides: Vec<bool> = coordinates_of(robot).iter().map(|coordinate| coordinate.is_prismatic).collect();
+        proposal.mapping = Some(mapping.clone().with_sliding(&slides).unwrap_or(mapping));
+    }
+    Ok(ColumnProposal { proposal, arm, header: table.header })
 }
 
 impl ColumnProposal {
@@ -44,10 +61,12 @@ impl ColumnProposal {
                 .map(|l| json!({"key": l.key, "value": l.value.trim_matches('"'), "reason": l.reason}))
                 .collect()
         };
-        let Proposal { columns, units, missing, mapping } = &self.proposal;
+        let Proposal { columns, units, missing, mapping, .. } = &self.proposal;
         json!({
             "columns": lines(columns),
             "units": lines(units),
+            "transmission": lines(&self.arm.transmission),
+            "gain": self.arm.gains.as_ref().map(|gains| &gains.value),
             "missing": missing,
             "mapping": mapping.as_ref().map(ToString::to_string),
             "header": self.header,
@@ -57,7 +76,7 @@ impl ColumnProposal {
 
 impl fmt::Display for ColumnProposal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Proposal { columns, units, missing, mapping } = &self.proposal;
+        let Proposal { columns, units, missing, mapping, .. } = &self.proposal;
         f.write_str(match (columns.is_empty(), units.is_empty(), mapping) {
             (true, true, Some(_)) => {
                 "# the columns are found by their names; a unit that no header names is taken for that of SI\n"
@@ -66,6 +85,15 @@ impl fmt::Display for ColumnProposal {
             _ => "# incomplete: write what is missing\n",
         })?;
         write!(f, "{}", self.proposal)?;
+        if !self.arm.transmission.is_empty() {
+            writeln!(f, "transmission:")?;
+        }
+        for Proposed { key, value, reason } in &self.arm.transmission {
+            writeln!(f, "  {key}: {value}  # {reason}")?;
+        }
+        if let Some(Proposed { value, reason, .. }) = &self.arm.gains {
+            writeln!(f, "# to be given with it: [gain={value}] ({reason})")?;
+        }
         for what in missing {
             writeln!(f, "# missing: {what}")?;
         }

@@ -1,0 +1,289 @@
+//! Units, zeros and gains of hobby arms, from the data of their servos (`hobby_arms.yaml`, with the sources).
+//!
+//! For a joint with k servos of stall torque T (N m) at the stall current I (A), current I_0 (A) without load, and c A per count:
+//! ```text
+//! gain = k T / (I - I_0)                          N m/A; I_0 = 0 where it is not published
+//! gain = k T / 1000 / c                           of a load in 0.1 % of T, in the counts of a current
+//! q = (x - zero) 2 pi / counts                    of counts x
+//! q = (l + u) / 2 + x (u - l) / 200               of x from -100 to 100, l and u: limits of the joint
+//! q = l + x (u - l) / 100                         of a gripper from 0 to 100
+//! ```
+//! A stall torque is a short peak, and the current without load is seldom published. So a gain has the relative standard
+//! deviation [`GAIN_DEVIATION`].
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use gate::suggestion::did_you_mean;
+use logs::{Columns, Proposal, Proposed, Quantity, Table};
+use robot::Robot;
+use serde::Deserialize;
+
+use crate::error::Error;
+
+/// Relative standard deviation of a gain from a data sheet.
+const GAIN_DEVIATION: f64 = 0.2;
+/// Positions that are whole numbers are counts if one is at least this.
+const MIN_COUNT: f64 = 300.0;
+/// Largest position in per cent, with an allowance for rounding.
+const MAX_PERCENT: f64 = 100.5;
+/// Mean of two limits, in per cent of both: the position 0 of a normalised joint.
+const HALF: f64 = 0.5;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HobbyArms {
+    servos: BTreeMap<String, Servo>,
+    arms: BTreeMap<String, Arm>,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Servo {
+    counts: f64,
+    zero: f64,
+    #[serde(rename = "gear")]
+    _gear: f64,
+    stall_nm: f64,
+    stall_a: Option<f64>,
+    #[serde(default)]
+    no_load_a: f64,
+    current_ma: Option<f64>,
+    #[serde(default)]
+    load: bool,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Arm {
+    #[serde(default)]
+    normalised: bool,
+    source: String,
+    joints: Vec<(String, String, f64)>,
+}
+
+/// The servo of each coordinate with the number of servos that turn it, whether positions may be normalised, and the source.
+type ArmServos = (Vec<(Servo, f64)>, bool, String);
+
+/// How an arm writes positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Counts,
+    Degrees,
+    Normalised,
+    Radians,
+}
+
+/// What an arm adds to a proposal of columns.
+#[derive(Clone, Debug, Default)]
+pub struct DriveProposal {
+    /// Lists of the transmission, one number per joint.
+    pub transmission: Vec<Proposed>,
+    /// The gains as a field of a request, and why; `None` if the torques need none or no source gives them.
+    pub gains: Option<Proposed>,
+}
+
+/// Completes the proposal for a log by what is known of the arm `name`, which is `so101` or, with the form of its positions,
+/// `so101:degrees`. The name of a servo stands for an arm with this servo in each joint.
+///
+/// Fails if the arm or the form is unknown, or if the robot does not fit it. What no value tells is added to `proposal.missing`.
+pub(super) fn complete(
+    robot: &Robot,
+    table: &Table,
+    name: &str,
+    proposal: &mut Proposal,
+) -> Result<DriveProposal, Error> {
+    let data: HobbyArms = linear_model::yaml::read(include_str!("hobby_arms.yaml")).map_err(Error::new)?;
+    let (arm, form) = name.split_once(':').map_or((name, None), |(arm, form)| (arm, Some(form)));
+    let (servos, is_normalised, source) = servos_of(robot, &data, arm)?;
+    let mut found = DriveProposal::default();
+    let Some(mapping) = proposal.mapping.clone() else { return Ok(found) };
+    let form = match form.map(form_of).transpose()? {
+        Some(form) => form,
+        None => match seen_form(table, &mapping, is_normalised) {
+            Some(form) => form,
+            None => {
+                proposal.missing.push(format!(
+                    "positions within -100 and 100 are degrees or normalised: name the arm `{arm}:degrees` or \
+                     `{arm}:normalised`"
+                ));
+                proposal.mapping = None;
+                return Ok(found);
+            }
+        },
+    };
+    let unit = match form {
+        Form::Counts => format!("ticks({})", servos[0].0.counts),
+        Form::Degrees => "deg".into(),
+        Form::Normalised | Form::Radians => "rad".into(),
+    };
+    let reason = match form {
+        Form::Normalised => format!("of {arm}, normalised over the limits of the joints; see `transmission`"),
+        _ => format!("positions of {arm}: {source}"),
+    };
+    put_unit(proposal, Quantity::Position, unit, reason);
+    found.transmission = transmission(robot, &servos, form)?;
+    found.gains = gains(robot, table, &servos, &mapping, proposal);
+    let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
+    proposal.mapping =
+        Some(Columns::find(table, &coordinates, &proposal.names).map_err(|e| Error::new(e.to_string()))?);
+    Ok(found)
+}
+
+fn form_of(word: &str) -> Result<Form, Error> {
+    match word {
+        "counts" => Ok(Form::Counts),
+        "degrees" => Ok(Form::Degrees),
+        "normalised" => Ok(Form::Normalised),
+        "radians" => Ok(Form::Radians),
+        _ => Err(Error::new(format_args!(
+            "the form of an arm's positions is counts, degrees, normalised or radians, not `{}`",
+            gate::shown::line(word)
+        ))),
+    }
+}
+
+/// The servo of each coordinate with the number of servos that turn it, whether the positions may be normalised, and the source.
+fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<ArmServos, Error> {
+    let n = robot.coordinates.len();
+    if let Some(servo) = data.servos.get(arm) {
+        return Ok((vec![(servo.clone(), 1.0); n], false, servo.source.clone()));
+    }
+    let Some(found) = data.arms.get(arm) else {
+        let known: Vec<&str> = data.arms.keys().chain(data.servos.keys()).map(String::as_str).collect();
+        return Err(Error::new(format_args!(
+            "the arm `{}` is not known{}; known are {}",
+            gate::shown::line(arm),
+            did_you_mean(arm, known.iter().copied()),
+            known.join(", ")
+        )));
+    };
+    if n > found.joints.len() {
+        return Err(Error::new(format_args!(
+            "the arm `{arm}` has {} joints, and the description has {n}: [lock] those that are not of the arm",
+            found.joints.len()
+        )));
+    }
+    // A joint is found by its name; joints with other names are numbered as in the arm.
+    let servo = |k: usize| {
+        let name = robot.coordinates[k].name.to_lowercase();
+        let joint = found.joints.iter().find(|joint| name.contains(&joint.0)).unwrap_or(&found.joints[k]);
+        data.servos.get(&joint.1).map(|servo| (servo.clone(), joint.2))
+    };
+    let servos: Option<Vec<(Servo, f64)>> = (0..n).map(servo).collect();
+    let servos = servos.ok_or_else(|| Error::new(format_args!("the arm `{arm}` has a servo without data")))?;
+    Ok((servos, found.normalised, found.source.clone()))
+}
+
+/// The form of the positions by their values; `None` if they may be degrees as well as normalised.
+fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Form> {
+    let columns: Vec<&[f64]> = mapping.position.iter().map(|source| table.columns[source.column].as_slice()).collect();
+    let largest = columns.iter().flat_map(|column| column.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
+    let is_whole = columns.iter().all(|column| column.iter().all(|x| x.fract() == 0.0));
+    match () {
+        () if is_whole && largest >= MIN_COUNT => Some(Form::Counts),
+        () if largest <= TAU => Some(Form::Radians),
+        () if largest > MAX_PERCENT || !is_normalised => Some(Form::Degrees),
+        () => None,
+    }
+}
+
+/// The lists of the transmission that a form of positions needs.
+fn transmission(robot: &Robot, servos: &[(Servo, f64)], form: Form) -> Result<Vec<Proposed>, Error> {
+    let list = |key: &'static str, numbers: Vec<f64>, reason: &str| {
+        // Six digits are finer than a count.
+        let each: Vec<String> = numbers.iter().map(|x| format!("{x:.6}")).collect();
+        Proposed { key, value: format!("[{}]", each.join(", ")), reason: reason.into() }
+    };
+    match form {
+        Form::Counts => {
+            let offsets = servos.iter().map(|(servo, _)| -servo.zero * TAU / servo.counts).collect();
+            Ok(vec![list("offsets", offsets, "the middle of a turn is the angle 0; `rist doctor` tests it")])
+        }
+        Form::Normalised => {
+            let of = |coordinate: &robot::Coordinate| {
+                let (low, high) = coordinate.limits.position.unwrap_or_default();
+                let is_limited = high > low && (high - low).is_finite();
+                let is_gripper = coordinate.name.to_lowercase().contains("gripper");
+                let zero = if is_gripper { low } else { HALF * (low + high) };
+                let percent = if is_gripper { 100.0 } else { 200.0 };
+                is_limited.then_some((percent / (high - low), zero)).ok_or_else(|| {
+                    let name = &coordinate.name;
+                    Error::new(format_args!("normalised positions need the limits of {name} in the description"))
+                })
+            };
+            let all: Vec<(f64, f64)> = robot.coordinates.iter().map(of).collect::<Result<_, _>>()?;
+            let (ratios, offsets): (Vec<f64>, Vec<f64>) = all.into_iter().unzip();
+            Ok(vec![
+                list("ratios", ratios.clone(), "per cent per radian, from the limits of the description"),
+                list("offsets", offsets, "the middle of the range; of a gripper its lower limit"),
+                list("scales", ratios, "so that the ratios count for positions alone"),
+            ])
+        }
+        Form::Degrees | Form::Radians => Ok(Vec::new()),
+    }
+}
+
+/// Sets the unit of the efforts, and returns the gains of currents.
+fn gains(
+    robot: &Robot,
+    table: &Table,
+    servos: &[(Servo, f64)],
+    mapping: &Columns,
+    proposal: &mut Proposal,
+) -> Option<Proposed> {
+    let is_raw = mapping.effort.iter().all(|source| table.columns[source.column].iter().all(|x| x.fract() == 0.0));
+    let word = |unit: &Option<String>| {
+        let first = unit.as_deref().and_then(|unit| unit.split_whitespace().next());
+        first.filter(|word| word.starts_with("int") || word.starts_with("signbit")).map(|word| format!("{word} "))
+    };
+    match mapping.effort_is {
+        Quantity::Torque if is_raw => {
+            let stalls: Vec<f64> = servos.iter().map(|(servo, number)| number * servo.stall_nm).collect();
+            if stalls.iter().any(|stall| *stall != stalls[0]) {
+                let why =
+                    "a load in 0.1 % of the stall torque, which differs by joint: name the columns `current` instead";
+                proposal.missing.push(why.into());
+                return None;
+            }
+            let unit = format!("{}permille({} N m)", word(&proposal.names.units.torque).unwrap_or_default(), stalls[0]);
+            let reason = format!("0.1 % of the stall torque: {}", servos[0].0.source);
+            put_unit(proposal, Quantity::Torque, unit, reason);
+            None
+        }
+        Quantity::Current => {
+            let count_ma = servos.iter().find_map(|(servo, _)| servo.current_ma).unwrap_or(1.0);
+            if is_raw {
+                let unit = format!("{}counts({count_ma} mA)", word(&proposal.names.units.current).unwrap_or_default());
+                put_unit(proposal, Quantity::Current, unit, "of the servo's register".into());
+            }
+            let gain = |(servo, number): &(Servo, f64)| match servo.stall_a {
+                Some(stall_a) if !servo.load => Some(number * servo.stall_nm / (stall_a - servo.no_load_a)),
+                _ if servo.load && is_raw => Some(number * servo.stall_nm / count_ma),
+                _ => None,
+            };
+            let each = robot.coordinates.iter().zip(servos).filter_map(|(coordinate, servo)| {
+                let gain = gain(servo)?;
+                Some(format!("{}={gain:.3}+-{:.3}", coordinate.name, GAIN_DEVIATION * gain))
+            });
+            let value = each.collect::<Vec<String>>().join(",");
+            let reason = "stall torque over stall current, with a standard deviation of 20 %".into();
+            (!value.is_empty()).then_some(Proposed { key: "gain", value, reason })
+        }
+        _ => None,
+    }
+}
+
+/// Puts a unit in place of the proposed one.
+fn put_unit(proposal: &mut Proposal, quantity: Quantity, unit: String, reason: String) {
+    let units = &mut proposal.names.units;
+    let (key, place) = match quantity {
+        Quantity::Position => ("position", &mut units.position),
+        Quantity::Torque => ("torque", &mut units.torque),
+        _ => ("current", &mut units.current),
+    };
+    *place = Some(unit.clone());
+    proposal.units.retain(|line| line.key != key);
+    proposal.units.push(Proposed { key, value: format!("\"{unit}\""), reason });
+}
