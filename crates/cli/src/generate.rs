@@ -36,18 +36,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     #[cfg(feature = "packages")]
-    {
-        let package = arguments.package.read()?;
-        if package.target.is_some() {
-            let options_file = arguments.package.file("options");
-            let out = arguments.out.as_deref();
-            return crate::packages::write(&arguments.model, &request, &package, options_file, out);
-        }
-        if package.options.is_some() {
-            return Err(Failure::new(
-                "[options] say the units of the drives of a package: name its [target], or leave them out",
-            ));
-        }
+    if let Some(package) = crate::packages::wanted(&arguments.package)? {
+        return crate::packages::write(&arguments.model, &request, &package, arguments.out.as_deref());
     }
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
     // With an estimate, its values become constants, and the model is read with the options of the estimate.

@@ -1,7 +1,7 @@
 //! `rist generate --as`, of the wing (optional package) `packages`: writes a folder that runs a model on a robot.
 
 use std::fs::create_dir_all;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use packages::PackageRequest;
 use rist::request::spelling::flags;
@@ -9,15 +9,27 @@ use rist::request::{GenerateRequest, Request};
 
 use crate::artefact::{make_directory, read_estimate, write_file};
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print};
 
-/// Writes the package of `request` into the folder `out`.
+/// The package that the flags ask for: its request and the file of its options. `None`: no package.
+pub(crate) fn wanted(flags: &Flags<PackageRequest>) -> Result<Option<(PackageRequest, PathBuf)>, Failure> {
+    let request = flags.read()?;
+    match (request.target, &request.options) {
+        (Some(_), _) => Ok(Some((request, flags.file("options").to_path_buf()))),
+        (None, Some(_)) => Err(Failure::new(
+            "[options] say the units of the drives of a package: name its [target], or leave them out",
+        )),
+        (None, None) => Ok(None),
+    }
+}
+
+/// Writes the package `wanted` into the folder `out`.
 pub(crate) fn write(
     arguments: &ModelArguments,
     generate: &GenerateRequest,
-    request: &PackageRequest,
-    options_file: &Path,
+    (request, options_file): &(PackageRequest, PathBuf),
     out: Option<&Path>,
 ) -> Result<(), Failure> {
     let fixed = |name: &&str| ["functions", "symbols", "language"].contains(name);

@@ -50,7 +50,7 @@ impl ColumnNames {
     /// Fails if the text is no unit of the quantity.
     pub fn unit(&self, quantity: Quantity) -> Result<(String, f64), String> {
         if let Some(text) = self.units.of(quantity) {
-            return given_unit(quantity, text).map(|unit| (unit.name, unit.factor));
+            return given_unit(quantity, text).map(|unit| (written(&unit.name).to_string(), unit.factor));
         }
         let pattern = match quantity {
             Quantity::Position => &self.position,

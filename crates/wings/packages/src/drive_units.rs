@@ -144,7 +144,7 @@ mod tests {
         let said =
             |text: &str| DriveUnits::of(&planar(), &Estimate::default(), &options(text)).unwrap_err().to_string();
         assert!(said("columns: {units: {current: mA}}").contains("the drive of q1 has no gain, N m/A"));
-        assert!(said("columns: {goal: g_{}}").contains("N m/rad"));
+        assert!(said("columns: {goal: 'g_{}'}").contains("N m/rad"));
         assert!(said("transmission: {ratios: [1]}").contains("[options]: transmission: ratios needs 2"));
         assert!(said("columns: {free: [q9]}").contains("q9"));
     }

@@ -2,7 +2,7 @@
 
 use logs::Effort;
 use rist::describe::source::{IdentifiedValues, Language};
-use rist::{Error, Estimate, Model, Options};
+use rist::{Error, Estimate, Model};
 use robot::CoordinateId;
 
 use crate::drive_units::DriveUnits;
@@ -56,7 +56,7 @@ pub fn package(
             robot.name
         )));
     }
-    let drives = DriveUnits::of(model, estimate, &request.options.clone().unwrap_or_else(Options::default))?;
+    let drives = DriveUnits::of(model, estimate, &request.options.clone().unwrap_or_default())?;
     let limits = limits(model, &drives.is_driven)?;
     let prefix = modeling::module(robot, &[]).map_err(Error::new)?.name;
     let parts = PackageParts { model, values, drives, limits, made_by, prefix };

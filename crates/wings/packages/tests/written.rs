@@ -25,7 +25,7 @@ const FRICTION: [f64; 6] = [0.2, 0.15, 0.05, 0.1, 0.08, -0.02];
 /// Currents in counts, one of the motors turned round.
 const CURRENTS: &str = "columns: {units: {position: ticks(4096), velocity: counts(0.024 rad/s), current: counts(2.69 mA)}}\n\
                         transmission: {ratios: [-1, 1], drive_gains: [1.8, 0.9], offsets: [0.1, 0]}\n";
-const GOALS: &str = "columns: {goal: g_{}, units: {position: ticks(4096), velocity: counts(0.024 rad/s)}}\n\
+const GOALS: &str = "columns: {goal: 'g_{}', units: {position: ticks(4096), velocity: counts(0.024 rad/s)}}\n\
                      transmission: {drive_gains: [60, 30]}\n";
 
 fn odd() -> Model {

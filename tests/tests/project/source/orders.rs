@@ -2,7 +2,7 @@
 
 /// Folders and files of each `src`, from bottom to top. A file may import only entries before its own place
 /// in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 26] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
