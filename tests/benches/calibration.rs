@@ -47,10 +47,10 @@ const ARMS: [(&str, &str); 12] = [
         "rail and 6R",
         "-,pi/2,0,P,0|1,-pi/2,0,R,0.4|2,-pi/2,0.15,R,0|3,0,0.6,R,0|4,-pi/2,0.1,R,0.65|5,pi/2,0,R,0|6,-pi/2,0,R,0",
     ),
-    ("parallelogram", "-,0,0,R,0.4|1,-pi/2,0.15,R,0|2,0,0.6,F,0|3,-pi/2,0.1,R,0.6|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
+    ("6R tilted", "-,0,0,R,0.4|1,-pi/4,0.15,R,0|2,0,0.6,R,0|3,-pi/2,0.1,R,0.6|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
 ];
 
-/// A robot of a list of links: antecedent, alpha, d, joint (R, P; F: a joint that keeps its link level), r.
+/// A robot of a list of links: antecedent, alpha, d, joint (R, P), r.
 fn robot(name: &str, links: &str) -> Robot {
     let all: Vec<Vec<&str>> = links.split('|').map(|link| link.split(',').collect()).collect();
     let names: Vec<String> = (1..=all.len()).map(|k| format!("q{k}")).collect();
@@ -63,8 +63,6 @@ fn robot(name: &str, links: &str) -> Robot {
         let q = &names[k];
         items.push(match link[3] {
             "P" => format!("joint: prismatic, r: {q} + {}", link[4]),
-            // Driven from the base by a parallelogram: its motor turns it against the base.
-            "F" => format!("theta: {q} - q{k}, r: {}", link[4]),
             _ => format!("theta: {q}, r: {}", link[4]),
         });
         let _ = writeln!(text, "  - {{{}}}", items.join(", "));
