@@ -51,6 +51,7 @@ fn made(model: &Model, target: PackageTarget, options: &str) -> Result<Vec<packa
         friction: FRICTION.iter().copied().cycle().take(3 * n).collect(),
         left_out: vec!["stribeck of q1".into()],
         logs: vec!["log */ .csv".into()],
+        monitor: None,
     };
     let options = (!options.is_empty()).then(|| Options::parse("options.yaml", options).unwrap());
     let request = PackageRequest { target: Some(target), options };
