@@ -92,13 +92,8 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str, monitor: Optio
         }
         header += &format!("\n{}{head};\n", comment(&documented.doc));
     }
-    if let Some(controller) = controller {
-        let (declared, defined) = controller.c(prefix);
-        header += &declared;
-        source += &defined;
-    }
-    if let Some(monitor) = monitor {
-        let (declared, defined) = monitor.c(prefix);
+    let parts = [controller.map(|controller| controller.c(prefix)), monitor.map(|monitor| monitor.c(prefix))];
+    for (declared, defined) in parts.into_iter().flatten() {
         header += &declared;
         source += &defined;
     }

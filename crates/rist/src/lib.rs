@@ -134,4 +134,4 @@ pub use logs::{
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;
 pub use robot::format::{AngleSnapping, Mimic, READ_EXTENSIONS, read_text, text_of};
-pub use robot::{Inertial, LinkId, Place, Robot};
+pub use robot::{Inertial, LinkId, Place, Pose, Robot};

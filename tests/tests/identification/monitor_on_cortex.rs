@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rist::Model;
-use rist::describe::source::{IdentifiedValues, Language};
+use rist::describe::source::{GeneratedSource, IdentifiedValues, Language};
 use rist::request::{GenerateRequest, IdentifyRequest};
 use tests::on_robot::{Carried, Push, Scene};
 use tests::program::{done, folder};
@@ -144,14 +144,27 @@ fn a_cycle_fits_a_microcontroller() {
     let push = Push { link: 4, from: 0.5, to: 0.7, force: [40.0, 40.0, 0.0], largest: None };
     let loads = vec![Carried { from: 1.0, to: 9.0, load }];
     let (busy, _) = Scene { seconds: 4.0, seed: 9, pushes: vec![push], loads, ..quiet }.log();
-    let rows: Vec<String> = (0..busy.t.len())
+    let said = run_on_cortex(&model.robot.name, source, &busy);
+    let numbers: Vec<u32> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [least, most, stack, monitor, seen] = numbers[..] else { panic!("{said}") };
+    println!("{least} to {most} instructions a cycle, {stack} bytes of stack, {monitor} bytes of state");
+    // Contact, its beginning and a change of the load were there.
+    assert_eq!(seen, 1 + 2 + 4, "{said}");
+    assert!(most <= MOST_INSTRUCTIONS && stack + monitor <= MOST_BYTES, "{said}");
+    // The same time in every cycle, within 5 %.
+    assert!(f64::from(most) < 1.05 * f64::from(least), "{said}");
+}
+
+/// Compiles the source with a table of the rows of a log, and runs it. Returns what it prints.
+fn run_on_cortex(prefix: &str, source: GeneratedSource, log: &logs::Log) -> String {
+    let n = log.q.len();
+    let rows: Vec<String> = (0..log.t.len())
         .map(|r| {
-            let series = busy.q.iter().chain(busy.dq.as_ref().unwrap()).chain(&busy.effort);
+            let series = log.q.iter().chain(log.dq.as_ref().unwrap()).chain(&log.effort);
             format!("    {{{}}},\n", series.map(|x| format!("{:e}f", x[r])).collect::<Vec<_>>().join(", "))
         })
         .collect();
     let here = folder("monitor_on_cortex");
-    let prefix = model.robot.name.clone();
     let states = format!(
         "#define STATES {}\n#define JOINTS {n}\n#define PERIOD 0.002f\nstatic const float states[STATES][3 * JOINTS] = {{\n{}}};\n",
         rows.len(),
@@ -161,7 +174,7 @@ fn a_cycle_fits_a_microcontroller() {
         ("arm.c", source.text),
         ("arm.h", source.header.unwrap()),
         ("states.h", states),
-        ("firmware.c", FIRMWARE.replace("ROBOT", &prefix)),
+        ("firmware.c", FIRMWARE.replace("ROBOT", prefix)),
         ("firmware.ld", LINKER.to_string()),
     ];
     files.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
@@ -185,13 +198,5 @@ fn a_cycle_fits_a_microcontroller() {
         .current_dir(&here)
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
-    let numbers: Vec<u32> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-    let [least, most, stack, monitor, seen] = numbers[..] else { panic!("{said}") };
-    println!("{least} to {most} instructions a cycle, {stack} bytes of stack, {monitor} bytes of state");
-    // Contact, its beginning and a change of the load were there.
-    assert_eq!(seen, 1 + 2 + 4, "{said}");
-    assert!(most <= MOST_INSTRUCTIONS && stack + monitor <= MOST_BYTES, "{said}");
-    // The same time in every cycle, within 5 %.
-    assert!(f64::from(most) < 1.05 * f64::from(least), "{said}");
+    String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr)
 }

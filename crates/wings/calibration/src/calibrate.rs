@@ -9,8 +9,9 @@ use robot::{Format, LinkId, Robot};
 
 use crate::base_geometry::{GeometricBase, geometric_base};
 use crate::chain::{Chain, Convention};
-use crate::fit::{Fit, Fitter, Noise};
-use crate::folds::{Candidate, PredictionError, error_on};
+use crate::fit::Noise;
+use crate::folds::{Candidate, error_on};
+use crate::level::{Level, far_zeros};
 use crate::measurement::{Posture, Problem, Unknowns};
 use crate::mistakes::{Mistake, mistakes, share};
 use crate::parameter::{Parameter, ParameterGroup, ParameterNames};
@@ -23,32 +24,11 @@ use crate::verdict::{CalibrationVerdict, verdict};
 const FIRST_NOISE: Noise = Noise { length: 5e-3, angle: 5e-3 };
 /// A fit without a prior needs this many rows per parameter.
 const ROWS_PER_PARAMETER: f64 = 1.25;
-/// A zero above this is far off, rad (m).
-const FAR_ZERO: f64 = 1.0;
 /// Level of the printed intervals.
 const LEVEL: f64 = 0.95;
 
 /// The holding torques of all coordinates at a position of all coordinates and a mass of the load, N m (N).
 pub type HoldingTorque<'a> = &'a dyn Fn(&[f64], f64) -> Vec<f64>;
-
-/// A fit of some groups of parameters, with its error on postures that were left out.
-#[derive(Clone, Debug)]
-pub struct Level {
-    /// What is fitted: `frames`, `zeros`, `geometry`, `stiffness`.
-    pub what: &'static str,
-    /// The base parameters at any posture.
-    pub base: GeometricBase,
-    /// Base parameters that these postures do not determine.
-    pub undetermined: Vec<usize>,
-    /// The fit of all postures.
-    pub fit: Fit,
-    /// Standard deviation of the errors of the geometry in the prior, m and rad; `None`: no prior.
-    pub deviation: Option<f64>,
-    /// Error on the fitted postures.
-    pub fitted: PredictionError,
-    /// Error on postures left out in turn.
-    pub left_out: PredictionError,
-}
 
 /// The result of a calibration.
 pub struct Calibration {
@@ -239,12 +219,6 @@ fn fitted(
     Ok((levels, found))
 }
 
-/// The coordinates of the chain whose zeros are far off: indices of [`Chain::coordinates`].
-pub(crate) fn far_zeros(problem: &Problem, at: &Unknowns) -> Vec<usize> {
-    let count = problem.chain.coordinates.len();
-    (0..count).filter(|&k| at.chain[k].abs() > FAR_ZERO).collect()
-}
-
 /// One level: fitted, with the prior that predicts best, and predicted fold by fold.
 fn level(problem: &Problem, what: &'static str, base: GeometricBase, from: &(Unknowns, Noise)) -> Result<Level, Error> {
     let rows = problem.linearised(&from.0);
@@ -297,26 +271,4 @@ impl Calibration {
         let postures = self.problem.postures.iter().zip(&level.fit.used);
         postures.filter(|(_, used)| !**used).map(|(posture, _)| posture.line).collect()
     }
-}
-
-/// A gear scale that was tested: the coordinate, its estimate with its standard deviation, and how sure a fault would show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TestedGear {
-    pub coordinate: usize,
-    /// Estimate and standard deviation; `None` if the postures do not determine it.
-    pub estimate: Option<(f64, f64)>,
-}
-
-/// Tests each gear scale alone: the derivative by the scale, without what the fitted parameters explain of it.
-pub(crate) fn tested_gears(problem: &Problem, level: &Level) -> Vec<TestedGear> {
-    let fit = &level.fit;
-    let all: Vec<usize> = (0..problem.postures.len()).collect();
-    let fitter = Fitter { problem, active: &fit.active, prior: None, rows: &all };
-    let of = |(k, parameter): (usize, &Parameter)| match parameter {
-        Parameter::Gear { coordinate } => {
-            Some(TestedGear { coordinate: *coordinate, estimate: fitter.one_more(fit, k) })
-        }
-        _ => None,
-    };
-    problem.parameters.iter().enumerate().filter_map(of).collect()
 }

@@ -15,6 +15,7 @@ mod fit;
 mod folds;
 #[cfg(test)]
 mod laws;
+mod level;
 mod measurement;
 mod mistakes;
 mod parameter;
@@ -28,11 +29,12 @@ mod verdict;
 mod write_back;
 
 pub use base_geometry::{GeometricBase, geometric_base};
-pub use calibrate::{CalibratedParameter, Calibration, HoldingTorque, Level, calibrate, calibrate_table, chain_of};
+pub use calibrate::{CalibratedParameter, Calibration, HoldingTorque, calibrate, calibrate_table, chain_of};
 pub use chain::{Chain, Convention, Derivatives, Placed, Twist};
 pub use corrections::{CalibrationOptions, MeasurementColumns, TableCorrections};
 pub use fit::{Fit, Noise};
 pub use folds::PredictionError;
+pub use level::Level;
 pub use measurement::{Linearised, MeasurementKind, Posture, Problem, ResidualKind, Unknowns};
 pub use mistakes::Mistake;
 pub use parameter::{Letter, NamedParameter, Parameter, ParameterGroup, ParameterNames};

@@ -9,9 +9,10 @@ use robot::{Robot, format::roll_pitch_yaw};
 use serde_json::{Value, json};
 
 use crate::base_geometry::geometric_base;
-use crate::calibrate::{CalibratedParameter, Calibration, Level, chain_of, names_of};
+use crate::calibrate::{CalibratedParameter, Calibration, chain_of, names_of};
 use crate::chain::Placed;
 use crate::folds::PredictionError;
+use crate::level::Level;
 use crate::measurement::{MeasurementKind, Posture, Problem};
 use crate::parameter::ParameterGroup;
 use crate::request::CalibrateRequest;

@@ -10,8 +10,8 @@ use identification::estimate::topics::{LOG, PARAMETERS, ZERO, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
 use numerics::student::two_sided_quantile;
 
-use crate::calibrate::{Level, far_zeros, tested_gears};
 use crate::folds::PredictionError;
+use crate::level::{Level, TestedGear, far_zeros, tested_gears};
 use crate::measurement::Problem;
 use crate::mistakes::{Mistake, spread};
 use crate::parameter::ParameterNames;
@@ -203,7 +203,7 @@ fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Cla
     let freedom = level.fit.freedom;
     let limit = two_sided_quantile(GEAR_LEVEL / gears.len().max(1) as f64, freedom);
     let power = limit + two_sided_quantile(2.0 * (1.0 - POWER), freedom);
-    let claim = |gear: &crate::calibrate::TestedGear| {
+    let claim = |gear: &TestedGear| {
         let name = &names.coordinates[gear.coordinate];
         let subject = Subject::of(GEAR, [name]);
         match gear.estimate {

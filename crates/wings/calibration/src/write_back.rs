@@ -4,8 +4,9 @@ use rist::write_back::write_origins;
 use rist::{Error, Estimate, KnownLoad, Model};
 use robot::{Pose, Robot};
 
-use crate::calibrate::{Calibration, Level};
+use crate::calibrate::Calibration;
 use crate::chain::{Convention, Placed};
+use crate::level::Level;
 use crate::parameter::Parameter;
 
 /// The URDF `text` with the calibrated origins of the joints; zeros are part of the origins. All other bytes stay.

@@ -3,7 +3,7 @@
 use rist::Error;
 
 use crate::names::comment;
-use crate::package::{PackageFile, PackageParts};
+use crate::parts::{PackageFile, PackageParts};
 
 /// The files of the package. Fails if the functions of the robot cannot be derived.
 pub(crate) fn files(parts: &PackageParts) -> Result<Vec<PackageFile>, Error> {

@@ -7,7 +7,7 @@ use rist::Error;
 use rist::describe::source::function_named;
 
 use crate::names::{numbers, quoted};
-use crate::package::{PackageFile, PackageParts};
+use crate::parts::{PackageFile, PackageParts};
 use crate::python::definition;
 
 /// The files of the package. Fails if the drives take torques, or if the functions of the robot cannot be derived.

@@ -14,10 +14,12 @@ mod drive_units;
 mod lerobot;
 mod names;
 mod package;
+mod parts;
 mod python;
 mod request;
 mod ros2_control;
 
 pub use drive_units::DriveUnits;
-pub use package::{PackageFile, package};
+pub use package::package;
+pub use parts::PackageFile;
 pub use request::{PackageRequest, PackageTarget, wing};

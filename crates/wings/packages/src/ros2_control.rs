@@ -3,7 +3,7 @@
 use rist::Error;
 
 use crate::names::{comment, numbers, quoted, ros_package, xml};
-use crate::package::{PackageFile, PackageParts};
+use crate::parts::{PackageFile, PackageParts};
 
 /// The files of the package, each with its template.
 const TEMPLATES: [(&str, &str); 8] = [

@@ -244,7 +244,7 @@ fn text_of(here: &Path, file: &str) -> String {
     std::fs::read_to_string(here.join(file)).unwrap()
 }
 
-/// A README of one screen names units, limits, the rule for late states, what is left out and what was not tried.
+/// A README of one screen names units, limits, the rule for late states, which friction is missing and what was not tried.
 fn check_readme(text: &str) {
     for said in [
         "**Units",

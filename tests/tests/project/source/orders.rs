@@ -249,8 +249,9 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "start",
             "mistakes",
             "request",
-            "calibrate",
+            "level",
             "verdict",
+            "calibrate",
             "write_back",
             "report",
         ],
@@ -271,7 +272,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
     ),
     (
         "crates/wings/packages",
-        &["request", "names", "drive_units", "package", "python", "arduino", "lerobot", "ros2_control"],
+        &["request", "names", "drive_units", "parts", "python", "arduino", "lerobot", "ros2_control", "package"],
     ),
     (
         "crates/wings/formulas",
