@@ -249,11 +249,15 @@ fn the_pages_that_run_at_the_root_hold() {
 }
 
 #[test]
+fn the_page_on_contact_and_load_holds() {
+    holds("docs/how-to/watch-a-robot.md", &folder("watch_a_robot"));
+}
+
+#[test]
 fn the_pages_that_run_in_a_folder_hold() {
     for (page, files_of) in [
         ("docs/how-to/units-and-gains.md", "docs/tutorial.md"),
         ("docs/how-to/describe-a-robot-with-loops.md", "docs/how-to/describe-a-robot-with-loops.md"),
-        ("docs/how-to/watch-a-robot.md", "docs/how-to/watch-a-robot.md"),
     ] {
         let here = folder(&page.replace('/', "_"));
         write_files(files_of, &here);
