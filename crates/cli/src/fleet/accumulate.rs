@@ -15,7 +15,7 @@ use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 use rist::output::{check_given_once, check_output};
 
-/// Add logs up into sums, which rist merge, rist solve and rist compare take instead of the logs
+/// Add logs up into sums, for rist merge, rist solve and rist compare
 ///
 /// The logs are read as rist identify reads them. All parts of one sum need the same cut-off. Give it, or take all
 /// settings of the first part with --like. Without either, it follows from the motion of all logs given here, which are

@@ -31,7 +31,7 @@ mod tests {
     #[test]
     fn all_directions_give_the_covariance_and_few_the_largest_part() {
         let p = 12;
-        let root = DMatrix::from_fn(p, p, |i, j| ((3 * i + 7 * j) as f64).sin() / (1.0 + j as f64).powi(2));
+        let root = DMatrix::from_fn(p, p, |i, j| ((7 * i * i + 13 * i * j) % 11) as f64 / (1.0 + j as f64).powi(2));
         let covariance = &root * root.transpose();
         let rows = DMatrix::from_fn(40, p, |i, j| ((i * (j + 1)) as f64 * 0.37).cos());
         let (factor, held) = directions(&covariance, &(rows.transpose() * &rows));
