@@ -13,7 +13,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print_result};
 
-/// Find contact, loads and drift of friction in a log, cycle by cycle as a robot would
+/// Find contact, loads and drift of friction in a log, as a robot would
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

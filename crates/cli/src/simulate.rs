@@ -13,7 +13,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, at_work, print_result};
 
-/// Simulate a plan or an exciting motion in closed loop, with friction, noise, drive gains
+/// Simulate a plan or an exciting motion in closed loop, with friction and noise
 ///
 /// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters and the
 /// friction behind them; with a load also logs that carry it, and truth_loaded.yaml with the parameters behind those. The logs hold currents, or torques where no drive gain is known.
