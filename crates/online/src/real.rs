@@ -52,7 +52,7 @@ macro_rules! real {
                 x as $number
             }
 
-            /// Newton's iteration [Heron]; each step doubles the number of exact bits. It starts from a root within 4 %.
+            /// Newton's iteration. Each step doubles the number of exact bits. It starts from a root within 4 %.
             #[inline]
             fn sqrt(self) -> Self {
                 if !(self > 0.0 && self.is_finite()) {

@@ -57,7 +57,7 @@ pub struct CalibratedParameter {
     pub parameter: Parameter,
     /// Its printed name.
     pub name: String,
-    /// The fitted value; for frames the value is in [`Fit::unknowns`], and this is 0.
+    /// The fitted value; for frames the value is in [`crate::Fit::unknowns`], and this is 0.
     pub value: f64,
     /// Standard deviation.
     pub sigma: f64,
