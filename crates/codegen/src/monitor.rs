@@ -7,7 +7,7 @@
 /// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
-    /// Number n of joints, and number p of base parameters.
+    /// Number n of joints.
     pub joints: usize,
     /// Number p of base parameters.
     pub parameters: usize,

@@ -11,8 +11,7 @@
 //! Payload             r, filtered load_momentum          -> ten parameters of a load, their sigma, which are not determined yet
 //! Drift               r, speed                           -> change of viscous friction, Coulomb friction and offset
 //! ```
-//! No memory is allocated, nothing panics, and every call takes the same time, so the crate is for `no_std` control loops. The
-//! numbers are f64 or f32. Units are SI: N m for torques of revolute joints, N for prismatic joints.
+//! No memory is allocated and nothing panics, so the crate is for `no_std` control loops. The numbers are f64 or f32. Units are SI: N m for torques of revolute joints, N for prismatic joints.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,8 +1,8 @@
-//! Finds by itself when a load is picked up or put down, and tells it from contact.
+//! Finds by itself when a load is picked up or put down, and distinguishes it from contact.
 //!
 //! Both begin as external torque. When contact begins, a new estimate of the load starts. If contact lasts for a decision time,
-//! the new load explains the torques, and the motion determines its mass, then the load has changed; the former estimate is dropped. If contact ends earlier, the
-//! former load is kept. A person who leans on a robot at rest is not distinguishable from a load; motion distinguishes both.
+//! the new load explains the torques, and the motion determines its mass, then the load has changed, and the former estimate is
+//! dropped. If contact ends earlier, the former load is kept. A person who leans on a robot at rest is not distinguishable from a load; motion distinguishes both.
 
 use crate::contact::Contact;
 use crate::payload::{Load, Payload};
@@ -73,11 +73,6 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
     /// The load that the robot carries.
     pub fn carried(&self) -> &Load<R> {
         &self.carried
-    }
-
-    /// The load under test while contact lasts, otherwise the load that the robot carries.
-    pub fn latest(&self) -> Load<R> {
-        if self.phase == Phase::Testing { self.current.load() } else { self.carried }
     }
 
     /// The torque -H x of the carried load, for one row of H.

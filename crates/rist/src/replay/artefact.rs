@@ -51,7 +51,7 @@ impl ContactInterval {
 pub struct CarriedLoad {
     /// Time at which its torque began, s.
     pub start: f64,
-    /// Time at which it was told from contact, s.
+    /// Time at which it was distinguished from contact, s.
     pub found: f64,
     /// Its parameters at the end of the interval. A mass of about zero: the load was put down.
     pub load: Load<f64>,

@@ -34,8 +34,8 @@ pub use monitor::monitor;
 ///
 /// `reference`: logs without contact; if empty, the logs of the estimate. `file`: name of the estimate's file for messages.
 ///
-/// Fails if the verdict of the estimate is no, unless the request says `anyway`; if a log cannot be read; if the logs of the
-/// estimate are not there; and if the log is too slow for the gain of the observer.
+/// Fails if the verdict of the estimate is no, unless the request says `anyway`; if a log cannot be read; and for an
+/// estimate of experiments.
 pub fn replay(
     model: &Model,
     (file, estimate): (&Path, &Estimate),

@@ -50,8 +50,6 @@ struct Run<'a> {
     loads: LoadMonitor<f64, DIRECTIONS>,
     drifts: Vec<Drift<f64>>,
     scales: Vec<NoiseScale<f64>>,
-    /// Time since the start of the record, s.
-    since: f64,
     replay: Replay,
     /// Sum of squared ratios without contact, per joint, and their number.
     squares: Vec<f64>,
@@ -90,7 +88,6 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
         loads: LoadMonitor::new(Payload::new(start, correlation), decision),
         scales: noise.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect(),
         drifts: noise.bands.iter().map(drift).collect(),
-        since: 0.0,
         replay: Replay::new(log.name(), regressor.coordinates().to_vec(), units.collect(), settings.threshold),
         squares: vec![0.0; n],
         count: 0,
@@ -102,7 +99,6 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
 impl Run<'_> {
     fn step(&mut self, cycle: &Cycle) {
         self.observers.step(cycle);
-        self.since = if cycle.period > 0.0 { self.since + cycle.period } else { 0.0 };
         let shared: Vec<[f64; DIRECTIONS]> = cycle.joints.iter().map(|joint| self.noise.shared(&joint.row)).collect();
         let seen = &self.observers.seen;
         let beyond: Vec<f64> = seen.iter().map(|s| s.torque - self.loads.explained(&s.load)).collect();
@@ -163,7 +159,7 @@ impl Run<'_> {
             }
         }
         if self.loads.end() {
-            // The contact that led to the load was none.
+            // The interval of contact that began with the load is no contact.
             let began = self.replay.contacts.pop().map_or(cycle.t, |contact| contact.start);
             let load = *self.loads.carried();
             self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load });
