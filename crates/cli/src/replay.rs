@@ -4,13 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::output::check_output;
+use rist::page::Origin;
 use rist::replay::reference_logs;
 use rist::request::ReplayRequest;
+use rist::request::spelling::Audience;
 
 use crate::artefact::{read_estimate, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
+use crate::report::{command, origin};
 use crate::terminal::{at_work, note, print_result};
 
 /// Find contact, loads and drift of friction in a log, as a robot would
@@ -31,13 +34,21 @@ pub(crate) struct Arguments {
     /// Write external torque, band, contact and load of every cycle as CSV
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
+
+    /// Write a page with contact, loads, drift and the external torques as HTML
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// The date on that page, in any form
+    #[arg(long, requires = "report")]
+    date: Option<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let of_user = [&arguments.model.model, &arguments.estimate, &arguments.log].into_iter().chain(&request.reference);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    arguments.series.iter().try_for_each(|out| check_output(out, &inputs))?;
+    arguments.series.iter().chain(&arguments.report).try_for_each(|out| check_output(out, &inputs))?;
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
     let columns = estimate.options.as_ref().map(|options| options.columns.clone()).unwrap_or_default();
     let open = |path: &PathBuf| {
@@ -54,6 +65,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(&replay, || Ok(replay.to_json()))?;
     if let Some(out) = &arguments.series {
         write_file(out, replay.to_csv())?;
+    }
+    if let Some(out) = &arguments.report {
+        let command = command();
+        let path = model.path.display().to_string();
+        let origin = Origin { model: Some(&path), ..origin(arguments.date.as_deref(), &command) };
+        write_file(out, replay.page(origin, Audience::Program))?;
     }
     Ok(())
 }

@@ -187,7 +187,7 @@ fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, Mo
 }
 
 /// The date, version and command that are printed on a page.
-fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
+pub(crate) fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
     Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
 }
 
@@ -201,7 +201,7 @@ pub(crate) fn set_command(words: &[OsString]) {
 }
 
 /// The command line that a page prints, quoted for a shell.
-fn command() -> String {
+pub(crate) fn command() -> String {
     let quoted =
         |word: String| match word.is_empty() || word.contains(|c: char| c.is_whitespace() || "'\"$`".contains(c)) {
             true => format!("'{}'", word.replace('\'', "'\\''")),

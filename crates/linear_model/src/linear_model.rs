@@ -93,6 +93,28 @@ impl<'a> Model<'a> {
         self.parameters.len()
     }
 
+    /// Dry friction of each joint at standstill, N m (N): the torque of friction in positive direction minus that without
+    /// direction. `x`: values of all parameters.
+    pub fn dry_friction(&self, x: &[f64]) -> Vec<f64> {
+        let (n, base) = (self.n(), self.regressor.parameters().len());
+        let still = |direction: f64| {
+            let (t, used) = (vec![0.0], vec![true; n]);
+            let mut states = States { n, t, used, direction: vec![direction; n], ..States::default() };
+            for x in [&mut states.q, &mut states.dq, &mut states.ddq, &mut states.tau] {
+                x.resize(n, 0.0);
+            }
+            states.motor_direction = vec![direction; self.couplings.len()];
+            let mut torque = vec![0.0; n];
+            self.rows(&states, 0..1, |_, rows| {
+                for (torque, row) in torque.iter_mut().zip(rows.chunks_exact(x.len())) {
+                    *torque = row.iter().zip(x).skip(base).map(|(y, x)| y * x).sum();
+                }
+            });
+            torque
+        };
+        still(1.0).iter().zip(still(0.0)).map(|(with, without): (&f64, f64)| (with - without).abs()).collect()
+    }
+
     /// Calls `take(r, rows)` for each sample r of `range`. `rows`: its n rows of W, n x p, row by row.
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());

@@ -22,6 +22,7 @@ mod logs;
 mod model;
 mod motions;
 mod program;
+mod replay;
 mod validation;
 mod verdict;
 mod work;
@@ -56,6 +57,8 @@ mod module {
     use crate::motions::{ExcitingMotion, ExperimentPlan};
     #[pymodule_export]
     use crate::program::{_run_program, example};
+    #[pymodule_export]
+    use crate::replay::replay;
     #[pymodule_export]
     use crate::validation::{Validation, validate};
     #[pymodule_export]

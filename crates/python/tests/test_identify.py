@@ -399,3 +399,27 @@ def test_the_command_of_a_refused_hdf5_converts_it(program, ur5, log, estimate, 
     converted(program, tmp_path / "log.h5", tmp_path / "log.npz")
     names = [f"robot_{key}" for key in log]
     assert set(np.load(tmp_path / "log.npz")) == set(names)
+
+
+def test_a_push_is_found_in_a_replay(ur5, log, csv, tmp_path):
+    """A torque added to one joint is contact with its times; without it there is none. The series are those of the log."""
+    estimate = rist.identify(ur5, csv, covariance=True)
+    quiet = rist.replay(ur5, estimate, csv)
+    assert quiet["contacts"] == [] and quiet["loads"] == [] and "contact: none" in quiet["text"]
+    pushed = {key: np.array(value) for key, value in log.items()}
+    t = pushed["t"]
+    middle = t[0] + 0.5 * (t[-1] - t[0])
+    at = (t > middle) & (t < middle + 0.4)
+    size = 20 * np.sqrt(np.mean(quiet["series"]["beyond"][:, 1] ** 2)) + 2 * np.max(quiet["series"]["band"][:, 1])
+    pushed["tau"][at, 1] += size
+    found = rist.replay(ur5, estimate, pushed)
+    (contact,) = found["contacts"]
+    # The motor's torque grew, so the external torque has the other sign.
+    assert contact["joint"] == ur5.coordinates[1] and contact["torque"] < 0
+    assert abs(contact["start"] - middle) < 0.1
+    series = found["series"]
+    assert series["torque"].shape == series["band"].shape == (len(series["t"]), 6)
+    assert series["contact"].max() == 1 and set(series) == {"t", "torque", "beyond", "band", "contact", "mass"}
+    assert "<h2>Contact</h2>" in found["page"] and "rist.replay" in found["page"]
+    with pytest.raises(rist.Error, match="one log is expected, and 2 are given"):
+        rist.replay(ur5, estimate, [csv, csv])

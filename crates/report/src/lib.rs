@@ -26,6 +26,7 @@ mod motion;
 pub mod number;
 mod parameters;
 mod plot;
+pub mod replay;
 pub mod robot;
 pub mod scale;
 pub mod sheet;

@@ -4,6 +4,7 @@
 
 mod broken_logs;
 mod claims_of_logs;
+mod contact;
 mod coverage;
 mod default_path;
 mod doctor;

@@ -133,7 +133,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--weights" => "none",
         "--options" => "options.yaml",
         "--write-urdf" | "--write-mjcf" | "--report" | "--series" => "extra.txt",
-        "--consistent" | "--anyway" | "--covariance" => return Some(vec![flag]),
+        "--consistent" | "--anyway" | "--covariance" | "--leave-out-contact" => return Some(vec![flag]),
         // These flags need another flag, or exclude one.
         "--free-bodies" => return Some(vec![flag, "--consistent"]),
         "--loaded-link" => return Some(vec!["--loaded", "logs/v01.csv", flag, "forearm"]),

@@ -5,21 +5,27 @@
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
 //! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals,
-//! and if they cover a small share of the log.
+//! and if they cover a small share of the log. At standstill, dry friction may have any value between -FS and FS, so the part of
+//! e that such a value explains is no evidence:
+//! ```text
+//! e <- the value nearest to zero of e - w f, -(1 + d) FS <= f <= (1 - d) FS
+//! d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
+//! ```
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 use logs::Error;
 use numerics::vector::dot;
+use online::Band;
 
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// An interval in which the residual of a joint is an outlier (stands out).
+/// An interval in which the residuals of joints are outliers (stand out).
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandingOut {
-    /// Number of the coordinate.
-    pub joint: usize,
+    /// Numbers of the coordinates.
+    pub joints: Vec<usize>,
     /// Number of the log, from 0.
     pub log: usize,
     /// Start of the interval, s, by the clock of the log.
@@ -31,14 +37,20 @@ pub struct StandingOut {
 }
 
 impl StandingOut {
-    /// A sentence on the interval. `joint`: name of the joint; `log`: name of the log, if there are several.
-    pub fn statement(&self, joint: &str, log: Option<&str>) -> String {
+    /// A sentence on the interval. `coordinates`: names of all joints; `log`: name of the log.
+    pub fn statement(&self, coordinates: &[String], log: &str) -> String {
         let StandingOut { from, to, ratio, .. } = self;
-        let of_log = log.map_or(String::new(), |log| format!(" of {log}"));
+        let names: Vec<&str> = self.joints.iter().map(|&joint| coordinates[joint].as_str()).collect();
+        let names = names.join(", ");
         format!(
-            "the residual of {joint} stands out from {from:.1} to {to:.1} s{of_log}, {ratio:.0} times its usual size: contact, or \
+            "the residual of {names} stands out from {from:.1} to {to:.1} s of {log}, {ratio:.0} times its usual size: contact, or \
              another load"
         )
+    }
+
+    /// The interval whose rows a contact may change, s: longer by the window of the moving mean at both ends.
+    pub fn reach(&self) -> [f64; 2] {
+        [self.from - WINDOW_S, self.to + WINDOW_S]
     }
 }
 
@@ -61,25 +73,30 @@ const MOST_INTERVALS: usize = 2;
 /// Largest total duration of the intervals of a joint, as a share of the record. If they are longer, no interval is reported.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 
-/// Finds the intervals in which the residuals of the parameters x are outliers, the largest ratio to the robust standard
-/// deviation first.
+/// Finds the intervals in which the residuals of the parameters x are outliers, in the order of logs and time.
 ///
 /// Fails when a record cannot be read.
 pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<StandingOut>, Error> {
     let (n, p) = (model.n(), model.p());
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let mut found = Vec::new();
+    let dry = model.dry_friction(x);
     for (_, states) in &thinned.records {
+        let bands: Vec<Band<f64>> = dry.iter().enumerate().map(|(j, dry)| band(states, j, *dry)).collect();
         let mut residuals = vec![Vec::with_capacity(states.len()); n];
         model.rows(states, 0..states.len(), |r, w| {
             for (j, residual) in residuals.iter_mut().enumerate() {
-                residual.push(states.tau[r * n + j] - dot(&w[j * p..(j + 1) * p], x));
+                let k = r * n + j;
+                let error = states.tau[k] - dot(&w[j * p..(j + 1) * p], x);
+                let dry = bands[j].dry_at(bands[j].slowness(states.dq[k]));
+                let direction = states.direction[k].clamp(-1.0, 1.0);
+                residual.push(error - error.clamp(-(1.0 + direction) * dry, (1.0 - direction) * dry));
             }
         });
         for (joint, residual) in residuals.iter().enumerate() {
             let times = times(states, residual);
             found.extend(times.into_iter().map(|(from, to, ratio)| StandingOut {
-                joint,
+                joints: vec![joint],
                 log: states.log,
                 from,
                 to,
@@ -87,8 +104,35 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
             }));
         }
     }
-    found.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
-    Ok(found)
+    Ok(merged(found))
+}
+
+/// Joins intervals of one log that overlap or are less than a window apart, in the order of logs and time.
+pub fn merged(mut found: Vec<StandingOut>) -> Vec<StandingOut> {
+    found.sort_by(|a, b| a.log.cmp(&b.log).then(a.from.total_cmp(&b.from)));
+    let mut merged: Vec<StandingOut> = Vec::new();
+    for mut interval in found {
+        match merged.last_mut().filter(|last| last.log == interval.log && interval.from <= last.to + WINDOW_S) {
+            Some(last) => {
+                (last.to, last.ratio) = (last.to.max(interval.to), last.ratio.max(interval.ratio));
+                last.joints.append(&mut interval.joints);
+                last.joints.sort_unstable();
+                last.joints.dedup();
+            }
+            None => merged.push(interval),
+        }
+    }
+    merged
+}
+
+/// A joint is slow below this share of its RMS speed.
+const SLOW_SHARE_OF_SPEED: f64 = 0.1;
+
+/// The band of dry friction of joint j. `dry`: N m (N).
+fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
+    let speeds = states.dq.iter().skip(j).step_by(states.n);
+    let rms = (speeds.map(|v| v * v).sum::<f64>() / states.len().max(1) as f64).sqrt();
+    Band { noise: 0.0, low_speed: 0.0, dry, speed: (SLOW_SHARE_OF_SPEED * rms).max(f64::MIN_POSITIVE) }
 }
 
 /// Intervals (start in s, end in s, ratio) of one record in which the residual of one joint is an outlier. ratio: largest
@@ -131,6 +175,23 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use random::Random;
+
+    #[test]
+    fn one_push_is_one_interval() {
+        let interval = |joint, log, from, to, ratio| StandingOut { joints: vec![joint], log, from, to, ratio };
+        let found = merged(vec![
+            interval(2, 0, 1.1, 2.0, 9.0),
+            interval(0, 0, 1.0, 1.5, 30.0),
+            interval(0, 0, 5.0, 6.0, 7.0),
+            interval(1, 1, 5.5, 6.0, 8.0),
+        ]);
+        assert_eq!(found.len(), 3);
+        let together = StandingOut { joints: vec![0, 2], log: 0, from: 1.0, to: 2.0, ratio: 30.0 };
+        assert_eq!(found[0], together);
+        let names = ["a", "b", "c"].map(String::from);
+        let said = together.statement(&names, "x.csv");
+        assert!(said.starts_with("the residual of a, c stands out from 1.0 to 2.0 s of x.csv, 30 times"), "{said}");
+    }
 
     #[test]
     fn a_push_is_found_with_its_times() {

@@ -103,7 +103,7 @@ impl JointSignals {
             .map_err(|message| Error::at(&self.log.name, 0, message))?;
         let decimate = signal.decimation(filters.cutoff, period);
         let border = signal.border_of(filters.cutoff, differentiated);
-        let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
+        let chosen = chosen_samples(&self.log, &t, border, signal, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
         // Load-dependent friction is computed from torques that pass the same low-pass as the velocity for reversals.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
@@ -380,10 +380,11 @@ fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }
 
-/// The indices of every `decimate`-th sample that is inside the windows and at least `border` s away from both ends.
-fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
+/// The indices of every `decimate`-th sample that is inside the windows, is not left out, and is at least `border` s away from both
+/// ends.
+fn chosen_samples(log: &Log, t: &[f64], border: f64, signal: &Signal, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
-    for window in log.window.into_iter().chain(window) {
+    for window in log.window.into_iter().chain(signal.window) {
         match window {
             Window::Seconds(a, b) => (first, last) = (first.max(a), last.min(b)),
             Window::Rows(a, b) => {
@@ -396,5 +397,6 @@ fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, dec
         }
     }
     let inside = |&r: &usize| t[r] >= first && t[r] <= last;
-    (0..t.len()).filter(inside).step_by(decimate).collect()
+    let inside = (0..t.len()).filter(inside).step_by(decimate);
+    inside.filter(|&r| !signal.leaves_out(&log.name, t[r])).collect()
 }

@@ -30,6 +30,9 @@ pub struct Signal {
     pub border: Option<f64>,
     /// Interval of the log whose samples are used. `None`: all samples.
     pub window: Option<Window>,
+    /// Intervals whose samples are left out, for example contact.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub leave_out: Vec<LeftOutInterval>,
     /// Speed below which the rows of a joint are left out, rad/s (m/s); 0: no row is left out. `None`: if the model has dry
     /// friction, the rows of a joint at standstill (detected by module `standstill`) are left out.
     pub standstill: Option<f64>,
@@ -56,11 +59,28 @@ impl Default for Signal {
             acceleration: Velocity::Auto,
             border: None,
             window: None,
+            leave_out: Vec::new(),
             standstill: None,
             delay: 0.0,
             filtered_sign: true,
             reversal_cutoff: None,
         }
+    }
+}
+
+/// An interval of a log whose samples are left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOutInterval {
+    /// Name of the log, as given.
+    pub log: String,
+    /// Start and end, s, by the clock of the log.
+    pub seconds: [f64; 2],
+}
+
+impl LeftOutInterval {
+    fn contains(&self, t: f64) -> bool {
+        t >= self.seconds[0] && t <= self.seconds[1]
     }
 }
 
@@ -91,6 +111,11 @@ pub fn possible_delay(seconds: f64) -> Result<f64, String> {
 }
 
 impl Signal {
+    /// Whether the sample at time t, s, of the log with this name is left out.
+    pub(crate) fn leaves_out(&self, log: &str, t: f64) -> bool {
+        self.leave_out.iter().any(|interval| interval.log == log && interval.contains(t))
+    }
+
     /// Decimation n: every n-th sample is kept. It is `decimate`, or else gives ten samples per period of `cutoff`, Hz. `period`:
     /// time between samples, s.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {

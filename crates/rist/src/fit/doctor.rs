@@ -14,18 +14,32 @@ pub use crate::request::DoctorRequest;
 
 use crate::describe::model::Model;
 use crate::error::Error;
+use crate::fit::contact::Contacts;
 use crate::fit::drive_gains::OWN_SCALE;
 use crate::fit::gravity_direction::look_for_mount;
 use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
-/// Checks whether logs belong to the robot. The logs are read as in an identification with `options`.
+/// Checks whether logs belong to the robot, and names contact if they do. The logs are read as in an identification with `options`.
 ///
 /// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without gains,
 /// currents are used unscaled, and the log check gives the gains that the description implies. Fails if a log cannot be read or
 /// does not fit the robot.
 pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<LogCheck, Error> {
+    let (mut found, options) = examine_columns(model, logs, options)?;
+    if found.findings.is_empty() {
+        found.contacts = Contacts::of_logs(model, logs, &options)?.sentences_with_remedy(model, logs);
+    }
+    Ok(found)
+}
+
+/// The check of [`examine`] without contact, and the options with which the logs were read.
+pub(crate) fn examine_columns(
+    model: &Model,
+    logs: &[LogSource],
+    options: &Options,
+) -> Result<(LogCheck, Options), Error> {
     let mut options = options.clone();
     let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
     let are_known = options.transmission.drive_gains.is_some() || model.drive_gains().iter().all(Option::is_some);
@@ -51,7 +65,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
         false if is_current => found.efforts_are_currents(),
         _ => {}
     }
-    Ok(found)
+    Ok((found, chosen))
 }
 
 impl DoctorRequest {

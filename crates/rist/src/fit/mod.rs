@@ -2,6 +2,7 @@
 
 pub(crate) mod candidates;
 pub mod column_proposal;
+pub(crate) mod contact;
 pub mod doctor;
 pub(crate) mod drive_gains;
 pub(crate) mod effects;

@@ -10,7 +10,6 @@ use identification::estimate::log_check::LogCheck;
 use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::remarks::exceeding_description;
-use identification::estimate::standing_out::StandingOut;
 use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use linear_model::pseudo_inertia::Ten;
@@ -20,6 +19,7 @@ use robot::{Inertial, LinkId};
 
 use crate::describe::model::Model;
 use crate::error::Error;
+use crate::fit::candidates::contact::contact;
 use crate::fit::candidates::delay::delay;
 use crate::fit::candidates::friction::{asked_friction, joint_friction};
 use crate::fit::candidates::gains::gains;
@@ -166,16 +166,9 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// A sentence on each outlier of the residuals in time.
-fn of_events(model: &Model, logs: &[String], events: &[StandingOut]) -> Vec<String> {
-    let of_log = |event: &StandingOut| logs.get(event.log).filter(|_| logs.len() > 1).map(String::as_str);
-    let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
-    events.iter().map(|event| event.statement(name(event), of_log(event))).collect()
-}
-
 /// Decisions that are tried in this order. The request can fix each of them.
-const CANDIDATES: [VariantProposer; 9] =
-    [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
+const CANDIDATES: [VariantProposer; 10] =
+    [gains, rates, contact, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 
 fn identify_kept(
     model: &Model,
@@ -219,7 +212,7 @@ fn identify_kept(
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
     let unsure = UnsureTorques::inflation(&mut estimate, noise, gains, &faults, model, &options);
-    estimate.doubts.extend([impossible(&map, &estimate), of_events(model, &estimate.logs, &events)].concat());
+    estimate.doubts.extend([impossible(&map, &estimate), events.clone()].concat());
     estimate.remarks.splice(..0, decided.sentences.clone());
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.exceeding_description);

@@ -24,7 +24,7 @@ use identification::estimate::log_check::LogCheck;
 use identification::estimate::log_check::finding::Fault;
 use identification::estimate::options::Options;
 use identification::estimate::selection::FrictionSelection;
-use identification::estimate::standing_out::{StandingOut, standing_out};
+use identification::estimate::standing_out::standing_out;
 use identification::estimate::topics::mended;
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::rows::observation::Observation;
@@ -33,6 +33,7 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
+use crate::fit::contact::Contacts;
 use crate::fit::loaded_logs::LoadedLogs;
 use crate::fit::undetermined::with_undetermined;
 use crate::request::SamplesRequest;
@@ -224,10 +225,10 @@ impl<'a> TriedVariant<'a> {
         Ok(Fitted { fit, faults })
     }
 
-    /// Ends the search: returns the log check, the fit, and the outliers of its residuals.
+    /// Ends the search: returns the log check, the fit, and a sentence on each outlier of the residual in time.
     ///
     /// Fails like [`TriedVariant::fitted`].
-    pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<StandingOut>), Error> {
+    pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<String>), Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,
             None => self.fit()?,
@@ -236,11 +237,17 @@ impl<'a> TriedVariant<'a> {
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
         // If the load changed during the log, the outliers are explained by this and not listed.
-        let events = match looked.log_check.has_changed_load() {
-            true => Vec::new(),
-            false => standing_out(&linear, &looked.records, fitted.fit.point().x)?,
+        let has_events = !looked.log_check.has_changed_load()
+            && !standing_out(&linear, &looked.records, fitted.fit.point().x)?.is_empty();
+        let log_check = std::mem::take(&mut looked.log_check);
+        let events = match has_events {
+            true => {
+                let logs = self.asked.logs;
+                Contacts::of_logs(model, logs, &self.options)?.sentences_with_remedy(model, logs)
+            }
+            false => Vec::new(),
         };
-        Ok((std::mem::take(&mut looked.log_check), fitted, events))
+        Ok((log_check, fitted, events))
     }
 }
 

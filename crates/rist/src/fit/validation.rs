@@ -8,6 +8,7 @@ use gate::source::Source;
 use identification::estimate::held_out;
 use identification::estimate::log_check::visited::VisitedStates;
 use identification::estimate::nominal_prediction::nominal_residuals;
+use identification::estimate::options::Options;
 use identification::estimate::residuals::Residuals;
 use identification::estimators::weighted::{Weights, fit};
 use identification::plot_data::series::series;
@@ -24,6 +25,7 @@ pub use identification::plot_data::series::{TorqueSeries, series_to_csv, series_
 
 use crate::describe::model::{Model, predicts};
 use crate::error::Error;
+use crate::fit::contact::Contacts;
 pub use crate::request::ValidateRequest;
 use crate::request::{MOTION_CUTOFF, Request};
 use identification::estimate::artefact::Estimate;
@@ -40,6 +42,11 @@ pub struct Predicted {
     pub unsure: Option<f64>,
     /// Smallest possible relative error |tau - W X| / |tau|: with parameters fitted to this log alone.
     pub(crate) least: f64,
+    /// A sentence on each interval in which the residual is an outlier, such as a contact.
+    pub contacts: Vec<String>,
+    /// Relative error |tau - W X| / |tau|, without the rows of contacts if they explain the error. The values below are of the same
+    /// rows.
+    pub error: f64,
     /// The regression rows of the log, as one triangular matrix (R of a QR decomposition) per joint.
     pub(crate) joints: Vec<Triangle>,
     /// The states (positions, velocities) that the log covers.
@@ -49,7 +56,7 @@ pub struct Predicted {
 impl Predicted {
     /// The part of the relative error that other parameter values could remove.
     pub(crate) fn by_parameters(&self) -> f64 {
-        held_out::of_parameters(self.residuals.total, self.least)
+        held_out::of_parameters(self.error, self.least)
     }
 }
 
@@ -68,12 +75,24 @@ pub fn predictions(
     let x = values_of(&linear, estimate)?;
     let described = model.nominal_parameters();
     let predict = |log: &LogSource| {
-        let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
-        let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+        let logs = std::slice::from_ref(log);
+        let read = |options: &Options| SourceRecords::new(model.regressor(), logs, &options.preparation());
+        let rows = |records: &SourceRecords| -> Result<Vec<Triangle>, Error> {
+            Ok(Observation::of_records(&linear, records, None)?.joints(|_| true))
+        };
+        let records = read(options)?;
+        let mut joints = rows(&records)?;
+        let residuals = held_out::residuals(&linear, &joints, &x);
+        let contacts = Contacts::of_prediction(model, &x, logs, options)?;
+        if contacts.explain() {
+            joints = rows(&read(&contacts.options)?)?;
+        }
         let of_description = |x: &Vec<f64>| nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], x).total;
         Ok(Predicted {
             log: log.name(),
-            residuals: held_out::residuals(&linear, &joints, &x),
+            residuals,
+            contacts: contacts.sentences(model, logs),
+            error: if contacts.explain() { contacts.errors[1] } else { contacts.errors[0] },
             described: described.as_ref().map(of_description),
             least: held_out::residuals(&linear, &joints, &fit(&joints, Weights::None).0.x).total,
             unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
@@ -108,7 +127,7 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
 }
 
 /// For each column of the regression matrix, the parameter value with which torques are predicted.
-fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+pub(crate) fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 

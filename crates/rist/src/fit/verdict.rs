@@ -14,7 +14,9 @@ pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_li
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::doctor::examine;
+use crate::fit::contact::Contacts;
+use crate::fit::doctor::examine_columns;
+use crate::fit::validation::values_of;
 use identification::estimate::artefact::Estimate;
 
 /// Judges an estimate by its own content alone. [`crate::fit::samples::Identification::verdict_of_logs`] also uses logs.
@@ -22,17 +24,21 @@ pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
 
-/// Fails if the verdict on an estimate is no, unless `anyway` is set. `file`: name of the estimate's file, for messages.
-pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool) -> Result<(), Error> {
+/// Fails if the verdict on an estimate is no, unless `anyway` is set. `file`: name of the estimate's file, and `outcome`: what is
+/// not done then, for messages.
+pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool, outcome: &str) -> Result<(), Error> {
     let verdict = estimate_verdict(estimate);
     if verdict.trust != Trust::No || anyway {
         return Ok(());
     }
-    Err(Error::verdict(format_args!(
-        "{}: not to be trusted: {}; nothing is written ([anyway=true] writes it)",
-        file.display(),
-        verdict.reasons.join("; ")
-    )))
+    // The file may repeat reasons of an earlier verdict.
+    let mut reasons: Vec<&str> = Vec::new();
+    for reason in &verdict.reasons {
+        if !reasons.contains(&reason.as_str()) {
+            reasons.push(reason);
+        }
+    }
+    Err(Error::verdict(format_args!("{}: not to be trusted: {}; {outcome}", file.display(), reasons.join("; "))))
 }
 
 /// Judges an estimate by its own content. `predicted`: its relative error on motions that were not fitted, if any.
@@ -64,7 +70,7 @@ pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
 /// Fails if a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
     let Some(options) = &estimate.options else { return Ok(estimate_verdict(estimate)) };
-    let (log_check, parameters) = (examine(model, logs, options)?, model.nominal_parameters());
+    let ((log_check, _), parameters) = (examine_columns(model, logs, options)?, model.nominal_parameters());
     let mut evidence = evidence(estimate, None);
     evidence.prediction.parts_are_new = log_check.visited.has_new_parts();
     Ok(Verdict::of(&Evidence {
@@ -100,9 +106,22 @@ pub fn validation_verdict(
         Evidence { total: Some(total), is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
-    let mut log_check = examine(model, logs, options)?;
+    let (mut log_check, _) = examine_columns(model, logs, options)?;
     // A log too short for a fit can be long enough for a prediction, so this finding is dropped.
     log_check.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
+    // A contact is named, and the errors are those of the other rows.
+    let x = values_of(&options.linear_model(model.regressor()), estimate)?;
+    let contacts = Contacts::of_prediction(model, &x, logs, options)?;
+    let mut options = options;
+    evidence.prediction.has_events = !contacts.events.is_empty() || log_check.has_changed_load();
+    if !log_check.has_changed_load() {
+        log_check.contacts = contacts.sentences(model, logs);
+    }
+    if contacts.explain() {
+        options = &contacts.options;
+        evidence.total = Some(contacts.errors[1]);
+        evidence.prediction.others = evidence.prediction.others.map(|_| contacts.errors[1]);
+    }
     evidence.log_check = Some(&log_check);
     evidence.described = nominal_error(model, options, logs)?;
     evidence.prediction.others_nominal = evidence.described.filter(|_| are_new);

@@ -40,6 +40,8 @@ impl Identification {
         if let Some(errors) = self.unsure.errors_with(self.used(model), &self.estimate, &new) {
             self.estimate.torque_errors = errors;
         }
+        let contacts = predicted.iter().flat_map(|log| log.contacts.iter().cloned());
+        self.log_check.contacts = contacts.collect();
         let verdict = self.judge(self.prediction(&predicted));
         let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
         if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
@@ -70,9 +72,9 @@ impl Identification {
         }
         let new: Vec<&Predicted> = logs.iter().filter(|log| self.is_new(log)).collect();
         let counted: Vec<&Predicted> = if new.is_empty() { logs.iter().collect() } else { new };
-        let worst = counted.iter().max_by(|a, b| a.residuals.total.total_cmp(&b.residuals.total));
+        let worst = counted.iter().max_by(|a, b| a.error.total_cmp(&b.error));
         Prediction {
-            others: worst.map(|p| p.residuals.total),
+            others: worst.map(|p| p.error),
             others_repeat: !counted.iter().any(|p| self.is_new(p)),
             others_nominal: worst.and_then(|p| p.described),
             others_unsure: worst.and_then(|p| p.unsure),

@@ -29,8 +29,12 @@ const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
 /// With fewer peaks than this, the tail is taken for that of a normal process.
 const LEAST_PEAKS: usize = 5;
 
-/// A peak above this multiple of the threshold is a contact in a log that should have none, and not noise.
-const CONTACT_RATIO: f64 = 2.0;
+/// A peak is a contact in a log that should have none if fewer peaks than this are expected above it, with b = 1 and the median of
+/// all peaks.
+const LEAST_EXPECTED_PEAKS: f64 = 1e-3;
+
+/// Smallest mean of z - u, standard deviations: that of a normal process at the level u = 2.
+const LEAST_MEAN_EXCESS: f64 = 0.4;
 
 /// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
@@ -64,33 +68,43 @@ impl Peaks {
 
     /// The threshold z with `alarms` false alarms an hour. No peak of the logs without contact exceeds it.
     pub(crate) fn threshold(&self, alarms: f64) -> f64 {
-        let count = (self.peaks.len() as f64).max(1.0);
+        let peaks = self.peaks_of_noise();
+        let count = (peaks.len() as f64).max(1.0);
         let decades = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / alarms).ln().max(0.0);
-        let (exponent, mean) = self.tail();
+        let (exponent, mean) = tail(&peaks);
         let threshold = (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD);
-        self.peaks
-            .iter()
-            .filter(|peak| **peak < CONTACT_RATIO * threshold)
-            .fold(threshold, |most, peak| most.max(*peak))
+        peaks.iter().fold(threshold, |most, peak| most.max(*peak))
     }
 
-    /// The exponent b and the mean m of z^b - u^b that are most likely for the peaks.
-    fn tail(&self) -> (f64, f64) {
-        if self.peaks.len() < LEAST_PEAKS {
-            return (2.0, 2.0);
-        }
-        let count = self.peaks.len() as f64;
-        let of = |exponent: f64| {
-            let excess = |z: &f64| z.powf(exponent) - LEVEL.powf(exponent);
-            let mean = self.peaks.iter().map(excess).sum::<f64>() / count;
-            // Logarithm of the likelihood of the peaks; the density of z has the factor b z^(b - 1).
-            let slopes: f64 = self.peaks.iter().map(|z| (exponent - 1.0) * z.ln()).sum();
-            (slopes + count * (exponent / mean).ln(), exponent, mean)
-        };
-        let all = EXPONENTS.map(of);
-        let best = all.iter().fold(all[0], |best, other| if other.0 > best.0 { *other } else { best });
-        (best.1, best.2)
+    /// The peaks that are not contacts.
+    fn peaks_of_noise(&self) -> Vec<f64> {
+        let mut sorted = self.peaks.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some(median) = sorted.get(sorted.len() / 2) else { return sorted };
+        // The median of an exponential variable with mean m is m ln 2.
+        let mean = ((median - LEVEL) / std::f64::consts::LN_2).max(LEAST_MEAN_EXCESS);
+        let largest = LEVEL + mean * (sorted.len() as f64 / LEAST_EXPECTED_PEAKS).ln();
+        sorted.retain(|peak| *peak <= largest);
+        sorted
     }
+}
+
+/// The exponent b and the mean m of z^b - u^b that are most likely for the peaks.
+fn tail(peaks: &[f64]) -> (f64, f64) {
+    if peaks.len() < LEAST_PEAKS {
+        return (2.0, 2.0);
+    }
+    let count = peaks.len() as f64;
+    let of = |exponent: f64| {
+        let excess = |z: &f64| z.powf(exponent) - LEVEL.powf(exponent);
+        let mean = peaks.iter().map(excess).sum::<f64>() / count;
+        // Logarithm of the likelihood of the peaks; the density of z has the factor b z^(b - 1).
+        let slopes: f64 = peaks.iter().map(|z| (exponent - 1.0) * z.ln()).sum();
+        (slopes + count * (exponent / mean).ln(), exponent, mean)
+    };
+    let all = EXPONENTS.map(of);
+    let best = all.iter().fold(all[0], |best, other| if other.0 > best.0 { *other } else { best });
+    (best.1, best.2)
 }
 
 #[cfg(test)]
@@ -124,6 +138,22 @@ mod tests {
             // 60 are expected. Two minutes leave the exponent uncertain, so a factor of three is allowed.
             assert!((20..180).contains(&count), "{heavy} {threshold} {count}");
         }
+    }
+
+    #[test]
+    fn a_contact_does_not_raise_the_threshold() {
+        let mut random = Random::new(9);
+        let mut peaks = Peaks::default();
+        for _ in 0..24_000 {
+            peaks.add(random.normal().abs(), 0.005, 0.1);
+        }
+        let quiet = peaks.threshold(1.0);
+        (0..200).for_each(|_| peaks.add(150.0, 0.005, 0.1));
+        (0..100).for_each(|_| peaks.add(0.0, 0.005, 0.1));
+        (0..200).for_each(|_| peaks.add(20.0, 0.005, 0.1));
+        peaks.end();
+        // One second longer, and one excursion less or more: nothing else may change.
+        assert!((peaks.threshold(1.0) / quiet - 1.0).abs() < 0.01, "{quiet} {}", peaks.threshold(1.0));
     }
 
     #[test]

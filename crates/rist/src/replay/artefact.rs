@@ -75,6 +75,14 @@ impl CarriedLoad {
         let is_known = |k: usize| self.is_held() && load.is_determined[6 + k] && load.is_determined[9];
         [0, 1, 2].map(|k| is_known(k).then(|| load.parameters[6 + k] / load.parameters[9]))
     }
+
+    /// The mass, and the centre of mass if the motion determines a part of it, as text.
+    pub(crate) fn texts(&self) -> (String, Option<String>) {
+        let ((mass, sigma), word) = (self.mass(), if self.is_held() { "carried" } else { "put down" });
+        let centre = self.centre();
+        let shown = centre.map(|c| c.map_or("not determined".into(), |c| format!("{c:.4}"))).join(" ");
+        (format!("{word}: {mass:.4} +- {sigma:.4} kg"), centre.iter().any(Option::is_some).then_some(shown))
+    }
 }
 
 /// What the replay says of one joint.
@@ -106,6 +114,15 @@ impl JointReplay {
     pub fn drifted(&self) -> impl Iterator<Item = usize> {
         (0..3).filter(|&k| self.drift[k].abs() > SIGNIFICANT_DRIFT * self.drift_sigma[k])
     }
+
+    /// The significant drifts, and whether to identify anew, as text.
+    pub(crate) fn drift_text(&self) -> String {
+        let drifted =
+            self.drifted().map(|k| format!("{} {:+.4} +- {:.4}", FRICTION[k], self.drift[k], self.drift_sigma[k]));
+        let drifted: Vec<String> = drifted.collect();
+        let text = if drifted.is_empty() { "not significant".into() } else { drifted.join(", ") };
+        if self.is_outdated() { format!("{text}; the model no longer fits: identify anew") } else { text }
+    }
 }
 
 /// One cycle of a replay.
@@ -115,6 +132,8 @@ pub struct ReplayedCycle {
     pub t: f64,
     /// External torque of each joint, N m (N). It contains the torque of the load.
     pub torque: Vec<f64>,
+    /// External torque of each joint without that of the load, N m (N).
+    pub beyond: Vec<f64>,
     /// For each joint, the external torque beyond that of the load from which contact is said, N m (N).
     pub band: Vec<f64>,
     /// Whether there is contact.
@@ -176,6 +195,18 @@ impl Replay {
         }
     }
 
+    /// Sentences on the threshold, and on what the bands lack.
+    pub(crate) fn settings(&self) -> Vec<String> {
+        let threshold = format!(
+            "contact from {:.2} standard deviations: {} false alarms an hour expected; noise from {}",
+            self.threshold,
+            self.alarms_per_hour,
+            self.reference.join(", ")
+        );
+        let lack = "the bands lack the uncertainty of the parameters: identify with [covariance=true]";
+        std::iter::once(threshold).chain((!self.has_covariance).then(|| lack.into())).collect()
+    }
+
     /// All cycles as CSV: `t`, the external torque and the band of each joint, `contact` (0 or 1), `mass`.
     pub fn to_csv(&self) -> String {
         let names = self.coordinates.iter().flat_map(|name| [format!("tau_ext_{name}"), format!("band_{name}")]);
@@ -224,16 +255,7 @@ impl fmt::Display for Replay {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (first, last) = (self.series.first().map_or(0.0, |c| c.t), self.series.last().map_or(0.0, |c| c.t));
         writeln!(f, "{}: {} cycles in {:.2} s", self.log, self.series.len(), last - first)?;
-        writeln!(
-            f,
-            "contact from {:.2} standard deviations: {} false alarms an hour expected; noise from {}",
-            self.threshold,
-            self.alarms_per_hour,
-            self.reference.join(", ")
-        )?;
-        if !self.has_covariance {
-            writeln!(f, "the bands lack the uncertainty of the parameters: identify with [covariance=true]")?;
-        }
+        self.settings().iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
         writeln!(f, "\ncontact: {}", if self.contacts.is_empty() { "none" } else { "" })?;
         for contact in &self.contacts {
             writeln!(
@@ -249,24 +271,14 @@ impl fmt::Display for Replay {
         }
         writeln!(f, "\nload on {}: {}", self.load_on, if self.loads.is_empty() { "none" } else { "" })?;
         for load in &self.loads {
-            let ((mass, sigma), word) = (load.mass(), if load.is_held() { "carried" } else { "put down" });
-            write!(f, "  from {:9.3} s  {word}: {mass:.4} +- {sigma:.4} kg", load.start)?;
-            let centre = load.centre();
-            if centre.iter().any(Option::is_some) {
-                let shown = centre.map(|c| c.map_or("not determined".into(), |c| format!("{c:.4}")));
-                write!(f, ", centre of mass {} m", shown.join(" "))?;
-            }
-            writeln!(f)?;
+            let (mass, centre) = load.texts();
+            write!(f, "  from {:9.3} s  {mass}", load.start)?;
+            writeln!(f, "{}", centre.map_or(String::new(), |centre| format!(", centre of mass {centre} m")))?;
         }
         writeln!(f, "\n{:<12} {:>10} {:>8}  drift of friction since the identification", "joint", "noise", "misfit")?;
         for ((joint, name), unit) in self.joints.iter().zip(&self.coordinates).zip(&self.units) {
-            write!(f, "{name:<12} {:>10} {:>8.2}", format!("{:.4} {unit}", joint.noise), joint.misfit)?;
-            let drifted = joint
-                .drifted()
-                .map(|k| format!("{} {:+.4} +- {:.4}", FRICTION[k], joint.drift[k], joint.drift_sigma[k]));
-            let drifted: Vec<String> = drifted.collect();
-            write!(f, "  {}", if drifted.is_empty() { "not significant".into() } else { drifted.join(", ") })?;
-            writeln!(f, "{}", if joint.is_outdated() { "; the model no longer fits: identify anew" } else { "" })?;
+            let noise = format!("{:.4} {unit}", joint.noise);
+            writeln!(f, "{name:<12} {noise:>10} {:>8.2}  {}", joint.misfit, joint.drift_text())?;
         }
         Ok(())
     }

@@ -108,6 +108,16 @@ impl<'a> CycleModel<'a> {
         }
     }
 
+    /// Takes also the samples that the fit left out, such as those of contact.
+    pub(crate) fn take_all_samples(&mut self) {
+        self.preparation.signal.leave_out.clear();
+    }
+
+    /// Values of all parameters of the linear model.
+    pub(crate) fn x(&self) -> &[f64] {
+        &self.x
+    }
+
     /// Number of joints.
     pub(crate) fn n(&self) -> usize {
         self.linear.n()
@@ -139,6 +149,7 @@ impl<'a> CycleModel<'a> {
         let mut joints = vec![JointCycle::default(); n];
         let (mut momenta, mut loads) = (Vec::new(), Vec::new());
         let mut before = None;
+        let usual = states.period;
         for first in (0..states.len()).step_by(CYCLES_PER_PASS) {
             let range = first..states.len().min(first + CYCLES_PER_PASS);
             let part = range.start * n..range.end * n;
@@ -167,7 +178,10 @@ impl<'a> CycleModel<'a> {
                     joint.load = [0, 1].map(|part| std::array::from_fn(|c| loads[(part * n + j) * 10 + c]));
                 }
                 let t = states.t[r];
-                take(&Cycle { t, period: before.map_or(0.0, |before| t - before), joints: &joints });
+                let period = before.map_or(0.0, |before| t - before);
+                // After samples that are left out, the observers begin again.
+                let is_gap = period > LARGEST_PERIOD_RATIO * usual;
+                take(&Cycle { t, period: if is_gap { 0.0 } else { period }, joints: &joints });
                 before = Some(t);
             });
         }
@@ -207,28 +221,10 @@ impl<'a> CycleModel<'a> {
         };
         self.model.regressor().coordinates().iter().map(of).collect()
     }
-
-    /// Dry friction of each joint at standstill, N m (N): the torque of friction in positive direction minus that without direction.
-    pub(crate) fn dry_friction(&self) -> Vec<f64> {
-        let n = self.n();
-        let still = |direction: f64| {
-            let (t, used) = (vec![0.0], vec![true; n]);
-            let mut states = States { n, t, used, direction: vec![direction; n], ..States::default() };
-            for x in [&mut states.q, &mut states.dq, &mut states.ddq, &mut states.tau] {
-                x.resize(n, 0.0);
-            }
-            states.motor_direction = vec![direction; self.linear.couplings.len()];
-            let mut torque = vec![0.0; n];
-            self.linear.rows(&states, 0..1, |_, rows| {
-                for (torque, row) in torque.iter_mut().zip(rows.chunks_exact(self.x.len())) {
-                    *torque = row.iter().zip(&self.x).skip(self.base).map(|(y, x)| y * x).sum();
-                }
-            });
-            torque
-        };
-        still(1.0).iter().zip(still(0.0)).map(|(with, without): (&f64, f64)| (with - without).abs()).collect()
-    }
 }
+
+/// A cycle that comes later than this many periods is the first after a gap.
+const LARGEST_PERIOD_RATIO: f64 = 5.0;
 
 /// Number of cycles whose functions are evaluated together.
 const CYCLES_PER_PASS: usize = 1024;

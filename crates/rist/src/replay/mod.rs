@@ -12,6 +12,7 @@ mod inputs;
 mod monitor;
 mod noise;
 mod observers;
+mod page;
 mod run;
 
 use std::path::{Path, PathBuf};
@@ -45,7 +46,7 @@ pub fn replay(
 ) -> Result<Replay, Error> {
     request.check()?;
     model.check_estimate(file, estimate)?;
-    crate::fit::verdict::refuse_estimate(file, estimate, request.anyway)?;
+    crate::fit::verdict::refuse_estimate(file, estimate, request.anyway, "not replayed ([anyway=true] replays it)")?;
     let gain = request.observer_gain;
     let order = match request.order {
         ObserverOrder::First => Order::First(gain),
@@ -58,6 +59,7 @@ pub fn replay(
     let mut cycles = cycles::CycleModel::new(model, estimate, &link, gain)?;
     let covariance = covariance(&cycles.linear, estimate);
     let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
+    cycles.take_all_samples();
     let threshold = noise.peaks.threshold(request.alarms);
     let period = cycles.mean_period(log)?;
     let settings = run::Settings { order, gain, period, threshold, hold: HOLD_S, largest_load: request.largest_load };

@@ -4,13 +4,13 @@
 //! |---|---|
 //! | speed | a tenth of the RMS speed |
 //! | noise | median absolute deviation of r at samples above this speed |
-//! | low_speed | what the deviation of r beyond dry friction has more at the other samples |
+//! | low_speed | what the 95 % quantile of abs(r) beyond dry friction has more at the other samples |
 //! | dry | dry friction of the estimate |
 //!
 //! The median is not moved by a contact that the fitted logs contain by accident.
 
 use nalgebra::DMatrix;
-use online::{Band, Order};
+use online::{Band, NoiseScale, Order};
 
 use logs::LogSource;
 
@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::replay::alarm_rate::Peaks;
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::{DIRECTIONS, directions};
-use crate::replay::observers::{Observers, Seen};
+use crate::replay::observers::Observers;
 
 /// The observer's torque without contact.
 #[derive(Clone, Debug)]
@@ -44,6 +44,8 @@ const SMOOTH_SHARE_OF_SPEED: f64 = 0.02;
 const NORMAL_MAD: f64 = 0.674_489_750_196_082;
 /// With fewer samples at low speed, their deviation is unknown, and that at speed is added once more.
 const LEAST_LOW_SAMPLES: usize = 50;
+/// Memory of the scale of the noise, s: some hundred cycles.
+pub(crate) const SCALE_MEMORY_S: f64 = 0.5;
 /// Time at the start of a record in which the observer is not used, in time constants.
 pub(crate) const SETTLING_TIME_CONSTANTS: f64 = 5.0;
 
@@ -60,7 +62,7 @@ impl Noise {
         let n = cycles.n();
         let speeds = rms_speeds(cycles, logs)?;
         cycles.slow = speeds.iter().map(|v| SMOOTH_SHARE_OF_SPEED * v).collect();
-        let dry = cycles.dry_friction();
+        let dry = cycles.linear.dry_friction(cycles.x());
         let unknown = |(speed, dry): (&f64, f64)| Band {
             noise: 0.0,
             low_speed: 0.0,
@@ -100,9 +102,15 @@ impl Noise {
         let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time };
         let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
         for log in logs {
+            let mut scales = noise.scales();
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
-                let ratio = |j: usize| noise.ratio(j, &cycle.joints[j].row, &observers.seen[j]);
-                peaks.add((0..n).map(|j| ratio(j).abs()).fold(0.0, f64::max), cycle.period, hold);
+                let joints = cycle.joints.iter().zip(&observers.seen).zip(&mut scales).enumerate();
+                let ratios = joints.map(|(j, ((joint, seen), scale))| {
+                    let mut band = noise.bands[j];
+                    band.noise *= scale.step(seen.torque, cycle.period);
+                    band.ratio(seen.torque, seen.slowness, square(&noise.shared(&joint.row))).abs()
+                });
+                peaks.add(ratios.fold(0.0, f64::max), cycle.period, hold);
                 means.add(cycle.period, (0..n).map(|j| observers.seen[j].torque / noise.bands[j].noise));
             })?;
             peaks.end();
@@ -110,6 +118,11 @@ impl Noise {
         }
         (noise.peaks, noise.correlation_time) = (peaks, means.correlation_time());
         Ok(noise)
+    }
+
+    /// The scales of the noise of all joints, at their start.
+    pub(crate) fn scales(&self) -> Vec<NoiseScale<f64>> {
+        self.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect()
     }
 
     /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s; at least 1.
@@ -124,11 +137,6 @@ impl Noise {
             shared.iter_mut().zip(factor).for_each(|(sum, g)| *sum += y * g);
         }
         shared
-    }
-
-    /// The torque r of joint j in standard deviations.
-    fn ratio(&self, j: usize, row: &[f64], seen: &Seen) -> f64 {
-        self.bands[j].ratio(seen.torque, seen.slowness, square(&self.shared(row)))
     }
 }
 
@@ -246,17 +254,28 @@ fn band(series: &mut [(f64, f64)], unknown: Band<f64>) -> Band<f64> {
     if slow.len() < LEAST_LOW_SAMPLES {
         return Band { noise, low_speed: noise, ..unknown };
     }
-    let excess = (median(&mut slow) / NORMAL_MAD).powi(2) - noise * noise;
+    let excess = (quantile(&mut slow, LOW_SPEED_QUANTILE) / LOW_SPEED_DEVIATIONS).powi(2) - noise * noise;
     Band { noise, low_speed: excess.max(0.0).sqrt(), ..unknown }
 }
 
 /// A sample is fast if its slowness is below this.
 const FAST_BELOW: f64 = 0.5;
 
+/// At low speed the error of friction is not normal: it is large at reversals. So its deviation is that of a normal number with the
+/// same 95 % quantile of the absolute value, which a contact in few samples moves little.
+const LOW_SPEED_QUANTILE: f64 = 0.95;
+/// The 95 % quantile of the absolute value of a unit normal number.
+const LOW_SPEED_DEVIATIONS: f64 = 1.96;
+
 /// The median; zero for an empty list.
 fn median(x: &mut [f64]) -> f64 {
-    let middle = x.len() / 2;
-    if x.is_empty() { 0.0 } else { *x.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    quantile(x, 0.5)
+}
+
+/// A quantile; zero for an empty list.
+fn quantile(x: &mut [f64], share: f64) -> f64 {
+    let place = (share * x.len() as f64) as usize;
+    if x.is_empty() { 0.0 } else { *x.select_nth_unstable_by(place.min(x.len() - 1), f64::total_cmp).1 }
 }
 
 #[cfg(test)]

@@ -34,8 +34,6 @@ pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
 /// Largest mean square of the normalised residual with which a load explains a contact; 1 is expected, and a constant push of ten
 /// standard deviations leaves some tens.
 pub(crate) const LARGEST_MISFIT: f64 = 4.0;
-/// Memory of the scale of the noise, s: some hundred cycles.
-pub(crate) const SCALE_MEMORY_S: f64 = 0.5;
 /// Memory of the drift of friction, s: temperature changes friction within minutes.
 const DRIFT_MEMORY_S: f64 = 120.0;
 /// Standard deviation of a drift that is possible, relative to the noise of the observer: a hundred times, so it hardly binds.
@@ -86,7 +84,7 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
         observers: Observers::new(n, settings.order),
         detector: ContactDetector::new(settings.threshold, settings.hold),
         loads: LoadMonitor::new(Payload::new(start, correlation), decision),
-        scales: noise.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect(),
+        scales: noise.scales(),
         drifts: noise.bands.iter().map(drift).collect(),
         replay: Replay::new(log.name(), regressor.coordinates().to_vec(), units.collect(), settings.threshold),
         squares: vec![0.0; n],
@@ -98,6 +96,10 @@ pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings:
 
 impl Run<'_> {
     fn step(&mut self, cycle: &Cycle) {
+        // After a gap nothing is known of a contact before it.
+        if cycle.period <= 0.0 {
+            self.detector = ContactDetector::new(self.settings.threshold, self.settings.hold);
+        }
         self.observers.step(cycle);
         let shared: Vec<[f64; DIRECTIONS]> = cycle.joints.iter().map(|joint| self.noise.shared(&joint.row)).collect();
         let seen = &self.observers.seen;
@@ -130,6 +132,7 @@ impl Run<'_> {
         self.replay.series.push(ReplayedCycle {
             t: cycle.t,
             torque: self.observers.seen.iter().map(|s| s.torque).collect(),
+            beyond,
             band: limits,
             is_contact: contact.is_contact,
             mass: self.loads.carried().parameters[9],

@@ -76,6 +76,8 @@ request! {
         /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
         /// deviation, and the option or line of the URDF that mends it.
         unknowns: Vec<UnknownKind> = Vec::new(), value_name("KINDS"), heading(METHOD);
+        /// Leave out the rows in which the residual is an outlier, such as a contact. The estimate names them.
+        leave_out_contact: bool = false, heading(METHOD);
         /// Keep the covariance of the parameters in the estimate.
         covariance: bool = false, heading(METHOD);
         /// The link that carries the load of the logs with a load [default: the last].

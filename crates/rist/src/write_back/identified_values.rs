@@ -39,7 +39,7 @@ impl GenerateRequest {
     /// Fails if the estimate was made with another model, or if its verdict is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         model.check_estimate(file, estimate)?;
-        refuse_estimate(file, estimate, self.anyway)?;
+        refuse_estimate(file, estimate, self.anyway, "nothing is written ([anyway=true] writes it)")?;
         let refused = |e| Error::new(format_args!("{}: {e}", file.display()));
         IdentifiedValues::of(model, estimate).map_err(refused)
     }

@@ -14,7 +14,7 @@ use crate::estimate::digits::{percent, significant};
 use crate::estimate::log_check::LogCheck;
 use crate::estimate::log_check::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::log_check::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, ExplainedMistake, JointCheck, MisplacedJoint};
-use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, SCALE, SIGN, ZERO};
+use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, RESIDUAL, SCALE, SIGN, ZERO};
 use crate::estimate::topics::{at, cannot_tell, contradicted};
 
 /// The claims from a log check. If there is a contradiction, no agreement is claimed. `faults`: tested hypotheses of a fit;
@@ -30,6 +30,8 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
     }
+    let contacts = log_check.contacts.iter();
+    claims.extend(contacts.map(|why| cannot_tell(Subject::whole(RESIDUAL), why, "a log without contact")));
     // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this offset
     // but did not, there is no offset; then the real bodies differ from the nominal bodies.
     let is_seen =

@@ -74,6 +74,8 @@ pub struct LogCheck {
     /// A constant load that the description does not contain; `None` if none was found. It is no fault of the log, but
     /// becomes part of the parameters.
     pub load: Option<Finding>,
+    /// Sentences on intervals in which the residual is an outlier.
+    pub contacts: Vec<String>,
     /// Sentences on properties that could not be checked.
     pub not_checked: Vec<String>,
     /// Whether the motion is short. If so, a fault is reported only if it explains nearly the whole misfit (error of the

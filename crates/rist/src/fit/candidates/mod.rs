@@ -1,5 +1,6 @@
 //! Candidates of the search for the best model and options, one decision per file.
 
+pub(crate) mod contact;
 pub(crate) mod delay;
 pub(crate) mod friction;
 pub(crate) mod gains;

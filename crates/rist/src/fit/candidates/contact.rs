@@ -1,0 +1,17 @@
+//! Leaves out the rows of contact, if the request asks for it.
+
+use crate::error::Error;
+use crate::fit::contact::Contacts;
+use crate::fit::search::{Decisions, Proposal, TriedVariant};
+
+/// Proposes a fit without the rows of contact. `None` if the request does not ask for it, and if there is no contact.
+pub(crate) fn contact(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
+    let (model, logs) = (tried.model, tried.asked.logs);
+    if !tried.asked.request.leave_out_contact || tried.looked()?.log_check.has_changed_load() {
+        return Ok(None);
+    }
+    let found = Contacts::of_logs(model, logs, &tried.options)?;
+    let sentences = found.sentences(model, logs).into_iter().map(|sentence| format!("left out: {sentence}")).collect();
+    let decided = Decisions { sentences, ..Decisions::default() };
+    Ok((!found.events.is_empty()).then(|| Proposal::given(found.options, decided)))
+}

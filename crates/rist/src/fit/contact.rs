@@ -1,0 +1,115 @@
+//! Intervals of a log in which the residual is an outlier, such as a contact, and fits without their rows.
+
+use identification::estimate::digits::percent;
+use identification::estimate::held_out;
+use identification::estimate::options::Options;
+use identification::estimate::standing_out::{StandingOut, merged, standing_out};
+use identification::estimators::weighted::{Weights, fit};
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use identification::signals::signal_options::LeftOutInterval;
+use logs::LogSource;
+use numerics::triangle::Triangle;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+
+/// Intervals that are outliers, and options that leave their rows out.
+pub(crate) struct Contacts {
+    pub(crate) events: Vec<StandingOut>,
+    /// The options, with the intervals in `leave_out`.
+    pub(crate) options: Options,
+    /// Relative residuals: of all rows, and of the rows that remain.
+    pub(crate) errors: [f64; 2],
+}
+
+/// Fits are repeated without the rows of contact until no interval is found, at most this often. A strong contact hides weak ones.
+const MOST_ROUNDS: usize = 4;
+/// Contacts explain the residual if it is at most this share without their rows.
+const EXPLAINING_ERROR_RATIO: f64 = 0.8;
+/// The ends of the intervals are rounded to this many parts of a second.
+const PARTS_OF_SECOND: f64 = 100.0;
+
+impl Contacts {
+    /// The contacts in logs, with parameters fitted to their other rows.
+    ///
+    /// Fails if a log cannot be read.
+    pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
+        Contacts::find(model, logs, options, &|joints| fit(joints, Weights::None).0.x)
+    }
+
+    /// The contacts in logs that are predicted by the parameters x.
+    ///
+    /// Fails if a log cannot be read.
+    pub(crate) fn of_prediction(
+        model: &Model,
+        x: &[f64],
+        logs: &[LogSource],
+        options: &Options,
+    ) -> Result<Contacts, Error> {
+        Contacts::find(model, logs, options, &|_| x.to_vec())
+    }
+
+    /// `parameters`: the parameters by the rows that remain.
+    fn find(
+        model: &Model,
+        logs: &[LogSource],
+        options: &Options,
+        parameters: &dyn Fn(&[Triangle]) -> Vec<f64>,
+    ) -> Result<Contacts, Error> {
+        let mut found = Contacts { events: Vec::new(), options: options.clone(), errors: [f64::INFINITY; 2] };
+        for round in 0..MOST_ROUNDS {
+            let linear = found.options.linear_model(model.regressor());
+            let records = SourceRecords::new(model.regressor(), logs, &found.options.preparation())?;
+            let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+            let x = parameters(&joints);
+            found.errors[1] = held_out::residuals(&linear, &joints, &x).total;
+            if round == 0 {
+                found.errors[0] = found.errors[1];
+            }
+            let events = standing_out(&linear, &records, &x)?;
+            if events.is_empty() {
+                break;
+            }
+            found.add(events, logs);
+        }
+        Ok(found)
+    }
+
+    fn add(&mut self, events: Vec<StandingOut>, logs: &[LogSource]) {
+        let interval = |event: &StandingOut| {
+            let [from, to] = event.reach().map(|t| t * PARTS_OF_SECOND);
+            let seconds = [from.floor(), to.ceil()].map(|t| t / PARTS_OF_SECOND);
+            Some(LeftOutInterval { log: logs.get(event.log)?.name(), seconds })
+        };
+        self.options.signal.leave_out.extend(events.iter().filter_map(interval));
+        self.events = merged(std::mem::take(&mut self.events).into_iter().chain(events).collect());
+    }
+
+    /// Whether the contacts explain the residual.
+    pub(crate) fn explain(&self) -> bool {
+        !self.events.is_empty() && self.errors[1] <= EXPLAINING_ERROR_RATIO * self.errors[0]
+    }
+
+    /// A sentence on each interval. If they explain the residual, the last one says so.
+    pub(crate) fn sentences(&self, model: &Model, logs: &[LogSource]) -> Vec<String> {
+        let name = |event: &StandingOut| logs.get(event.log).map_or_else(String::new, LogSource::name);
+        let coordinates = model.regressor().coordinates();
+        let sentence = |event: &StandingOut| event.statement(coordinates, &name(event));
+        let mut sentences: Vec<String> = self.events.iter().map(sentence).collect();
+        if let Some(last) = sentences.last_mut().filter(|_| self.explain()) {
+            let [with, without] = self.errors.map(percent);
+            *last = format!("{last}; without these rows the residual is {without} instead of {with}");
+        }
+        sentences
+    }
+
+    /// The sentences, with the option that leaves the rows out if that explains the residual.
+    pub(crate) fn sentences_with_remedy(&self, model: &Model, logs: &[LogSource]) -> Vec<String> {
+        let mut sentences = self.sentences(model, logs);
+        if let Some(last) = sentences.last_mut().filter(|_| self.explain()) {
+            last.push_str(" ([:identify] [leave_out_contact])");
+        }
+        sentences
+    }
+}
