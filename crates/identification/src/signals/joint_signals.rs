@@ -380,8 +380,7 @@ fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }
 
-/// The indices of every `decimate`-th sample that is inside the windows, is not left out, and is at least `border` s away from both
-/// ends.
+/// The indices of every `decimate`-th sample inside the windows, at least `border` s away from both ends, and not left out.
 fn chosen_samples(log: &Log, t: &[f64], border: f64, signal: &Signal, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
     for window in log.window.into_iter().chain(signal.window) {
@@ -396,7 +395,6 @@ fn chosen_samples(log: &Log, t: &[f64], border: f64, signal: &Signal, decimate: 
             }
         }
     }
-    let inside = |&r: &usize| t[r] >= first && t[r] <= last;
-    let inside = (0..t.len()).filter(inside).step_by(decimate);
+    let inside = (0..t.len()).filter(|&r| t[r] >= first && t[r] <= last).step_by(decimate);
     inside.filter(|&r| !signal.leaves_out(&log.name, t[r])).collect()
 }

@@ -188,6 +188,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "timeline",
             "template",
             "plot",
+            "replay",
             "drawing",
             "comparison",
             "sheet",
