@@ -94,7 +94,7 @@ impl ReplayPage<'_> {
             loads: &self.loads,
             load_on: self.load_on,
             joints: &self.joints,
-            plots: torques.chain([self.mass()]).collect(),
+            plots: torques.chain((!self.loads.is_empty()).then(|| self.mass())).collect(),
             facts: &self.facts,
         };
         rendered(include_str!("../templates/replay.html"), content)
@@ -156,7 +156,7 @@ mod tests {
         let html = page.html();
         assert!(html.starts_with("<!doctype html>") && !html.contains("could not be made"), "{html}");
         assert!(html.contains("a&lt;b.csv") && !html.contains("<j1>"), "{html}");
-        assert_eq!(html.matches("class=\"border\"").count(), 4, "two borders in two charts");
+        assert_eq!(html.matches("class=\"border\"").count(), 2, "two borders in one chart; there is no load");
         assert!(html.contains("data-curve=\"r0\"") && html.contains("id=\"time-replay\""));
         assert!(html.contains("No load was found.") && !html.contains("No contact was found."));
     }

@@ -118,11 +118,15 @@ fn the_program_replays_and_refuses() {
     let ur5 = tests::model_path("ur5.urdf").display().to_string();
     tests::program::rist(&here, &["example", "."]).ended(0);
     tests::program::rist(&here, &["identify", &ur5, "log.csv", "--covariance", "--out", "e.yaml"]).ended(0);
-    let run = tests::program::rist(&here, &["replay", &ur5, "e.yaml", "other.csv", "--series", "s.csv"]).ended(0);
+    let outputs = ["--series", "s.csv", "--report", "p.html", "--date", "today"];
+    let run = tests::program::rist(&here, &[&["replay", &ur5, "e.yaml", "other.csv"], &outputs[..]].concat()).ended(0);
     assert!(run.out.contains("\ncontact: none\n") && run.out.contains("\nload on wrist_3: none\n"), "{}", run.out);
     let series = std::fs::read_to_string(here.join("s.csv")).unwrap();
     assert!(series.starts_with("t,tau_ext_shoulder_pan,band_shoulder_pan,"), "{}", &series[..80]);
     assert!(series.lines().skip(1).all(|line| line.split(',').count() == 15 && !line.contains("NaN")));
+    let page = std::fs::read_to_string(here.join("p.html")).unwrap();
+    assert!(page.contains("No contact was found.") && page.contains("<dd>today</dd>"), "{page}");
+    assert_eq!(page.matches("External torque of ").count(), 12, "a title and a caption for each joint");
 
     std::fs::rename(here.join("log.csv"), here.join("gone.csv")).unwrap();
     let refused = tests::program::rist(&here, &["replay", &ur5, "e.yaml", "other.csv"]).ended(2);

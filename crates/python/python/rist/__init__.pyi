@@ -972,6 +972,38 @@ def wrench(
     Options:
     - options: YAML with the columns of the log, and with corrections of its numbers
     - link: Name of the link whose frame is the sensor's, for the file of a load [default: 'tool0']"""
+def replay(
+    model: Model | Path,
+    estimate: Estimate,
+    log: Log,
+    *,
+    reference: Sequence[Path] = (),
+    alarms: float = 1.0,
+    observer_gain: float = 50.0,
+    order: Literal["first", "second"] = "first",
+    load_on: str | None = None,
+    largest_load: float = 10.0,
+    anyway: bool = False,
+) -> dict[str, Any]:
+    """Contact, loads and drift of friction in a log, cycle by cycle, as a robot would find them.
+
+    model: the one of the estimate, a path too. log as of `identify`. The estimate should hold its covariance.
+
+    Returns a dict: contacts, loads and joints, lists of dicts; threshold, in standard deviations; series, a dict of arrays over
+    the cycles: t (s), torque and beyond (external torque with and without that of the load, N m), band (the limit of beyond
+    without contact), contact, mass (kg); page, HTML; and text, what the program prints.
+
+    >>> rist.replay("arm.urdf", estimate, "log.csv")["contacts"]
+
+    Options:
+    - reference: Logs without contact, in which the noise of the observer is measured [default: the logs of the
+      estimate]
+    - alarms: False alarms an hour that are accepted [default: 1]
+    - observer_gain: Gain of the observer, 1/s [default: 50]
+    - order: Filter of the observer [default: first]
+    - load_on: Link or frame that carries a load [default: the last link]
+    - largest_load: Largest mass of a load, kg [default: 10]
+    - anyway: Take the numbers even of an estimate whose verdict is no"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
 

@@ -35,7 +35,9 @@ impl Contacts {
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
-        Contacts::find(model, logs, options, &|joints| fit(joints, Weights::None).0.x)
+        // Weights by row need the rows; the weights of joints do.
+        let weights = if options.weights.losses().is_empty() { options.weights } else { Weights::Joint };
+        Contacts::find(model, logs, options, &|joints| fit(joints, weights).0.x)
     }
 
     /// The contacts in logs that are predicted by the parameters x.

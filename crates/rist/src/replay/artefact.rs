@@ -198,7 +198,7 @@ impl Replay {
     /// Sentences on the threshold, and on what the bands lack.
     pub(crate) fn settings(&self) -> Vec<String> {
         let threshold = format!(
-            "contact from {:.2} standard deviations: {} false alarms an hour expected; noise from {}",
+            "contact from {:.2} standard deviations; accepted false alarms an hour: {}; noise from {}",
             self.threshold,
             self.alarms_per_hour,
             self.reference.join(", ")
