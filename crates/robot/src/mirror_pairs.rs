@@ -248,4 +248,28 @@ mod tests {
         assert_eq!(legs("0.02 0.01 0.2", "3.14159265358979 0 0"), [Some([1.0, 1.0, -1.0]), across]);
         assert_eq!(legs("0.02 -0.01 -0.2", "0.3 0 0")[0], None);
     }
+
+    /// An arm of one kind on both sides, turned by 45 degrees: its frames are mirror images as long as it is flat.
+    #[test]
+    fn one_limb_in_two_orientations_is_a_copy() {
+        let found = |right_elbow: &str, turns: [&str; 2]| {
+            let arm = |side: &str, y: f64, rpy: &str, elbow: &str| {
+                format!(
+                    "<link name=\"{side}_arm\"/><link name=\"{side}_hand\"/><joint name=\"{side}_j\" type=\"continuous\"><parent \
+                     link=\"b\"/><child link=\"{side}_arm\"/><origin xyz=\"0 {y} 0\" rpy=\"{rpy}\"/></joint><joint \
+                     name=\"{side}_k\" type=\"continuous\"><parent link=\"{side}_arm\"/><child link=\"{side}_hand\"/><origin \
+                     xyz=\"{elbow}\"/><axis xyz=\"0 1 0\"/></joint>"
+                )
+            };
+            let arms = [arm("l", 0.2, turns[0], "0.3 0.05 0"), arm("r", -0.2, turns[1], right_elbow)].concat();
+            let text = format!("<robot name=\"r\"><link name=\"b\"/>{arms}</robot>");
+            let pairs = mirror_pairs(&read_urdf(&text, "r.urdf").unwrap());
+            pairs.iter().map(|pair| pair.is_turned_copy).collect::<Vec<_>>()
+        };
+        let turned = ["0 0 0.8", "0 0 -0.8"];
+        assert_eq!(found("0.3 0.05 0", turned), [true, true]);
+        // A mirrored elbow is that of another arm, and without a turn left and right are told apart by their bodies alone.
+        assert_eq!(found("0.3 -0.05 0", turned), [false, false]);
+        assert_eq!(found("0.3 0.05 0", ["0 0 0"; 2]), [false, false]);
+    }
 }

@@ -5,7 +5,8 @@
 //! the standard deviation for normal x_i [Rousseeuw, Croux 1993]. V: volume of the shapes, with the boxes of meshes.
 
 use crate::body::Body;
-use crate::body_doubt::{NEGLIGIBLE_SHARE, shown};
+use crate::body_doubt::{NEGLIGIBLE_SHARE, shown, spread};
+use crate::extent::Extent;
 use crate::finding::{Finding, Mistake};
 use crate::vector::minus;
 
@@ -27,7 +28,9 @@ pub(crate) fn relative_density(bodies: &[Body], findings: &mut Vec<Finding>) {
         .iter()
         .filter(counts)
         .filter_map(|body| {
-            let extent = body.extent.as_ref().or(body.drawn.as_ref())?;
+            // A drawn part that is too small for the inertia does not show the whole body.
+            let is_whole = |drawn: &&Extent| spread(&body.variance()) <= 0.5 * drawn.diagonal();
+            let extent = body.extent.as_ref().or(body.drawn.as_ref().filter(is_whole))?;
             let box_volume: f64 = minus(extent.high, extent.low).iter().product();
             Some((
                 body,
