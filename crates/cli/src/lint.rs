@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
 
-    /// File to write: the URDF with the repairs that alone make a body plausible; comments and order stay
+    /// File to write: the description (URDF, MJCF, YAML) with the repairs that alone make a body plausible; comments and order stay
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
 }
@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::lint_with_meshes(&arguments.model.read()?, directory, arguments.mass);
     print_result(&found, || Ok(found.to_json()))?;
     if let Some(out) = arguments.write.as_ref().filter(|_| found.count() > 0) {
-        let (text, bodies) = rist::write_repaired(&found, &rist::text_of(model)?, &model.display().to_string())?;
+        let (text, bodies) = rist::write_repaired(&found, &rist::text_of(model)?, model, &arguments.model.options()?)?;
         write_file(out, &text)?;
         note(format_args!("{}: repaired {}; read it before you use it", out.display(), bodies.join(", ")));
     }

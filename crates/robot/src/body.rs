@@ -2,7 +2,7 @@
 
 use crate::collision::Collision;
 use crate::extent::{Extent, MeshPoints};
-use crate::inertial::{Part, Pose, transform_inertial};
+use crate::inertial::{Part, Pose, turned_inertia};
 use crate::robot::{JointKind, Link, LinkId, Robot};
 use crate::vector::{Vector3, norm};
 
@@ -24,6 +24,8 @@ pub(crate) struct Body {
     /// The room of its shapes, in the frame of the body in the file; `None` if it is not known.
     pub extent: Option<Extent>,
     pub has_shape: bool,
+    /// The room of its visual shapes where it has no collision shapes; they often show a part of the body alone.
+    pub drawn: Option<Extent>,
     /// Whether a joint turns it, so that its inertia has an effect. The base counts as turning.
     pub turns: bool,
     /// Whether no other link is behind its link.
@@ -42,9 +44,7 @@ impl Body {
 
     /// The matrix of second moments about the centre of mass divided by the mass, m^2, in the axes of the file: (tr(I)/2 E - I)/m.
     pub(crate) fn variance(&self) -> [f64; 6] {
-        let mut x = [0.0; 10];
-        x[..6].copy_from_slice(&self.inertia());
-        let x = transform_inertial(&x, &Pose { position: [0.0; 3], ..self.pose });
+        let x = turned_inertia(&self.inertia(), &self.pose.rotation);
         let half_trace = 0.5 * (x[0] + x[3] + x[5]);
         [half_trace - x[0], -x[1], -x[2], half_trace - x[3], -x[4], half_trace - x[5]].map(|s| s / self.mass)
     }
@@ -65,7 +65,7 @@ pub(crate) fn shifted(six: &[f64; 6], mass: f64, [x, y, z]: Vector3) -> [f64; 6]
 pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     let mut found = Vec::new();
     for (k, part) in robot.base.parts.iter().enumerate() {
-        found.push(body(part, None, (&Pose::IDENTITY, k == 0), &robot.base.collisions, meshes));
+        found.push(body(part, None, (&Pose::IDENTITY, k == 0), [&robot.base.collisions, &robot.visuals], meshes));
     }
     for (j, link) in robot.links.iter().enumerate() {
         match link.inertial {
@@ -74,7 +74,7 @@ pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
                 let own = part.name == link.name;
                 let of_file = link.frames.iter().find(|frame| frame.0 == part.name).map(|frame| frame.1);
                 let frame = of_file.unwrap_or(link.file_frame);
-                body(part, Some(LinkId(j)), (&frame, own), &link.collisions, meshes)
+                body(part, Some(LinkId(j)), (&frame, own), [&link.collisions, &robot.visuals], meshes)
             })),
         }
     }
@@ -90,10 +90,18 @@ pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     found
 }
 
-/// `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link's own.
-fn body(part: &Part, link: Option<LinkId>, frame: (&Pose, bool), shapes: &[Collision], meshes: MeshPoints) -> Body {
+/// `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link's own. `shapes`: collision
+/// shapes of the link, and visual shapes of the robot.
+fn body(
+    part: &Part,
+    link: Option<LinkId>,
+    frame: (&Pose, bool),
+    shapes: [&[Collision]; 2],
+    meshes: MeshPoints,
+) -> Body {
     let to_body = frame.0.inverse();
-    let shapes: Vec<&Collision> = shapes.iter().filter(|shape| shape.link == part.name).collect();
+    let [shapes, drawn] =
+        shapes.map(|shapes| shapes.iter().filter(|shape| shape.link == part.name).collect::<Vec<_>>());
     Body {
         name: part.name.clone(),
         link,
@@ -104,6 +112,7 @@ fn body(part: &Part, link: Option<LinkId>, frame: (&Pose, bool), shapes: &[Colli
         pose: to_body.compose(&part.pose),
         extent: Extent::of(&shapes, &to_body, meshes),
         has_shape: !shapes.is_empty(),
+        drawn: Extent::of(&drawn, &Pose::IDENTITY, meshes),
         turns: true,
         is_last: false,
         reach: 0.0,
@@ -117,7 +126,7 @@ fn about_origin(link: &Link, x: &[f64; 10], j: usize) -> Body {
     let position = if mass == 0.0 { [0.0; 3] } else { [x[6] / mass, x[7] / mass, x[8] / mass] };
     let (name, pose) = (link.name.clone(), Pose { position, ..Pose::IDENTITY });
     let part = Part { name, pose, mass, inertia: std::array::from_fn(|k| x[k]) };
-    Body { about_origin: true, ..body(&part, Some(LinkId(j)), (&Pose::IDENTITY, true), &[], &|_| None) }
+    Body { about_origin: true, ..body(&part, Some(LinkId(j)), (&Pose::IDENTITY, true), [&[], &[]], &|_| None) }
 }
 
 /// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames, and of the travel of

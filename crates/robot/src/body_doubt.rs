@@ -78,7 +78,7 @@ fn fits_well(body: &Body) -> bool {
 }
 
 /// Root of the mean square of the distance of the mass from its centre, m, from the matrix of second moments.
-fn spread(second: &[f64; 6]) -> f64 {
+pub(crate) fn spread(second: &[f64; 6]) -> f64 {
     (second[0] + second[3] + second[5]).max(0.0).sqrt()
 }
 

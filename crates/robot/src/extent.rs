@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use crate::collision::{Collision, CollisionShape};
 use crate::inertial::Pose;
-use crate::vector::{Vector3, dot, minus, norm, plus_scaled};
+use crate::principal::principal_axes;
+use crate::vector::{Matrix3, Vector3, dot, minus, norm, plus_scaled, transposed};
 
 /// The room of the shapes of one body, in the frame of the body.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub(crate) struct Extent {
     pub high: Vector3,
     /// Sum of the volumes of the shapes, m^3; `None` if a shape is a mesh.
     pub volume: Option<f64>,
+    /// The same with the boxes of the meshes, m^3.
+    pub outer_volume: f64,
     solids: Vec<Solid>,
 }
 
@@ -34,8 +37,13 @@ impl Extent {
     /// The extent of shapes in the frame of a body; `to_body`: pose of the frame of the link in the frame of the body. `None` if
     /// there is no shape, or if one could not be read.
     pub(crate) fn of(shapes: &[&Collision], to_body: &Pose, meshes: MeshPoints) -> Option<Extent> {
-        let mut extent =
-            Extent { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], volume: Some(0.0), solids: vec![] };
+        let mut extent = Extent {
+            low: [f64::INFINITY; 3],
+            high: [f64::NEG_INFINITY; 3],
+            volume: Some(0.0),
+            outer_volume: 0.0,
+            solids: vec![],
+        };
         for shape in shapes {
             let pose = to_body.compose(&shape.pose);
             let (middle, half, second, volume) = primitive(&shape.shape).or_else(|| hull_box(&meshes(shape)?))?;
@@ -53,7 +61,8 @@ impl Extent {
             }
             extent.solids.push(Solid { pose: at(middle), volume, second });
         }
-        (extent.solids.iter().map(|s| s.volume).sum::<f64>() > 0.0).then_some(extent)
+        extent.outer_volume = extent.solids.iter().map(|s| s.volume).sum();
+        (extent.outer_volume > 0.0).then_some(extent)
     }
 
     /// Length of the diagonal of the bounding box, m.
@@ -69,7 +78,7 @@ impl Extent {
     /// The matrix of second moments of constant density about the centre of all shapes, divided by the mass, m^2: of all
     /// shapes, and of the distances of their centres alone. Entries xx xy xz yy yz zz.
     pub(crate) fn uniform(&self) -> ([f64; 6], [f64; 6]) {
-        let total: f64 = self.solids.iter().map(|s| s.volume).sum();
+        let total = self.outer_volume;
         let centre = self.solids.iter().fold([0.0; 3], |sum, s| plus_scaled(sum, s.pose.position, s.volume / total));
         let (mut whole, mut apart) = ([0.0; 6], [0.0; 6]);
         for solid in &self.solids {
@@ -106,12 +115,18 @@ fn primitive(shape: &CollisionShape) -> Option<Measures> {
     })
 }
 
-/// The bounding box of the vertices of a mesh as a solid.
+/// The bounding box of the vertices of a mesh as a solid. Its volume is that of a box along the principal axes of the vertices if
+/// this is smaller: for oblique links.
 fn hull_box(points: &[Vector3]) -> Option<Measures> {
-    let far = |k: usize, sign: f64| points.iter().map(|p| sign * p[k]).fold(f64::NEG_INFINITY, f64::max);
-    let half = [0, 1, 2].map(|k| 0.5 * (far(k, 1.0) + far(k, -1.0)));
-    let middle = [0, 1, 2].map(|k| 0.5 * (far(k, 1.0) - far(k, -1.0)));
-    let volume = half.iter().map(|x| 2.0 * x).product::<f64>();
+    let far = |axis: Vector3, sign: f64| points.iter().map(|p| sign * dot(*p, axis)).fold(f64::NEG_INFINITY, f64::max);
+    let across = |axes: &Matrix3| axes.map(|axis| 0.5 * (far(axis, 1.0) + far(axis, -1.0)));
+    let straight = Pose::IDENTITY.rotation;
+    let half = across(&straight);
+    let middle = straight.map(|axis| 0.5 * (far(axis, 1.0) - far(axis, -1.0)));
+    let second = |(i, j): (usize, usize)| points.iter().map(|p| (p[i] - middle[i]) * (p[j] - middle[j])).sum::<f64>();
+    let axes = principal_axes(&[(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(second)).1;
+    let volume = [half, across(&transposed(&axes))].map(|half| 8.0 * half.iter().product::<f64>());
+    let volume = volume[0].min(volume[1]);
     (volume.is_finite() && volume > 0.0).then_some((middle, half, half.map(|x| x * x / 3.0), volume))
 }
 

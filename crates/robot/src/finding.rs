@@ -35,8 +35,10 @@ pub struct RepairedBody {
     pub name: String,
     /// Mass, kg.
     pub mass: f64,
-    /// New pose of the inertial frame in the frame that the file gives the body; `None` if it does not change.
-    pub pose: Option<Pose>,
+    /// Pose of the inertial frame in the frame that the file gives the body.
+    pub pose: Pose,
+    /// Whether the pose is another one than in the file.
+    pub is_moved: bool,
     /// Inertia about the centre of mass, in the axes of the inertial frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
 }

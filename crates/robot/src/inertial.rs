@@ -93,6 +93,14 @@ pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2), mx, my, mz, m]
 }
 
+/// The inertia xx xy xz yy yz zz in the axes of another frame. `rotation`: orientation of the given axes in this frame.
+pub fn turned_inertia(six: &[f64; 6], rotation: &Matrix3) -> [f64; 6] {
+    let mut x = [0.0; 10];
+    x[..6].copy_from_slice(six);
+    let [xx, xy, xz, yy, yz, zz, ..] = transform_inertial(&x, &Pose { position: [0.0; 3], rotation: *rotation });
+    [xx, xy, xz, yy, yz, zz]
+}
+
 /// The 10 x 10 matrix (row by row) that does the same as [`transform_inertial`]: x_a = matrix x_b.
 pub fn inertial_matrix(pose: &Pose) -> [[f64; 10]; 10] {
     let mut matrix = [[0.0; 10]; 10];

@@ -70,13 +70,11 @@ pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
         let text = format!("{text}, and Izz has to be written (Ixx {}, Iyy {})", changed.given[0], changed.given[3]);
         return Some(Repair { text, bodies: Vec::new() });
     }
-    let pose = (changed.pose != body.pose).then_some(changed.pose);
-    let bodies = if body.about_origin {
-        Vec::new()
-    } else {
-        vec![RepairedBody { name: body.name.clone(), mass: changed.mass, pose, inertia: changed.given }]
-    };
-    Some(Repair { text, bodies })
+    let (pose, is_moved, inertia) = (changed.pose, changed.pose != body.pose, changed.inertia());
+    Some(Repair {
+        text,
+        bodies: vec![RepairedBody { name: changed.name, mass: changed.mass, pose, is_moved, inertia }],
+    })
 }
 
 fn is_same(a: &Body, b: &Body) -> bool {

@@ -36,6 +36,7 @@ mod passive;
 mod polygon;
 mod principal;
 mod relation;
+mod relative_density;
 mod robot;
 pub mod value;
 pub mod vector;
@@ -43,7 +44,7 @@ pub mod xml_bounds;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};
-pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
+pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial, turned_inertia};
 pub use inertial_conventions::DEGREES_LIMIT_RAD;
 pub use parameter::{Inertial, StandardParameter};
 pub use robot::{

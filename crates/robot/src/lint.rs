@@ -6,12 +6,13 @@
 use crate::body::{Body, bodies};
 use crate::body_doubt::{doubts, shown};
 use crate::gravity_load::gravity_load;
-use crate::inertial::{Pose, transform_inertial};
+use crate::inertial::turned_inertia;
 use crate::inertial_conventions::inertial_conventions;
 use crate::inertial_repair::repair;
 use crate::mirror_comparison::compare;
 use crate::mirror_pairs::mirror_pairs;
 use crate::principal::principal_axes;
+use crate::relative_density::relative_density;
 use crate::robot::Robot;
 
 pub use crate::body_doubt::NEGLIGIBLE_SHARE;
@@ -41,6 +42,7 @@ pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
     }
     inertial_conventions(robot, &bodies, options.mass, &mut findings);
     compare(robot, &mirror_pairs(robot), &bodies, &mut findings);
+    relative_density(&bodies, &mut findings);
     bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     // A wrong mass is one fact; the torque that it asks for is its consequence.
     let is_mass = |f: &Finding| f.subjects.iter().any(|name| bodies.iter().any(|body| body.name == *name));
@@ -95,11 +97,9 @@ fn turned_frame(body: &Body, findings: &mut Vec<Finding>) {
     if !body.own || body.mass <= 0.0 || body.about_origin {
         return;
     }
-    let mut x = [0.0; 10];
-    x[..6].copy_from_slice(&body.given);
-    let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..body.pose });
+    let turned = turned_inertia(&body.given, &body.pose.rotation);
     let largest = principal_axes(&body.given).0[2].abs();
-    let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
+    let away = (0..6).map(|k| (turned[k] - body.given[k]).abs()).fold(0.0, f64::max);
     if away > ROUNDED_TURN_SHARE * largest {
         let fact = "the inertial frame is turned (rpy), which is right where it was meant; whoever ignores it reads other entries";
         let text =

@@ -1,13 +1,16 @@
-//! Compares the bodies of left and right limbs: mass, centre of mass and axis.
+//! Compares the bodies of left and right limbs: mass, centre of mass, inertia and axis.
+//!
+//! The mirror image of the inertia I of the left body, in the axes of the frame of the right link, is M I M with M of
+//! [`crate::mirror_pairs`]: the products across the plane change their sign.
 
 use crate::body::Body;
 use crate::body_doubt::{doubts, shown};
 use crate::finding::{Finding, Mistake, Repair, RepairedBody};
-use crate::inertial::{Pose, transform_inertial};
+use crate::inertial::{Pose, turned_inertia};
 use crate::mirror_pairs::MirrorPair;
 use crate::principal::principal_axes;
 use crate::robot::Robot;
-use crate::vector::{Vector3, dot, minus, norm};
+use crate::vector::{Matrix3, Vector3, dot, minus, norm};
 
 /// Masses of left and right may differ by this factor: one side has the computer or the cables.
 const MASS_FACTOR: f64 = 1.5;
@@ -15,6 +18,16 @@ const MASS_FACTOR: f64 = 1.5;
 const CENTRE_SLACK_M: f64 = 0.01;
 /// Largest deviation, relative to the distance of the two candidates, up to which a body is the copy of the other one.
 const COPY_SHARE: f64 = 0.1;
+/// Inertias of left and right differ if one of the six numbers does by more than this fraction of the largest moment: one side
+/// has the computer or the cables.
+const INERTIA_SHARE: f64 = 0.1;
+/// The same after a repair, which has to fit better than by chance.
+const REPAIRED_SHARE: f64 = 0.02;
+/// The same where no slip explains the difference: the factor between two moments per mass.
+const INERTIA_FACTOR: f64 = 3.0;
+/// The six numbers of an inertia: their names and the two axes of each.
+const SIX: [(&str, usize, usize); 6] =
+    [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
 /// Axes of left and right differ if their angle is above about this, rad.
 const AXIS_SLACK: f64 = 0.05;
 
@@ -24,16 +37,11 @@ pub(crate) fn compare(robot: &Robot, pairs: &[MirrorPair], bodies: &[Body], find
         let own = |link| bodies.iter().find(|body| body.own && body.link == Some(link));
         axes(robot, pair, findings);
         let (Some(left), Some(right)) = (own(pair.left), own(pair.right)) else { continue };
-        let empty = [left, right].map(|body| !is_usable(body));
-        match empty {
-            [true, true] => {}
-            [false, false] => both(pair, left, right, findings),
-            [left_is_empty, _] => {
-                let (bad, good) = if left_is_empty { (left, right) } else { (right, left) };
-                if let Some(signs) = pair.signs {
-                    take_over(bad, good, signs, findings);
-                }
-            }
+        match ([left, right].map(is_usable), pair.signs) {
+            ([true, true], _) => both(pair, left, right, findings),
+            ([true, false], Some(signs)) => take_over(right, left, signs, findings),
+            ([false, true], Some(signs)) => take_over(left, right, signs, findings),
+            _ => {}
         }
     }
 }
@@ -54,16 +62,11 @@ fn take_over(bad: &Body, good: &Body, signs: Vector3, findings: &mut [Finding]) 
 
 /// The mirror image of a body, with the axes of its frame of the file.
 fn image(body: &Body, signs: Vector3) -> RepairedBody {
-    let mut x = [0.0; 10];
-    x[..6].copy_from_slice(&body.inertia());
-    let in_file = transform_inertial(&x, &Pose { position: [0.0; 3], ..body.pose });
-    let inertia = std::array::from_fn(|k| {
-        let (i, j) = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)][k];
-        in_file[k] * signs[i] * signs[j]
-    });
+    let in_file = turned_inertia(&body.inertia(), &body.pose.rotation);
+    let inertia = std::array::from_fn(|k| in_file[k] * signs[SIX[k].1] * signs[SIX[k].2]);
     let position = [0, 1, 2].map(|i| signs[i] * body.pose.position[i]);
-    let pose = Some(Pose { position, ..Pose::IDENTITY });
-    RepairedBody { name: body.name.clone(), mass: body.mass, pose, inertia }
+    let pose = Pose { position, ..Pose::IDENTITY };
+    RepairedBody { name: body.name.clone(), mass: body.mass, pose, is_moved: true, inertia }
 }
 
 /// Compares two plausible bodies.
@@ -79,29 +82,94 @@ fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding
     }
     let Some(signs) = pair.signs else { return };
     let mirrored = image(left, signs);
-    let wanted = mirrored.pose.map_or([0.0; 3], |pose| pose.position);
-    let off = norm(minus(right.pose.position, wanted));
+    let off = norm(minus(right.pose.position, mirrored.pose.position));
     if off <= CENTRE_SLACK_M {
+        findings.extend(inertias(&subject, left, right, signs));
         return;
     }
     let as_copy = norm(minus(right.pose.position, left.pose.position));
-    if as_copy <= COPY_SHARE * off {
-        let changed: String =
-            ["x", "y", "z"].into_iter().zip(signs).filter(|(_, s)| *s < 0.0).map(|(k, _)| k).collect();
-        let odd: Vec<&str> = [("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)]
-            .into_iter()
-            .filter(|(_, i, j)| signs[*i] * signs[*j] < 0.0)
-            .map(|(name, _, _)| name)
-            .collect();
+    if as_copy <= COPY_SHARE * off && !pair.is_turned_copy {
+        let changed: Vec<&str> =
+            ["x", "y", "z"].into_iter().zip(signs).filter(|(_, s)| *s < 0.0).map(|p| p.0).collect();
+        let odd: Vec<&str> = SIX.iter().filter(|(_, i, j)| signs[*i] * signs[*j] < 0.0).map(|six| six.0).collect();
+        let odd = if odd.is_empty() { String::new() } else { format!(" and of {}", odd.join(", ")) };
         let fact = format!(
-            "left and right are copies, not mirror images; with the sign of {} of the centre and of {} changed on one side they \
+            "left and right are copies, not mirror images; with the sign of {} of the centre{odd} changed on one side they \
              are (that the same part is used on both sides is the other case)",
-            changed.chars().map(String::from).collect::<Vec<_>>().join(", "),
-            odd.join(", ")
+            changed.join(", ")
         );
         let text = format!("both centres at {:?} m", left.pose.position.map(|x| shown(x, 3)));
         find(&fact, text);
     }
+}
+
+/// Compares the inertias per mass, about the centres of mass and in the axes of the right link.
+fn inertias(subject: &str, left: &Body, right: &Body, signs: Vector3) -> Option<Finding> {
+    let per_mass = |body: &Body, signs| image(body, signs).inertia.map(|i| i / body.mass);
+    let (wanted, given) = (per_mass(left, signs), per_mass(right, [1.0; 3]));
+    let size = principal_axes(&wanted).0[2].max(principal_axes(&given).0[2]);
+    let differ = |given: &[f64; 6], share: f64| -> Vec<usize> {
+        (0..6).filter(|&k| (given[k] - wanted[k]).abs() > share * size).collect()
+    };
+    let different = differ(&given, INERTIA_SHARE);
+    let [first, ..] = different[..] else { return None };
+    let names = different.iter().map(|&k| SIX[k].0).collect::<Vec<_>>().join(", ");
+    let is_turned = [left, right].iter().any(|body| body.pose.rotation != Pose::IDENTITY.rotation);
+    let axes = if is_turned { ", in the axes of the link" } else { "" };
+    let fact = format!("the inertias of left and right are no mirror images: {names} differ{axes}");
+    let [mirrored, own] = [wanted, given].map(|six| shown(right.mass * six[first], 4));
+    let evidence = format!("{} is {own}, mirrored {mirrored} kg m^2", SIX[first].0);
+    let mut agreeing = slips(left, right, signs, &given, &wanted)
+        .into_iter()
+        .filter(|slip| differ(&slip.1, REPAIRED_SHARE).is_empty());
+    let repair = match (agreeing.next(), agreeing.next()) {
+        (Some((text, _)), None) => Some(Repair { text: format!("with {text} they are"), bodies: vec![] }),
+        // Parts of both sides differ a little; without a slip that explains it, only large differences count.
+        _ if [0, 3, 5].into_iter().all(|k| given[k].max(wanted[k]) < INERTIA_FACTOR * given[k].min(wanted[k])) => {
+            return None;
+        }
+        _ => None,
+    };
+    Some(Finding { repair, ..Finding::new(subject, Mistake::NotMirrored, fact, evidence) })
+}
+
+/// Usual slips on one side: their names, and the six numbers of the right body per mass with the slip undone.
+fn slips(left: &Body, right: &Body, signs: Vector3, given: &[f64; 6], wanted: &[f64; 6]) -> Vec<(String, [f64; 6])> {
+    let name = |k: usize| SIX[k].0;
+    let mut found = Vec::new();
+    let changed: Vec<usize> = [1, 2, 4].into_iter().filter(|&k| given[k] * wanted[k] < 0.0).collect();
+    if !changed.is_empty() {
+        let names: Vec<&str> = changed.iter().map(|&k| name(k)).collect();
+        let six = std::array::from_fn(|k| if changed.contains(&k) { -given[k] } else { given[k] });
+        found.push((format!("the sign of {} changed on one side", names.join(", ")), six));
+    }
+    for (a, b) in [(0, 3), (0, 5), (3, 5), (1, 2), (1, 4), (2, 4)] {
+        let mut six = *given;
+        six.swap(a, b);
+        found.push((format!("{} and {} of one side exchanged", name(a), name(b)), six));
+    }
+    for k in 0..6 {
+        let power = (wanted[k] / given[k]).abs().log10().round();
+        if power.is_finite() && power != 0.0 {
+            let mut six = *given;
+            six[k] *= 10f64.powf(power);
+            found.push((
+                format!(
+                    "{} of one side in the decimals of the other, a factor of {}",
+                    name(k),
+                    10f64.powf(power.abs())
+                ),
+                six,
+            ));
+        }
+    }
+    let across = |m: &Matrix3| [0, 1, 2].map(|i| [0, 1, 2].map(|j| signs[i] * signs[j] * m[i][j]));
+    let mirrored = Body { pose: Pose { rotation: across(&left.pose.rotation), ..right.pose }, ..right.clone() };
+    if mirrored.pose != right.pose {
+        let text = "the inertial frame (rpy) of one side the mirror image of the other's".to_string();
+        found.push((text, image(&mirrored, [1.0; 3]).inertia.map(|i| i / right.mass)));
+    }
+    found
 }
 
 fn axes(robot: &Robot, pair: &MirrorPair, findings: &mut Vec<Finding>) {
@@ -164,6 +232,73 @@ mod tests {
         assert_eq!(legs([[THIGH, SHANK], MIRRORED], "0 -1 0"), []);
     }
 
+    /// Each slip on one side is named with the numbers that differ; without a slip that explains it, only a large difference is.
+    #[test]
+    fn inertias_are_compared_with_the_mirror_image() {
+        let legs = |right: [f64; 6], rpy: [&str; 2]| {
+            let leg = |side: &str, y: f64, [xx, xy, xz, yy, yz, zz]: [f64; 6], rpy: &str| {
+                format!(
+                    "<link name=\"{side}_leg\"><inertial><origin xyz=\"0 {y} -0.1\" rpy=\"{rpy}\"/><mass value=\"2\"/><inertia \
+                     ixx=\"{xx}\" ixy=\"{xy}\" ixz=\"{xz}\" iyy=\"{yy}\" iyz=\"{yz}\" izz=\"{zz}\"/></inertial></link>\
+                     <joint name=\"{side}_hip\" type=\"continuous\"><parent link=\"pelvis\"/><child link=\"{side}_leg\"/>\
+                     <origin xyz=\"0 {} 0\"/><axis xyz=\"0 1 0\"/></joint>",
+                    10.0 * y
+                )
+            };
+            let left = [0.02, 0.003, 0.002, 0.015, -0.004, 0.01];
+            let text = [leg("l", 0.02, left, rpy[0]), leg("r", -0.02, right, rpy[1])].concat();
+            let text = format!("<robot name=\"r\"><link name=\"pelvis\"/>{text}</robot>");
+            let found = lint(&read_urdf(&text, "r.urdf").unwrap());
+            found.iter().filter(|f| f.mistake == Mistake::NotMirrored).map(Finding::text).collect::<Vec<_>>().concat()
+        };
+        let none = ["0 0 0"; 2];
+        let mirrored = [0.02, -0.003, 0.002, 0.015, 0.004, 0.01];
+        assert_eq!(legs(mirrored, none), "");
+        assert_eq!(legs(mirrored.map(|i| 1.08 * i), none), "");
+        for (six, rpy, named) in [
+            (
+                [0.02, 0.003, 0.002, 0.015, -0.004, 0.01],
+                none,
+                "ixy, iyz differ: ixy is 0.003, mirrored -0.003 kg m^2; with the sign of ixy, iyz",
+            ),
+            (
+                [0.02, -0.003, -0.002, 0.015, 0.004, 0.01],
+                none,
+                "ixz differ: ixz is -0.002, mirrored 0.002 kg m^2; with the sign of ixz changed",
+            ),
+            (
+                [0.02, -0.003, 0.002, 0.01, 0.004, 0.015],
+                none,
+                "iyy, izz differ: iyy is 0.01, mirrored 0.015 kg m^2; with iyy and izz of one side",
+            ),
+            (
+                [0.02, -0.003, 0.002, 0.015, 0.0004, 0.01],
+                none,
+                "iyz differ: iyz is 0.0004, mirrored 0.004 kg m^2; with iyz of one side in the decimals of the other, a factor of 10",
+            ),
+            (
+                mirrored,
+                ["0.4 0 0", "0.4 0 0"],
+                "ixz, iyy, iyz, izz differ, in the axes of the link: ixz is 0.0006739, mirrored 0.00301 kg m^2",
+            ),
+            (
+                mirrored,
+                ["0.4 0 0", "0.4 0 0"],
+                "with the inertial frame (rpy) of one side the mirror image of the other's they are",
+            ),
+            // No slip explains a factor of four.
+            (mirrored.map(|i| 0.25 * i), none, "ixx, ixy, iyy, iyz, izz differ: ixx is 0.005, mirrored 0.02 kg m^2"),
+        ] {
+            let text = legs(six, rpy);
+            assert!(text.contains(named), "{named}: {text}");
+            assert_eq!(text.contains("; with "), six[0] == 0.02, "{text}");
+        }
+        // The same frame turned the other way is the mirror image.
+        assert_eq!(legs(mirrored, ["0.4 0 0", "-0.4 0 0"]), "");
+        // Half of the moments is the other motor.
+        assert_eq!(legs(mirrored.map(|i| 0.5 * i), none), "");
+    }
+
     #[test]
     fn copies_and_masses_and_axes_are_one_sentence_each() {
         let copies = legs([[THIGH, SHANK], [THIGH, SHANK]], "0 1 0");
@@ -198,7 +333,7 @@ mod tests {
         let repair = finding.repair.as_ref().unwrap();
         assert!(repair.text.contains("the mirror image of the other side"), "{}", repair.text);
         for (body, wanted) in repair.bodies.iter().zip([zero(MIRRORED[0]), zero(MIRRORED[1])]) {
-            assert_eq!((body.mass, body.pose.unwrap().position), (wanted.0, wanted.1));
+            assert_eq!((body.mass, body.pose.position), (wanted.0, wanted.1));
         }
         assert!((repair.bodies[0].inertia[1] + 1e-4).abs() < 1e-18, "{:?}", repair.bodies[0].inertia);
     }

@@ -18,6 +18,9 @@ pub struct MirrorPair {
     /// The signs of M_i: coordinate k of a point of the left link, in its frame of the file, has this sign in the frame of the
     /// right link. `None` if the frames are no mirror images at q = 0.
     pub signs: Option<Vector3>,
+    /// Whether both limbs are one limb that is mounted in two orientations: then their bodies are copies, where their frames are
+    /// mirror images too.
+    pub is_turned_copy: bool,
 }
 
 /// The words of the sides, left first. Short words count between separators only.
@@ -95,8 +98,9 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     let poses: Vec<Pose> = poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect();
     let mut pairs: Vec<MirrorPair> = Vec::new();
-    // The plane of each pair: a point of it and its normal.
+    // The plane of each pair: a point of it and its normal. The limb of each pair, as its first pair.
     let mut planes: Vec<(Vector3, Vector3)> = Vec::new();
+    let mut limbs: Vec<usize> = Vec::new();
     for left in robot.link_ids() {
         let link = robot.link(left);
         for name in right_names(&link.name) {
@@ -122,12 +126,31 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
             // The frames of the last link of a limb do not show where the body lies: a reflection in a point is no evidence.
             let is_last = !robot.links.iter().any(|link| link.antecedent == Some(left));
             let signs = signs.filter(|signs| !is_last || signs.iter().filter(|s| **s < 0.0).count() == 1);
-            pairs.push(MirrorPair { left, right, signs });
+            let limb = of_before.map_or(pairs.len(), |k| limbs[k]);
+            let is_copy = match link.antecedent.zip(other.antecedent).filter(|_| of_before.is_some()) {
+                Some((i, j)) => {
+                    let [step, other] = [(i, left), (j, right)].map(|(a, b)| poses[a.0].inverse().compose(&poses[b.0]));
+                    off_by(&step, &other) <= TURN_SLACK
+                }
+                None => off_by(&poses[left.0], &Pose { position: p, ..poses[right.0] }) > TURN_SLACK,
+            };
+            pairs.push(MirrorPair { left, right, signs, is_turned_copy: is_copy });
+            pairs[limb].is_turned_copy &= is_copy;
             planes.push(plane);
+            limbs.push(limb);
             break;
         }
     }
+    for k in 0..pairs.len() {
+        pairs[k].is_turned_copy = pairs[limbs[k]].is_turned_copy;
+    }
     pairs
+}
+
+/// The largest difference of two poses in a coordinate, m, or in an entry of the rotation.
+fn off_by(a: &Pose, b: &Pose) -> f64 {
+    let rows = (0..3).flat_map(|i| minus(a.rotation[i], b.rotation[i])).chain(minus(a.position, b.position));
+    rows.fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// The plane in the middle between two points. `None` if it is not parallel to two axes of the base: then the points are no
@@ -224,5 +247,29 @@ mod tests {
         // The right thigh is turned by a half about x: its y and z point the other way, its knee too.
         assert_eq!(legs("0.02 0.01 0.2", "3.14159265358979 0 0"), [Some([1.0, 1.0, -1.0]), across]);
         assert_eq!(legs("0.02 -0.01 -0.2", "0.3 0 0")[0], None);
+    }
+
+    /// An arm of one kind on both sides, turned by 45 degrees: its frames are mirror images as long as it is flat.
+    #[test]
+    fn one_limb_in_two_orientations_is_a_copy() {
+        let found = |right_elbow: &str, turns: [&str; 2]| {
+            let arm = |side: &str, y: f64, rpy: &str, elbow: &str| {
+                format!(
+                    "<link name=\"{side}_arm\"/><link name=\"{side}_hand\"/><joint name=\"{side}_j\" type=\"continuous\"><parent \
+                     link=\"b\"/><child link=\"{side}_arm\"/><origin xyz=\"0 {y} 0\" rpy=\"{rpy}\"/></joint><joint \
+                     name=\"{side}_k\" type=\"continuous\"><parent link=\"{side}_arm\"/><child link=\"{side}_hand\"/><origin \
+                     xyz=\"{elbow}\"/><axis xyz=\"0 1 0\"/></joint>"
+                )
+            };
+            let arms = [arm("l", 0.2, turns[0], "0.3 0.05 0"), arm("r", -0.2, turns[1], right_elbow)].concat();
+            let text = format!("<robot name=\"r\"><link name=\"b\"/>{arms}</robot>");
+            let pairs = mirror_pairs(&read_urdf(&text, "r.urdf").unwrap());
+            pairs.iter().map(|pair| pair.is_turned_copy).collect::<Vec<_>>()
+        };
+        let turned = ["0 0 0.8", "0 0 -0.8"];
+        assert_eq!(found("0.3 0.05 0", turned), [true, true]);
+        // A mirrored elbow is that of another arm, and without a turn left and right are told apart by their bodies alone.
+        assert_eq!(found("0.3 -0.05 0", turned), [false, false]);
+        assert_eq!(found("0.3 0.05 0", ["0 0 0"; 2]), [false, false]);
     }
 }

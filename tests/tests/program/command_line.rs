@@ -353,6 +353,28 @@ fn lint_writes_the_repair_that_it_names() {
     assert!(run.err.contains("nothing is written") && !here.join("none.urdf").exists(), "{}", run.err);
 }
 
+/// The numbers of an MJCF and of a YAML change in their places.
+#[test]
+fn lint_writes_into_other_formats() {
+    let here = folder("lint_write_formats");
+    let mjcf = "<mujoco><worldbody><body name=\"b\"><!-- kept --><joint name=\"j\" axis=\"0 1 0\"/>\n<inertial pos=\"0.1 0 0\" quat=\"1 1 0 0\" \
+                mass=\"4000\" diaginertia=\"10 20 20\"/></body></worldbody><actuator><motor joint=\"j\"/></actuator></mujoco>";
+    let yaml = "convention: khalil-kleinfinger\nname: r # kept\nlinks:\n- {link: 1, antecedent: base, theta: q1}\nstandard_parameters:\n  \
+                1: {XX: 5, XY: 0, XZ: 0, YY: 60, YZ: 0, ZZ: 60, MX: 400, MY: 0, MZ: 0, M: 4000} # g\n";
+    let sound = [
+        mjcf.replace("4000", "4").replace("10 20 20", "0.01 0.02 0.02"),
+        yaml.replace("4000", "4").replace("400", "0.4").replace(" 60", " 0.06").replace("XX: 5", "XX: 0.005"),
+    ];
+    for ((file, given), wanted) in [("arm.xml", mjcf), ("arm.yaml", yaml)].into_iter().zip(sound) {
+        std::fs::write(here.join(file), given).unwrap();
+        let out = format!("repaired_{file}");
+        let run = rist(&here, &["lint", file, "--write", &out]).ended(1);
+        assert!(run.out.contains("in g and g m^2"), "{}", run.out);
+        assert_eq!(std::fs::read_to_string(here.join(&out)).unwrap(), wanted);
+        rist(&here, &["lint", &out]).ended(0);
+    }
+}
+
 /// A centre of mass outside of its mesh is told, one inside is not, also where shape and centre are moved together.
 #[test]
 fn lint_looks_into_meshes() {

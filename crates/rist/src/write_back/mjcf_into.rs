@@ -72,7 +72,7 @@ pub fn mjcf_into(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
+pub(super) fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
     match child(body, "inertial") {
         Some(old) => edits.replace(old.range(), inertial),
         None => edits.insert(body, inertial),

@@ -9,6 +9,7 @@ mod mjcf_actuators;
 pub mod mjcf_into;
 mod mjcf_names;
 mod mjcf_pose;
+mod repairs;
 mod steps;
 mod text_edit;
 pub mod urdf;

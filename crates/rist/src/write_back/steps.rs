@@ -1,20 +1,24 @@
 //! Functions of the library that write identified parameters into URDF and MJCF files.
 
+use std::path::Path;
+
 use linear_model::parameter::FrictionParameter::*;
 use linear_model::parameter::ParameterId;
 
 use crate::write_back::body::JointDynamics;
 use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
-use crate::write_back::urdf::{WrittenBack, write_back, write_repairs};
+use crate::write_back::repairs::write_repairs;
+use crate::write_back::urdf::{WrittenBack, write_back};
 
-use crate::describe::description::{ModelOptions, without_macros};
-use crate::describe::linting::Lint;
+use crate::describe::description::{ModelOptions, parse_robot, without_macros};
+use crate::describe::linting::{Lint, lint_with_meshes};
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::samples::Bodies;
 use identification::estimate::artefact::Estimate;
-use robot::Format;
+use robot::lint::{Finding, RepairedBody, Severity};
+use robot::{Format, Link, Part, Pose, Robot};
 
 /// The URDF with identified inertials, joint damping and friction; all other text stays. The notes name identified parameters
 /// that a URDF cannot express.
@@ -35,19 +39,66 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// The URDF with the repairs of a search for mistakes, and the names of the bodies that they change; all other text is unchanged.
+/// The description `text` (URDF, MJCF or YAML) with the repairs of a search for mistakes, and the names of the bodies that they
+/// change; all other text is unchanged, but macros are expanded. The result is read and searched again.
 ///
-/// Fails if the text is no URDF, and with a verdict if no finding has a repair whose numbers are determined.
-pub fn write_repaired(found: &Lint, urdf: &str, file: &str) -> Result<(String, Vec<String>), Error> {
-    let bodies: Vec<_> =
+/// Fails with a verdict if no finding has a repair whose numbers are determined, or if a repaired body still has a finding.
+pub fn write_repaired(
+    found: &Lint,
+    text: &str,
+    path: &Path,
+    options: &ModelOptions,
+) -> Result<(String, Vec<String>), Error> {
+    let repaired = |f: &Finding| f.repair.as_ref().is_some_and(|repair| !repair.bodies.is_empty());
+    let bodies: Vec<&RepairedBody> =
         found.findings.iter().filter_map(|f| f.repair.as_ref()).flat_map(|repair| &repair.bodies).collect();
     if bodies.is_empty() {
+        return Err(Error::verdict("nothing is written: no finding has a repair that alone is plausible"));
+    }
+    let (text, file) = (without_macros(text, path, options)?, path.display().to_string());
+    let read = |text: &str| parse_robot(text, path, options);
+    let written = write_repairs(&text, &file, &read(&text)?, &bodies)?;
+    let robot = read(&written)?;
+    // What was known before and has no repair stays.
+    let is_known =
+        |g: &Finding| found.findings.iter().any(|f| !repaired(f) && (f.mistake, &f.fact) == (g.mistake, &g.fact));
+    let is_repaired = |name: &String| bodies.iter().any(|body| body.name == *name);
+    let again = lint_with_meshes(&robot, path.parent().unwrap_or(Path::new("")), None).findings;
+    let left =
+        again.iter().find(|f| f.severity() != Severity::Note && f.subjects.iter().any(is_repaired) && !is_known(f));
+    if let Some(finding) = left {
         return Err(Error::verdict(format_args!(
-            "nothing is written: no finding has a repair that alone is plausible"
+            "nothing is written: the file with the repair has a finding: {finding}"
         )));
     }
-    let names = bodies.iter().map(|body| body.name.clone()).collect();
-    Ok((write_repairs(urdf, file, &bodies)?, names))
+    if let Some(body) = bodies.iter().find(|body| !is_in(&robot, body)) {
+        return Err(Error::verdict(format_args!(
+            "nothing is written: {file} would not give {} the repaired numbers",
+            body.name
+        )));
+    }
+    Ok((written, bodies.iter().map(|body| body.name.clone()).collect()))
+}
+
+/// Largest rounding error of a number that is written and read, as a fraction of the largest of the body.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether the robot has this body: its ten parameters about the origin of the frame of the file.
+fn is_in(robot: &Robot, body: &RepairedBody) -> bool {
+    let RepairedBody { ref name, mass, pose, inertia, .. } = *body;
+    let wanted = Part { name: name.clone(), pose, mass, inertia }.parameters();
+    let largest = wanted.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let near = |x: &[f64; 10]| x.iter().zip(wanted).all(|(x, wanted)| (x - wanted).abs() <= ROUNDING * largest);
+    let of_file =
+        |part: &Part, to_file: Pose| near(&Part { pose: to_file.compose(&part.pose), ..part.clone() }.parameters());
+    let frame =
+        |link: &Link| link.frames.iter().find(|frame| frame.0 == *name).map_or(link.file_frame, |frame| frame.1);
+    let in_base = robot.base.parts.iter().any(|part| part.name == *name && of_file(part, Pose::IDENTITY));
+    in_base
+        || robot.links.iter().any(|link| match link.inertial {
+            Some(x) if link.parts.is_empty() => link.name == *name && near(&x),
+            _ => link.parts.iter().any(|part| part.name == *name && of_file(part, frame(link).inverse())),
+        })
 }
 
 /// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without shapes, or

@@ -10,7 +10,6 @@ use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
 use logs::Error;
 use nalgebra::Rotation3;
 use robot::format::roll_pitch_yaw;
-use robot::lint::RepairedBody;
 use robot::{LinkId, Pose, Robot};
 use roxmltree::{Document, Node};
 
@@ -64,35 +63,6 @@ pub fn write_back(
     Ok(WrittenBack { text: edits.apply(), notes })
 }
 
-/// Writes repaired bodies into the URDF `text`: only their numbers change.
-///
-/// Fails if the text is no URDF, or if a link or its inertial is missing in it.
-pub fn write_repairs(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String, Error> {
-    let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
-    let root = document.root_element();
-    if !root.has_tag_name("robot") {
-        let found = root.tag_name().name();
-        let message =
-            format!("repairs are written into a URDF, whose root is <robot>, found <{found}>: convert it first");
-        return Err(Error::at(file, 0, message));
-    }
-    let mut edits = Edits::of(text);
-    for body in bodies {
-        let link = element(root, "link", &body.name, file)?;
-        let missing = || Error::at(file, 0, format!("link {}: it has no <inertial> to write into", body.name));
-        let inertial = link.children().find(|n| n.has_tag_name("inertial")).ok_or_else(missing)?;
-        if let Some(pose) = &body.pose {
-            let [x, y, z] = pose.position;
-            // Adding zero writes 0 for -0.
-            let rpy = roll_pitch_yaw(&pose.rotation).map(|angle| (angle + 0.0).to_string()).join(" ");
-            edits.set_child(&inertial, "origin", &[("xyz", format!("{x} {y} {z}")), ("rpy", rpy)]);
-        }
-        edits.set_child(&inertial, "mass", &[("value", body.mass.to_string())]);
-        edits.set_child(&inertial, "inertia", &six(&body.inertia));
-    }
-    Ok(edits.apply())
-}
-
 /// Writes moved joint frames into the URDF `text`: each `<origin>` is followed by the pose `changes` of its joint. All other bytes
 /// stay.
 ///
@@ -130,13 +100,13 @@ pub fn write_origins(text: &str, file: &str, changes: &[(String, Pose)]) -> Resu
 }
 
 /// The attributes of `<inertia>`.
-fn six(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [(&'static str, String); 6] {
+pub(super) fn six(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [(&'static str, String); 6] {
     let inertia = [("ixx", xx), ("ixy", xy), ("ixz", xz), ("iyy", yy), ("iyz", yz), ("izz", zz)];
     inertia.map(|(k, v)| (k, v.to_string()))
 }
 
 /// The child element of `<robot>` with this tag and name; elements in a transmission are not searched.
-fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
+pub(super) fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
     // The robot's names are stored in printable form, so names of the file are converted before they are compared.
     let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);
     let found = root.children().find(|n| n.has_tag_name(tag) && is_it(n));
@@ -235,33 +205,6 @@ mod tests {
     fn nothing_to_write_changes_no_byte() {
         let robot = read_urdf(URDF, "arm.urdf").unwrap();
         assert_eq!(write_back(URDF, "arm.urdf", &robot, &[], &[]).unwrap().text, URDF);
-    }
-
-    #[test]
-    fn a_repair_changes_the_numbers_of_its_body_alone() {
-        let inertia = [0.03, 0.001, 0.0, 0.02, 0.0, 0.03];
-        let turned = Pose { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], position: [0.2, 0.0, 0.1] };
-        let upper = RepairedBody { name: "upper".into(), mass: 2.5, pose: None, inertia };
-        let tool = RepairedBody { name: "tool".into(), mass: 0.5, pose: Some(turned), inertia };
-        let written = write_repairs(URDF, "arm.urdf", &[&upper, &tool]).unwrap();
-        let robot = read_urdf(&written, "arm.urdf").unwrap();
-        let part = |name: &str| robot.links[0].parts.iter().find(|part| part.name == name).cloned().unwrap();
-        let given = read_urdf(URDF, "arm.urdf").unwrap().links[0].parts[0].pose;
-        assert_eq!((part("upper").mass, part("upper").inertia, part("upper").pose), (2.5, inertia, given));
-        assert!(written.contains(r#"<origin xyz="0.2 0 0.1" rpy="0 0 1.5707963267948966"/>"#), "{written}");
-        for kept in [
-            "<!-- keep me -->",
-            "<!-- from CAD -->",
-            "<origin xyz=\"0.1 0 0\" rpy=\"0 0.5 0\"/>",
-            "<mass value='2.5'/>",
-        ] {
-            assert!(written.contains(kept), "{written}");
-        }
-        let missing = RepairedBody { name: "hand".into(), mass: 1.0, pose: None, inertia };
-        let message = write_repairs(URDF, "arm.urdf", &[&missing]).unwrap_err().to_string();
-        assert!(message.contains("link hand: it has no <inertial>"), "{message}");
-        let message = write_repairs("<mujoco/>", "arm.xml", &[&upper]).unwrap_err().to_string();
-        assert!(message.contains("found <mujoco>"), "{message}");
     }
 
     #[test]

@@ -32,7 +32,12 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
         link.collisions.iter_mut().for_each(|collision| quietly(&mut collision.link));
     }
     robot.base.parts.iter_mut().for_each(|part| part.name = line(&part.name).into_owned());
-    robot.base.collisions.iter_mut().for_each(|collision| collision.link = line(&collision.link).into_owned());
+    robot
+        .base
+        .collisions
+        .iter_mut()
+        .chain(&mut robot.visuals)
+        .for_each(|collision| collision.link = line(&collision.link).into_owned());
     robot.source = robot.source.map(|source| line(&source).into_owned());
     for note in robot.notes.iter_mut().chain(&mut robot.snapped) {
         (note.subject, note.text) = (line(&note.subject).into_owned(), line(&note.text).into_owned());

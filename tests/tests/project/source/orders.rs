@@ -48,6 +48,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "inertial_repair",
             "mirror_pairs",
             "mirror_comparison",
+            "relative_density",
             "gravity_load",
             "inertial_conventions",
             "lint",

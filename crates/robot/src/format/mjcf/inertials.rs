@@ -120,12 +120,10 @@ impl<'a> MjcfShape<'a> {
         Ok(Some(volume.part(&self.pose, mass.map_or(density, |mass| mass / volume.volume))))
     }
 
-    /// The collision shape. `None` if the shape is excluded from all collisions.
-    pub(super) fn collision(&self, body: &str, meshes: &Meshes) -> Result<Option<Collision>, Error> {
+    /// The shape for collisions, and whether it is only drawn: then it is excluded from all collisions.
+    pub(super) fn collision(&self, body: &str, meshes: &Meshes) -> Result<(Collision, bool), Error> {
         let is_off = |name: &str| Ok::<bool, Error>(self.view.number(name)? == Some(0.0));
-        if is_off("contype")? && is_off("conaffinity")? {
-            return Ok(None);
-        }
+        let is_drawn = is_off("contype")? && is_off("conaffinity")?;
         let [a, b, c] = self.size;
         let unread =
             |reason: String| CollisionShape::Unread { reason: format!("line {}: {reason}", self.view.element.at().0) };
@@ -141,7 +139,7 @@ impl<'a> MjcfShape<'a> {
             ("capsule", _) => CollisionShape::Capsule { radius: a, length: 2.0 * b },
             (kind, _) => unread(format!("a {kind} is not read")),
         };
-        Ok(Some(Collision { link: body.to_string(), pose: self.pose, shape }))
+        Ok((Collision { link: body.to_string(), pose: self.pose, shape }, is_drawn))
     }
 }
 

@@ -94,15 +94,12 @@ impl<'a> Meshes<'a> {
             let p = turn.as_ref().map_or(p, |turn| turned_back(turn, p));
             [0, 1, 2].map(|i| scale[i] * p[i])
         };
-        let triangles: Vec<[Vector3; 3]> = triangles.iter().map(|corners| corners.map(moved)).collect();
         // A negative product of the scale factors means a reflection. It turns the faces inward, so two corners of each are
         // exchanged.
-        let volume = if scale.iter().product::<f64>() < 0.0 {
-            enclosed(&triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect::<Vec<_>>(), how)
-        } else {
-            enclosed(&triangles, how)
-        };
-        volume.map_err(|what| format!("the mesh `{}`: {what}", shown(name)))
+        let is_reflected = scale.iter().product::<f64>() < 0.0;
+        let outward = |[a, b, c]: [Vector3; 3]| if is_reflected { [a, c, b] } else { [a, b, c] };
+        let triangles: Vec<_> = triangles.iter().map(|corners| outward(corners.map(moved))).collect();
+        enclosed(&triangles, how).map_err(|what| format!("the mesh `{}`: {what}", shown(name)))
     }
 
     fn triangles(&self, name: &str) -> Result<Vec<[Vector3; 3]>, String> {

@@ -20,6 +20,7 @@ use super::inertials::part;
 use super::joints::{Moved, moved};
 use super::left_out;
 use super::meshes::Meshes;
+use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::expression::no_symbol;
 use crate::format::jointed::{self, FileContext, FileJoint, LumpedBody};
@@ -52,7 +53,8 @@ pub(in crate::format) fn read_mjcf_with(
     let mut moved = moved(&bodies, &compiler, options.floating_base, options.root, &mut notes)?;
     let drives = drives(&root, &defaults, &mut moved.joints, &mut notes)?;
     let tied = equalities(&root, &defaults, &bodies, &moved, &drives, options.mimic, &mut notes)?;
-    let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped)?;
+    let mut visuals = Vec::new();
+    let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped, &mut visuals)?;
     if let Some(total) = compiler.total_mass {
         scale_to(&mut carried, total);
     }
@@ -72,16 +74,18 @@ pub(in crate::format) fn read_mjcf_with(
         notes,
         snapped,
     };
-    jointed::robot(source, joints, rest, options.angles)
+    Ok(Robot { visuals, ..jointed::robot(source, joints, rest, options.angles)? })
 }
 
-/// For each joint, the bodies that it carries. The last entry has the bodies that are fixed to the base.
+/// For each joint, the bodies that it carries. The last entry has the bodies that are fixed to the base. Also adds the shapes of
+/// bodies that are only drawn to `visuals`.
 fn carried(
     bodies: &[MjcfBody],
     moved: &Moved,
     compiler: &Compiler,
     meshes: &Meshes,
     snapped: &mut Vec<Note>,
+    visuals: &mut Vec<Collision>,
 ) -> Result<Vec<Vec<LumpedBody>>, Error> {
     let mut carried = vec![Vec::new(); moved.joints.len() + 1];
     for (b, body) in bodies.iter().enumerate().filter(|(b, _)| moved.is_part[*b]) {
@@ -91,9 +95,13 @@ fn carried(
             0 => None,
             _ => part(&body.name, body.inertial, &body.shapes, compiler, meshes, snapped)?,
         };
-        let mut collisions = Vec::new();
+        let (mut collisions, mut drawn) = (Vec::new(), Vec::new());
         for shape in &body.shapes {
-            collisions.extend(shape.collision(&body.name, meshes)?);
+            let (shape, is_drawn) = shape.collision(&body.name, meshes)?;
+            if is_drawn { drawn.push(shape) } else { collisions.push(shape) }
+        }
+        if collisions.is_empty() {
+            visuals.append(&mut drawn);
         }
         let one = LumpedBody { name: body.name.clone(), pose, part, collisions };
         carried[carrier.unwrap_or(moved.joints.len())].push(one);

@@ -1,4 +1,4 @@
-//! Reads the `<collision>` elements of a URDF.
+//! Reads the `<collision>` and `<visual>` elements of a URDF.
 //!
 //! A shape that cannot be read is kept as `Unread`, with its line. It is no error, because most uses of a robot need no shapes.
 
@@ -12,10 +12,10 @@ use crate::format::xml::child;
 use crate::inertial::Pose;
 use crate::value::Value;
 
-/// The collision shapes of a `<link>`, in the frame of this link.
-pub(super) fn collisions(link: Node) -> Vec<Collision> {
+/// The shapes of a `<link>` in elements with this tag, in the frame of this link.
+pub(super) fn shapes(link: Node, tag: &str) -> Vec<Collision> {
     let name = link.attribute("name").unwrap_or("");
-    let own = link.children().filter(|n| n.has_tag_name("collision"));
+    let own = link.children().filter(|n| n.has_tag_name(tag));
     let read = |node: Node| {
         let (pose, shape) = placed(node).unwrap_or_else(|what| {
             let line = node.document().text_pos_at(node.range().start).row;

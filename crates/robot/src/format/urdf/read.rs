@@ -68,6 +68,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         snapped,
     };
     Ok(Robot {
+        visuals: checked.visuals,
         oddities: checked.oddities,
         format: Format::Urdf,
         ..jointed::robot(source, joints, rest, options.angles)?

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use roxmltree::{Document, Node};
 
-use super::collision::collisions;
+use super::collision::shapes;
 use super::oddities::{oddities, stated_loops};
 use crate::collision::Collision;
 use crate::error::Error;
@@ -17,7 +17,7 @@ use crate::format::budget::MAX_LINKS;
 use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::DescriptionFile;
 use crate::format::shown::shown;
-use crate::format::xml::document;
+use crate::format::xml::{child, document};
 use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
@@ -110,6 +110,8 @@ pub(super) struct Checked {
     pub joints: BTreeMap<String, JointMark>,
     /// The collision shapes of each link, by its name, in the frame of the link in the file.
     pub collisions: BTreeMap<String, Vec<Collision>>,
+    /// The visual shapes of the links without a collision shape.
+    pub visuals: Vec<Collision>,
     /// Notes on values that were changed, and on ignored elements.
     pub notes: Vec<Note>,
     /// Findings about suspicious texts, which lint reports.
@@ -150,16 +152,15 @@ pub(super) fn check_xml(source: DescriptionFile, text: &str, floats: bool) -> Re
         }
     }
     reader.copy(root, "the robot")?;
-    let (links, joints) = (reader.links(root)?, reader.joints(root)?);
-    let at = reader.at(root);
-    let shapes = root.children().filter(|n| n.has_tag_name("link"));
-    let shapes = shapes.map(|n| (n.attribute("name").unwrap_or("").to_string(), collisions(n))).collect();
+    let of_links = || root.children().filter(|n| n.has_tag_name("link"));
+    let named = |n: Node| (n.attribute("name").unwrap_or("").to_string(), shapes(n, "collision"));
     Ok(Checked {
+        at: reader.at(root),
+        links: reader.links(root)?,
+        joints: reader.joints(root)?,
         text: reader.out,
-        at,
-        links,
-        joints,
-        collisions: shapes,
+        collisions: of_links().map(named).collect(),
+        visuals: of_links().filter(|n| child(*n, "collision").is_none()).flat_map(|n| shapes(n, "visual")).collect(),
         notes: reader.notes,
         oddities: oddities(root),
     })
@@ -189,7 +190,7 @@ struct UrdfChecker<'a, 'i> {
 /// link has other joints.
 fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, 'i>)> {
     let joints = || root.children().filter(|n| n.has_tag_name("joint"));
-    let end = |joint: Node, tag: &str| first(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
+    let end = |joint: Node, tag: &str| child(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
     let joint = joints().find(|j| matches!(j.attribute("type"), Some("floating" | "planar")))?;
     let parent = end(joint, "parent")?;
     let others = joints().filter(|j| *j != joint);
@@ -241,32 +242,32 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             }
         }
         self.out.push('>');
-        for child in node.children().filter(Node::is_element) {
-            let name = child.tag_name().name();
+        for inner in node.children().filter(Node::is_element) {
+            let name = inner.tag_name().name();
             if !children.contains(&name) {
                 // Unknown elements belong to other programs and are skipped. An element with a misspelt name is an error,
                 // because it would be ignored without notice.
                 let is_unused = UNUSED_ELEMENTS.split_whitespace().any(|unused| unused == name);
                 if let Some(meant) = nearest(name, children.iter().copied()).filter(|_| !is_unused) {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
-                    return Err(self.error(child, message));
+                    return Err(self.error(inner, message));
                 }
                 continue;
             }
-            if tag != "robot" && first(node, name) != Some(child) {
-                let line = self.at(child).0;
+            if tag != "robot" && child(node, name) != Some(inner) {
+                let line = self.at(inner).0;
                 let text =
                     format!("<{name}> stands twice, again on line {line}: the first is taken, as other readers do");
                 self.notes.push(Note { subject: named.clone(), text });
                 continue;
             }
-            self.copy(child, &named)?;
+            self.copy(inner, &named)?;
         }
-        if tag == "inertial" && first(node, "inertia").is_none() {
+        if tag == "inertial" && child(node, "inertia").is_none() {
             self.without_inertia(node, &named);
         }
         for (of, name) in REQUIRED_CHILDREN {
-            if of == tag && first(node, name).is_none() {
+            if of == tag && child(node, name).is_none() {
                 return Err(self.error(
                     node,
                     format!("{named} has no <{name}>{}", if tag == "inertial" { " in its <inertial>" } else { "" }),
@@ -325,7 +326,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         let mut links: BTreeMap<String, LinkMark> = BTreeMap::new();
         for node in root.children().filter(|n| n.has_tag_name("link") && !self.left_out.contains(n)) {
             let name = node.attribute("name").unwrap_or("").to_string();
-            let has = |tag: &str| first(node, tag).is_some();
+            let has = |tag: &str| child(node, tag).is_some();
             let mark = LinkMark {
                 at: self.at(node),
                 has_inertial: has("inertial"),
@@ -371,15 +372,15 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
                 );
                 return Err(self.error(node, message));
             }
-            let at = |tag: &str| self.at(first(node, tag).unwrap_or(node));
-            let has = |tag: &str, a: &str| first(node, tag).is_some_and(|n| n.has_attribute(a));
+            let at = |tag: &str| self.at(child(node, tag).unwrap_or(node));
+            let has = |tag: &str, a: &str| child(node, tag).is_some_and(|n| n.has_attribute(a));
             let mark = JointMark {
                 at: self.at(node),
                 axis_at: at("axis"),
                 parent_at: at("parent"),
                 child_at: at("child"),
                 mimic_at: at("mimic"),
-                has_limit: first(node, "limit").is_some(),
+                has_limit: child(node, "limit").is_some(),
                 has_velocity: has("limit", "velocity"),
                 has_range: has("limit", "lower") && has("limit", "upper"),
                 has_damping: has("dynamics", "damping"),
@@ -393,8 +394,4 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         }
         Ok(joints)
     }
-}
-
-fn first<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.is_element() && n.tag_name().name() == tag)
 }

@@ -89,10 +89,8 @@ enum Meaning {
     Open,
 }
 
-#[derive(Default)]
-struct Scope {
-    names: BTreeMap<String, Meaning>,
-}
+/// The meanings of the names in a scope.
+type Scope = BTreeMap<String, Meaning>;
 
 struct Expander<'a> {
     files: Files<'a>,
@@ -115,12 +113,16 @@ struct Expander<'a> {
 }
 
 impl Expander<'_> {
+    /// Counts an element or a text.
+    fn spend(&mut self, element: &XacroElement) -> Result<(), Error> {
+        let many =
+            || format!("more than {MAX_EXPANDED_NODES} elements and texts are written out: no robot has so many");
+        self.work = self.work.checked_sub(1).ok_or_else(|| element.error(many()))?;
+        Ok(())
+    }
+
     fn element(&mut self, element: &Rc<XacroElement>, out: &mut Vec<Child>) -> Result<(), Error> {
-        self.work = self.work.checked_sub(1).ok_or_else(|| {
-            element.error(format!(
-                "more than {MAX_EXPANDED_NODES} elements and texts are written out: no robot has so many"
-            ))
-        })?;
+        self.spend(element)?;
         if self.nested == MAX_ELEMENT_DEPTH {
             return Err(
                 element.error(format!("elements stand {MAX_ELEMENT_DEPTH} deep in each other: no robot is so deep"))
@@ -222,7 +224,11 @@ impl Expander<'_> {
     }
 
     /// Expands the content of a macro or an included file by `go`. Fails if macros and includes are nested too deep.
-    fn deeper(&mut self, element: &XacroElement, go: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+    fn deeper<T>(
+        &mut self,
+        element: &XacroElement,
+        go: impl FnOnce(&mut Self) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         if self.depth == MAX_CALL_DEPTH {
             return Err(element.error(format!("more than {MAX_CALL_DEPTH} macros and includes stand in one another")));
         }
@@ -234,7 +240,7 @@ impl Expander<'_> {
 
     fn property(&mut self, element: &Rc<XacroElement>) -> Result<(), Error> {
         let name = self.text(element.needed("name")?, element)?.text();
-        let is_known = self.scopes.iter().any(|scope| scope.names.contains_key(&name));
+        let is_known = self.scopes.iter().any(|scope| scope.contains_key(&name));
         let meaning = match (element.attribute("value"), element.attribute("default")) {
             (None, Some(_)) if is_known => return Ok(()),
             (Some(raw), _) | (None, Some(raw)) => Meaning::Raw(raw.into()),
@@ -253,7 +259,7 @@ impl Expander<'_> {
             }
             (Some(scope), meaning) => (if scope == "global" { 0 } else { last.saturating_sub(1) }, meaning),
         };
-        self.scopes[place].names.insert(name, meaning);
+        self.scopes[place].insert(name, meaning);
         Ok(())
     }
 
@@ -288,7 +294,7 @@ impl Expander<'_> {
                     known.join(", ")
                 )));
             }
-            scope.names.insert(key.clone(), Meaning::Value(literal(self.text(value, element)?)));
+            scope.insert(key.clone(), Meaning::Value(literal(self.text(value, element)?)));
         }
         let mut blocks = Vec::new();
         self.children(&element.children, element, &mut blocks)?;
@@ -303,15 +309,15 @@ impl Expander<'_> {
                 let block = blocks.next().ok_or_else(missing)?;
                 let block =
                     if parameter.name.starts_with("**") { block.children.clone() } else { vec![Child::Element(block)] };
-                scope.names.insert(parameter.name.clone(), Meaning::Block(block));
-            } else if !scope.names.contains_key(&parameter.name) {
+                scope.insert(parameter.name.clone(), Meaning::Block(block));
+            } else if !scope.contains_key(&parameter.name) {
                 let forwarded = if parameter.forwards { self.known(&parameter.name, element)? } else { None };
                 let value = match (forwarded, &parameter.default) {
                     (Some(value), _) => value,
                     (None, Some(default)) => literal(self.text(default, element)?),
                     (None, None) => return Err(missing()),
                 };
-                scope.names.insert(parameter.name.clone(), Meaning::Value(value));
+                scope.insert(parameter.name.clone(), Meaning::Value(value));
             }
         }
         self.deeper(element, |expander| {
@@ -323,7 +329,7 @@ impl Expander<'_> {
     }
 
     fn block(&self, name: &str) -> Option<Vec<Child>> {
-        self.scopes.iter().rev().find_map(|scope| match scope.names.get(name) {
+        self.scopes.iter().rev().find_map(|scope| match scope.get(name) {
             Some(Meaning::Block(block)) => Some(block.clone()),
             _ => None,
         })
@@ -331,35 +337,25 @@ impl Expander<'_> {
 
     /// The value of a property or argument name; `None` if the name has no value.
     fn known(&mut self, name: &str, element: &XacroElement) -> Result<Option<XacroValue>, Error> {
-        let Some(place) = (0..self.scopes.len()).rev().find(|&k| self.scopes[k].names.contains_key(name)) else {
+        let Some(place) = (0..self.scopes.len()).rev().find(|&k| self.scopes[k].contains_key(name)) else {
             return Ok(None);
         };
-        match self.scopes[place].names.get(name).cloned() {
+        match self.scopes[place].get(name).cloned() {
             Some(Meaning::Value(value)) => Ok(Some(value)),
             Some(Meaning::Raw(raw)) => {
-                self.scopes[place].names.insert(name.into(), Meaning::Open);
+                self.scopes[place].insert(name.into(), Meaning::Open);
                 // A property is evaluated in the scope of its definition. So the scopes inside this scope are removed during the
                 // evaluation.
                 let inner = self.scopes.split_off(place + 1);
-                let value = self.deeper_value(element, |expander| expander.text(&raw, element));
+                let value = self.deeper(element, |expander| expander.text(&raw, element));
                 self.scopes.extend(inner);
                 let value = literal(value?);
-                self.scopes[place].names.insert(name.into(), Meaning::Value(value.clone()));
+                self.scopes[place].insert(name.into(), Meaning::Value(value.clone()));
                 Ok(Some(value))
             }
             Some(Meaning::Open) => Err(element.error(format!("the property `{}` stands for itself", shown(name)))),
             Some(Meaning::Block(_)) | None => Ok(None),
         }
-    }
-
-    fn deeper_value(
-        &mut self,
-        element: &XacroElement,
-        go: impl FnOnce(&mut Self) -> Result<XacroValue, Error>,
-    ) -> Result<XacroValue, Error> {
-        let mut found = XacroValue::None;
-        self.deeper(element, |expander| go(expander).map(|value| found = value))?;
-        Ok(found)
     }
 
     /// Evaluates a text with `${}` and `$()` in it. A text that consists only of one `${}` keeps the type of its value.
@@ -374,11 +370,7 @@ impl Expander<'_> {
     }
 
     fn evaluated(&mut self, text: &str, element: &XacroElement) -> Result<XacroValue, Error> {
-        self.work = self.work.checked_sub(1).ok_or_else(|| {
-            element.error(format!(
-                "more than {MAX_EXPANDED_NODES} elements and texts are written out: no robot has so many"
-            ))
-        })?;
+        self.spend(element)?;
         let (mut parts, mut rest): (Vec<XacroValue>, &str) = (Vec::new(), text);
         while let Some(at) = rest.find('$') {
             let (before, from) = rest.split_at(at);

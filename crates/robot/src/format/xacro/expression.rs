@@ -177,20 +177,23 @@ impl ExpressionParser<'_> {
     }
 
     fn sum(&mut self) -> Result<XacroValue, String> {
-        let mut left = self.product()?;
-        while let Some(operator) = self.peek().filter(|t| ["+", "-"].contains(t)).map(str::to_string) {
-            self.at += 1;
-            let right = self.product()?;
-            left = self.binary(&operator, &left, &right)?;
-        }
-        Ok(left)
+        self.chain(&["+", "-"], Self::product)
     }
 
     fn product(&mut self) -> Result<XacroValue, String> {
-        let mut left = self.signed()?;
-        while let Some(operator) = self.peek().filter(|t| ["*", "/", "//", "%"].contains(t)).map(str::to_string) {
+        self.chain(&["*", "/", "//", "%"], Self::signed)
+    }
+
+    /// Terms with operators between them, applied from the left.
+    fn chain(
+        &mut self,
+        operators: &[&str],
+        term: fn(&mut Self) -> Result<XacroValue, String>,
+    ) -> Result<XacroValue, String> {
+        let mut left = term(self)?;
+        while let Some(operator) = self.peek().filter(|t| operators.contains(t)).map(str::to_string) {
             self.at += 1;
-            let right = self.signed()?;
+            let right = term(self)?;
             left = self.binary(&operator, &left, &right)?;
         }
         Ok(left)

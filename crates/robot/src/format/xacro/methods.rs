@@ -37,12 +37,10 @@ fn of_text(text: &str, name: &str, arguments: &[XacroValue]) -> Result<Option<Xa
         ("split", [Text(by), Int(most @ 0..)]) if !by.is_empty() => {
             list(text.splitn(*most as usize + 1, by.as_str()).map(word))
         }
-        ("strip", [] | [Text(_)]) => word(text.trim_matches(among(arguments.first().unwrap_or(&XacroValue::None)))),
-        ("lstrip", [] | [Text(_)]) => {
-            word(text.trim_start_matches(among(arguments.first().unwrap_or(&XacroValue::None))))
-        }
-        ("rstrip", [] | [Text(_)]) => {
-            word(text.trim_end_matches(among(arguments.first().unwrap_or(&XacroValue::None))))
+        ("strip" | "lstrip" | "rstrip", [] | [Text(_)]) => {
+            let among = among(arguments.first().unwrap_or(&XacroValue::None));
+            let text = if name == "rstrip" { text } else { text.trim_start_matches(&among) };
+            word(if name == "lstrip" { text } else { text.trim_end_matches(&among) })
         }
         ("lower", []) => Text(text.to_lowercase()),
         ("upper", []) => Text(text.to_uppercase()),

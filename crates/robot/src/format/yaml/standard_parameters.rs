@@ -15,7 +15,7 @@ use gate::suggestion::did_you_mean;
 /// The keys of a body that is given by its mass, centre of mass and inertia.
 const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
 /// The keys of the six entries of an inertia matrix.
-const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
+pub(super) const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 
 /// Reads `standard_parameters`. `places`: for each link, the pose of its frame in the file's convention, in our link frame.
 pub(super) fn standard_parameters(
