@@ -36,6 +36,8 @@ use crate::work::work;
 ///   given, the others are estimated; q5=11+-2 expects a gain near 11
 /// - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
 ///   says each with its deviation, and the option or line of the URDF that mends it
+/// - leave_out_contact: Leave out the rows in which the residual is an outlier, such as a contact. The estimate
+///   names them [default: False]
 /// - covariance: Keep the covariance of the parameters in the estimate [default: False]
 /// - loaded_link: The link that carries the load of the logs with a load [default: the last]
 /// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
@@ -74,7 +76,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, leave_out_contact=False, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

@@ -680,6 +680,7 @@ def identify(
     free_bodies: bool = False,
     gain: Mapping[str, float | tuple[float, float]] | None = None,
     unknowns: Sequence[Literal["mount", "zeros", "scales", "springs"]] | None = None,
+    leave_out_contact: bool = False,
     covariance: bool = False,
     loaded_link: str | None = None,
     friction: str | Sequence[str] | None = None,
@@ -717,6 +718,8 @@ def identify(
       given, the others are estimated; q5=11+-2 expects a gain near 11
     - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
       says each with its deviation, and the option or line of the URDF that mends it
+    - leave_out_contact: Leave out the rows in which the residual is an outlier, such as a contact. The estimate
+      names them [default: False]
     - covariance: Keep the covariance of the parameters in the estimate [default: False]
     - loaded_link: The link that carries the load of the logs with a load [default: the last]
     - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
