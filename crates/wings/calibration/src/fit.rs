@@ -163,6 +163,7 @@ impl Fitter<'_> {
                 break;
             }
         }
+        self.problem.chain.within_half_a_turn(&mut at.chain);
         let rows = self.problem.linearised_of(&at, self.rows);
         let (_, normal, _) = self.normal(&rows, &at, &weights);
         let covariance = inverse(&normal);
@@ -326,7 +327,7 @@ impl Fitter<'_> {
 
 /// The inverse of a symmetric matrix, computed with a unit diagonal. A matrix that is not positive definite gets its
 /// pseudo-inverse.
-fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let scale: Vec<f64> = normal.diagonal().iter().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, k| normal[(i, k)] * scale[i] * scale[k]);
     let inverse = match scaled.clone().cholesky() {

@@ -1,5 +1,7 @@
 //! The error on postures that were left out of the fit, and the choice of the prior by it.
 
+use claims::Figure;
+
 use crate::base_geometry::GeometricBase;
 use crate::fit::{Fit, Fitter, Noise, Prior};
 use crate::measurement::{Problem, ResidualKind, Unknowns};
@@ -18,6 +20,27 @@ pub struct PredictionError {
     pub length: Option<f64>,
     /// Angle of an orientation, rad. `None` if no orientation was measured.
     pub angle: Option<f64>,
+}
+
+impl PredictionError {
+    /// One number for the comparison of errors: lengths and angles relative to those of another fit, their geometric mean.
+    pub(crate) fn relative(&self, to: &PredictionError) -> f64 {
+        let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
+        let ratios = [ratio(self.length, to.length), ratio(self.angle, to.angle)];
+        let ratios: Vec<f64> = ratios.into_iter().flatten().collect();
+        ratios.iter().product::<f64>().powf(1.0 / ratios.len().max(1) as f64)
+    }
+
+    /// Figures of this error and of another: of the kind, lengths or angles, that differs more.
+    pub(crate) fn compared(&self, other: &PredictionError) -> (Figure, Figure) {
+        let kinds = [(self.length, other.length, "mm"), (self.angle, other.angle, "mrad")];
+        let of = |(a, b, unit): &(Option<f64>, Option<f64>, &'static str)| {
+            let (a, b) = ((*a)?, (*b)?);
+            Some(((b / a.max(f64::MIN_POSITIVE)).ln().abs(), Figure::new(1e3 * a, *unit), Figure::new(1e3 * b, *unit)))
+        };
+        let most = kinds.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+        most.map_or_else(|| (Figure::new(f64::NAN, "mm"), Figure::new(f64::NAN, "mm")), |(_, a, b)| (a, b))
+    }
 }
 
 /// Sums of squared errors.

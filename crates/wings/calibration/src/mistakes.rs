@@ -22,7 +22,7 @@ const AS_WELL: f64 = 1.5;
 /// Below this share, no mistake is searched: errors of a description have this size.
 const SMALL_SHARE: f64 = 0.004;
 /// Radians that count like the spread of the points.
-const ANGLE_SPREAD: f64 = 1.0;
+pub(crate) const ANGLE_SPREAD: f64 = 1.0;
 
 /// A mistake in the table.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,8 @@ pub struct Mistake {
     pub fault: String,
     /// The corrections that cure it, with those that were given.
     pub corrections: TableCorrections,
+    /// The link that was measured, if it is another one than was taken.
+    pub tip: Option<String>,
     /// Shares of the error: before and after.
     pub shares: [f64; 2],
 }
@@ -50,20 +52,25 @@ pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
 /// Root mean square distance of the measured points from their mean (of distances: from the mean distance); of what is touched,
 /// of the poses of the last link, m.
 pub(crate) fn spread(problem: &Problem) -> f64 {
-    let of_link = |p: &crate::measurement::Posture| {
-        problem.chain.derivatives(&p.q, &p.torque, &vec![0.0; problem.chain.parameters.len()]).pose.position
-    };
     let measured = |p: &crate::measurement::Posture| match (p.distance, p.points.first()) {
         (Some(distance), _) => Vector3::new(distance, 0.0, 0.0),
         (None, Some(point)) => Vector3::from(point.map(|x| if x.is_finite() { x } else { 0.0 })),
         (None, None) => Vector3::zeros(),
     };
-    let spread = |all: Vec<Vector3<f64>>| {
-        let mean: Vector3<f64> = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
-        (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
-    };
-    let own = spread(problem.postures.iter().map(measured).collect());
-    if own > 0.0 { own } else { spread(problem.postures.iter().map(of_link).collect()).max(f64::MIN_POSITIVE) }
+    let own = spread_of(problem.postures.iter().map(measured).collect());
+    if own > 0.0 { own } else { spread_of_links(problem) }
+}
+
+fn spread_of(all: Vec<Vector3<f64>>) -> f64 {
+    let mean: Vector3<f64> = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
+    (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
+}
+
+/// Root mean square distance of the positions of the last link from their mean, by the description, m.
+pub(crate) fn spread_of_links(problem: &Problem) -> f64 {
+    let nothing = vec![0.0; problem.chain.parameters.len()];
+    let of_link = |p: &crate::measurement::Posture| problem.chain.pose(&p.q, &p.torque, &nothing).position;
+    spread_of(problem.postures.iter().map(of_link).collect()).max(f64::MIN_POSITIVE)
 }
 
 /// The possible mistakes of a table, each with its correction.
@@ -116,11 +123,13 @@ fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
     Ok(share(problem, &start(problem, &active, 0)))
 }
 
-/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small.
-pub(crate) fn mistakes(
+/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small. `tips`: the same table for
+/// other measured links, each with the name of its link.
+pub(crate) fn mistakes<'a>(
     robot: &Robot,
     problem: &Problem,
     table: &PoseTable,
+    tips: impl Fn() -> Vec<(&'a str, Problem)>,
     given: &TableCorrections,
     as_given: f64,
 ) -> Result<Vec<Mistake>, Error> {
@@ -132,7 +141,15 @@ pub(crate) fn mistakes(
         let Ok(postures) = table.postures(&corrections) else { continue };
         let after = share_under(robot, &problem.with(postures))?;
         if CURED * after < as_given {
-            found.push(Mistake { fault, corrections, shares: [as_given, after] });
+            found.push(Mistake { fault, corrections, tip: None, shares: [as_given, after] });
+        }
+    }
+    for (name, other) in tips() {
+        let after = share_under(robot, &other)?;
+        if CURED * after < as_given {
+            let fault = format!("the measured link is {name}");
+            let (corrections, tip) = (given.clone(), Some(name.to_string()));
+            found.push(Mistake { fault, corrections, tip, shares: [as_given, after] });
         }
     }
     found.sort_by(|a, b| a.shares[1].total_cmp(&b.shares[1]));

@@ -84,6 +84,7 @@ impl Calibration {
         let (factor, unit) = match p.unit {
             "m" => (1e3, "mm"),
             "rad" => (1e3, "mrad"),
+            "1" => (100.0, "%"),
             other => (1.0, other),
         };
         let value = |x: f64| significant(factor * x, DIGITS);
@@ -131,6 +132,10 @@ impl fmt::Display for Calibration {
         }
         writeln!(f)?;
         let verdict = &self.verdict;
+        if let Some(first) = self.levels.first() {
+            let (before, after) = (shown(&first.left_out), shown(&level.left_out));
+            writeln!(f, "error on postures left out: {before} by the description alone, {after} calibrated")?;
+        }
         let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
         lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
         writeln!(f, "trust: {}", verdict.trust.word())?;

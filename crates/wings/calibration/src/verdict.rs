@@ -8,18 +8,22 @@ use claims::{
 };
 use identification::estimate::topics::{LOG, PARAMETERS, ZERO, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
-use numerics::student::two_sided_quantile;
+use robot::Robot;
 
+use crate::determined::{Determination, OTHER_ANGLES, OTHER_LENGTHS};
 use crate::folds::PredictionError;
-use crate::level::{Level, TestedGear, far_zeros, tested_gears};
+use crate::gears::{GEAR, of_gears};
+use crate::level::{Level, far_zeros};
 use crate::measurement::Problem;
-use crate::mistakes::{Mistake, spread};
+use crate::mistakes::{ANGLE_SPREAD, Mistake, spread, spread_of_links};
 use crate::parameter::ParameterNames;
 
-/// The error on postures that were left out.
-pub(crate) const PREDICTION: Topic = Topic("error on postures left out");
-/// The scale of a joint.
-const GEAR: Topic = Topic("gear scale");
+/// The error of lengths on postures that were left out.
+const LENGTHS: Topic = Topic("error of lengths on postures left out");
+/// The error of angles on postures that were left out.
+const ANGLES: Topic = Topic("error of angles on postures left out");
+/// The comparison of the fits on postures that were left out.
+const COMPARISON: Topic = Topic("comparison of the fits");
 /// Postures that are left out as wrong.
 const OUTLIERS: Topic = Topic("postures");
 /// Joints that stand still.
@@ -28,13 +32,12 @@ const MOTION: Topic = Topic("motion");
 /// Largest error of a good calibration, relative to the spread of what is measured; above [`LARGE_SHARE`] it is a fault.
 const SMALL_SHARE: f64 = 0.01;
 const LARGE_SHARE: f64 = 0.05;
+/// Quantile of a one-sided test of 95 %.
+const ONE_SIDED: f64 = 1.645;
+/// What is measured does not move if its spread is below this share of the spread of the last link.
+const AT_REST: f64 = 0.02;
 /// A joint stands still if its positions spread less than this, rad (m).
 const STILL: f64 = 1e-4;
-/// Level of the test of all gear scales together, and chance with which a fault of the printed size shows.
-const GEAR_LEVEL: f64 = 0.01;
-const POWER: f64 = 0.95;
-/// A scale is not said to agree if only a larger error than this would show.
-const LARGEST_GEAR: f64 = 0.1;
 
 /// Whether a calibration can be used.
 pub struct CalibrationVerdict {
@@ -56,24 +59,9 @@ pub(crate) fn shown(error: &PredictionError) -> String {
     part(error.length, "mm").into_iter().chain(part(error.angle, "mrad")).collect::<Vec<_>>().join(", ")
 }
 
-/// One number for the comparison of errors: lengths and angles relative to those of another fit.
-fn relative(error: &PredictionError, to: &PredictionError) -> f64 {
-    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
-    let ratios: Vec<f64> =
-        [ratio(error.length, to.length), ratio(error.angle, to.angle)].into_iter().flatten().collect();
-    let product: f64 = ratios.iter().product();
-    product.powf(1.0 / ratios.len().max(1) as f64)
-}
-
-fn figure(error: &PredictionError) -> Figure {
-    match (error.length, error.angle) {
-        (Some(length), _) => Figure::new(1e3 * length, "mm"),
-        (None, angle) => Figure::new(1e3 * angle.unwrap_or(f64::NAN), "mrad"),
-    }
-}
-
 /// The verdict on the last of the levels.
 pub(crate) fn verdict(
+    robot: &Robot,
     problem: &Problem,
     names: &ParameterNames,
     levels: &[Level],
@@ -84,16 +72,21 @@ pub(crate) fn verdict(
         return CalibrationVerdict { trust: Trust::No, claims: vec![], reasons: vec![], next: None, recommended };
     };
     let mut claims: Vec<Claim> = mistakes.iter().map(of_mistake).collect();
-    claims.push(of_prediction(problem, levels, recommended));
+    claims.extend(of_comparison(levels, recommended));
+    claims.extend(of_prediction(problem, levels));
     claims.extend(of_motion(problem, names));
-    claims.extend(of_parameters(names, problem, level));
-    claims.extend(of_zeros(problem, names, level));
-    claims.extend(of_outliers(problem, level));
     if mistakes.is_empty() {
+        let determination = Determination { robot, problem, names, level };
+        claims.extend(determination.of_parameters());
+        claims.extend(determination.of_other_postures());
         claims.extend(of_gears(problem, names, level));
     }
-    let further = [LOG, PARAMETERS, ZERO, OUTLIERS, MOTION].map(|topic| Need::where_claimed(Subject::whole(topic)));
-    let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(PREDICTION)));
+    claims.extend(of_zeros(problem, names, level));
+    claims.extend(of_outliers(problem, level));
+    let measured = if level.left_out.length.is_some() { LENGTHS } else { ANGLES };
+    let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(measured)));
+    let further = [LOG, COMPARISON, LENGTHS, ANGLES, OTHER_LENGTHS, OTHER_ANGLES, PARAMETERS, ZERO, OUTLIERS, MOTION];
+    let further = further.map(|topic| Need::where_claimed(Subject::whole(topic)));
     let purpose = further.into_iter().fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
     let trust = worst(&claims, &purpose).trust();
     let lowered = lowering(&claims, &purpose);
@@ -106,54 +99,90 @@ pub(crate) fn verdict(
 /// The level with the smallest error on postures that were left out; of equal ones the first.
 fn best(levels: &[Level]) -> usize {
     let Some(first) = levels.first() else { return 0 };
-    let of = |k: &usize| relative(&levels[*k].left_out, &first.left_out);
+    let of = |k: &usize| levels[*k].left_out.relative(&first.left_out);
     (0..levels.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
 }
 
 fn of_mistake(mistake: &Mistake) -> Claim {
     let [before, after] = mistake.shares.map(|x| Figure::new(100.0 * x, "% of the spread"));
     let trial = Trial::Tried { quantity: "median error".into(), before, after };
-    let remedy = Remedy::new("calibrate", format!("in the file of [options]: {}", mistake.corrections));
+    let remedy = match &mistake.tip {
+        Some(tip) => Remedy::new("calibrate", format!("name the link that was measured: [tip={tip}]")).with("tip", tip),
+        None => Remedy::new("calibrate", format!("in the file of [options]: {}", mistake.corrections)),
+    };
     Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: mistake.fault.clone(), remedy, trial })
 }
 
-fn of_prediction(problem: &Problem, levels: &[Level], recommended: usize) -> Claim {
-    let subject = Subject::whole(PREDICTION);
-    let last = levels.len() - 1;
-    let (level, best) = (&levels[last], &levels[recommended]);
-    if recommended != last {
-        // A fit of frames alone has no errors of the robot: then the description is as good.
-        let (advice, remedy) = match best.what {
-            "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
-            _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
-        };
-        let fault = format!(
-            "{} predicts worse than {} on postures that were left out ({} against {}): {advice}",
-            level.what,
-            best.what,
-            shown(&level.left_out),
-            shown(&best.left_out)
-        );
-        let (before, after) = (figure(&level.left_out), figure(&best.left_out));
-        let trial = Trial::Tried { quantity: "error".into(), before, after };
-        return Claim::new(subject, Outcome::Contradicted { fault, remedy, trial });
-    }
-    let of_length = level.left_out.length.map_or(0.0, |x| x / spread(problem));
-    let share = of_length.max(level.left_out.angle.unwrap_or(0.0));
-    if share <= SMALL_SHARE {
-        return Claim::new(subject, Outcome::Agrees { smallest: figure(&level.left_out) });
-    }
-    let why = format!(
-        "the error on postures left out is {}, {} % of the spread",
+/// Whether another fit predicts better than the one that was asked for.
+fn of_comparison(levels: &[Level], recommended: usize) -> Option<Claim> {
+    let level = levels.last()?;
+    let best = levels.get(recommended).filter(|_| recommended + 1 < levels.len())?;
+    // A fit of frames alone has no errors of the robot: then the description is as good.
+    let (advice, remedy) = match best.what {
+        "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
+        _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
+    };
+    let fault = format!(
+        "{} predicts worse than {} on postures that were left out ({} against {}): {advice}",
+        level.what,
+        best.what,
         shown(&level.left_out),
-        significant(100.0 * share, 2)
+        shown(&best.left_out)
     );
-    if share <= LARGE_SHARE {
-        return cannot_tell(subject, why, "better measurements, or more postures");
-    }
-    let remedy = Remedy::new("calibrate", "look at the joints, the link that is measured, and the columns");
-    let trial = Trial::NotTried { why: "no unit, order, sign or inverse of the table explains it".into() };
-    Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial })
+    let (before, after) = level.left_out.compared(&best.left_out);
+    let trial = Trial::Tried { quantity: "error".into(), before, after };
+    Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
+}
+
+/// The errors of lengths and of angles on postures that were left out, compared with the spread of what is measured.
+fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
+    let (Some(first), Some(last)) = (levels.first(), levels.last()) else { return Vec::new() };
+    // A root mean square of n errors has the relative standard deviation 1 / sqrt(2 n).
+    let sure = (1.0 - ONE_SIDED / (2.0 * problem.postures.len() as f64).sqrt()).max(0.5);
+    let spread = spread(problem);
+    let kinds = [
+        (LENGTHS, first.left_out.length, last.left_out.length, spread, "mm"),
+        (ANGLES, first.left_out.angle, last.left_out.angle, ANGLE_SPREAD, "mrad"),
+    ];
+    let claim = |(topic, before, after, scale, unit): (Topic, Option<f64>, Option<f64>, f64, &str)| {
+        let (before, after, subject) = (before?, after?, Subject::whole(topic));
+        if after <= SMALL_SHARE * scale {
+            let smallest = Figure::new(1e3 * SMALL_SHARE * scale / sure, unit);
+            return Some(Claim::new(subject, Outcome::Agrees { smallest }));
+        }
+        let shown = |x: f64| significant(1e3 * x, 3);
+        let why = format!(
+            "on postures left out the error is {} {unit}, and {} {unit} by the description alone; at most {} {unit} is expected \
+             of a robot of this size",
+            shown(after),
+            shown(before),
+            shown(SMALL_SHARE * scale)
+        );
+        if after <= LARGE_SHARE * scale {
+            return Some(cannot_tell(subject, why, "better measurements, or more postures"));
+        }
+        let of_links = spread_of_links(problem);
+        if topic == LENGTHS && spread < AT_REST * of_links {
+            return Some(at_rest(subject, spread, of_links));
+        }
+        let remedy = Remedy::new("calibrate", "look at the joints, the link that is measured, and the columns");
+        let trial = Trial::NotTried { why: "no unit, order, sign, inverse or other link explains the table".into() };
+        Some(Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial }))
+    };
+    kinds.into_iter().filter_map(claim).collect()
+}
+
+/// The fault that what is measured does not move with the robot.
+fn at_rest(subject: Subject, spread: f64, of_links: f64) -> Claim {
+    let fault = format!(
+        "what is measured moves by {} mm (root mean square) and the last link by {} mm: it is not on the robot that moves",
+        significant(1e3 * spread, 3),
+        significant(1e3 * of_links, 3)
+    );
+    let remedy =
+        Remedy::new("calibrate", "measure a marker on the last link, and look at which pose is in the columns");
+    let trial = Trial::NotTried { why: "it needs other measurements".into() };
+    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
 }
 
 fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
@@ -168,13 +197,6 @@ fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
         cannot_tell(Subject::of(MOTION, [name(k)]), why, format!("postures in which {} moves", name(k)))
     };
     (0..problem.chain.coordinates.len()).filter(still).map(claim).collect()
-}
-
-/// Base parameters that the postures do not determine, although other postures would.
-fn of_parameters(names: &ParameterNames, problem: &Problem, level: &Level) -> Option<Claim> {
-    let all: Vec<String> = level.undetermined.iter().map(|&k| names.of(problem.parameters[k]).to_string()).collect();
-    let why = format!("these postures do not determine {}", all.join(", "));
-    (!all.is_empty()).then(|| cannot_tell(Subject::whole(PARAMETERS), why, "postures that differ in more joints"))
 }
 
 /// Zeros that are so far off that another sign or order of the joints may be the reason.
@@ -195,38 +217,4 @@ fn of_outliers(problem: &Problem, level: &Level) -> Option<Claim> {
     let lines: Vec<String> = out.map(|(posture, _)| posture.line.to_string()).collect();
     let what = format!("the postures of the lines {} are wrong, and are left out of the fit", lines.join(", "));
     (!lines.is_empty()).then(|| Claim::new(Subject::whole(OUTLIERS), Outcome::Assumed { what, by: "the fit".into() }))
-}
-
-/// For each gear scale, whether it differs from 1, and the smallest error that would have shown.
-fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Claim> {
-    let gears = tested_gears(problem, level);
-    let freedom = level.fit.freedom;
-    let limit = two_sided_quantile(GEAR_LEVEL / gears.len().max(1) as f64, freedom);
-    let power = limit + two_sided_quantile(2.0 * (1.0 - POWER), freedom);
-    let claim = |gear: &TestedGear| {
-        let name = &names.coordinates[gear.coordinate];
-        let subject = Subject::of(GEAR, [name]);
-        match gear.estimate {
-            Some((_, sigma)) if power * sigma > LARGEST_GEAR => {
-                let size = significant(100.0 * power * sigma, 2);
-                let why = format!("only an error of {size} % of the scale of {name} would show");
-                cannot_tell(subject, why, "postures over the whole range of the joint")
-            }
-            None => {
-                cannot_tell(subject, format!("these postures do not determine the scale of {name}"), "more postures")
-            }
-            Some((value, sigma)) if value.abs() > limit * sigma => {
-                let why = format!(
-                    "an error of {} +- {} % of the scale of {name} would explain the residuals better, as may other errors",
-                    significant(100.0 * value, 3),
-                    significant(100.0 * sigma, 2)
-                );
-                cannot_tell(subject, why, "postures over the whole range of the joint")
-            }
-            Some((_, sigma)) => {
-                Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * power * sigma, "%") })
-            }
-        }
-    };
-    gears.iter().map(claim).collect()
 }

@@ -7,7 +7,7 @@ use robot::{Pose, Robot};
 use crate::calibrate::Calibration;
 use crate::chain::{Convention, Placed};
 use crate::level::Level;
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, ParameterGroup};
 
 /// The URDF `text` with the calibrated origins of the joints; zeros are part of the origins. All other bytes stay.
 ///
@@ -37,18 +37,23 @@ pub fn calibrated_urdf(
 }
 
 /// The zeros of a level as CSV: joint, zero error and half of its 95 % interval, rad or m. A joint whose zero is not determined has
-/// an empty cell.
+/// an empty cell. Two more columns have the errors of scales, if scales were fitted: q of the robot is (1 + scale) q + zero.
 pub fn zeros_table(found: &Calibration, level: &Level) -> String {
     let all = found.parameters(level);
-    let mut text = String::from("joint,zero,interval,unit\n");
-    for &k in &found.problem.chain.coordinates {
-        let name = &found.names.coordinates[k];
-        let of = all.iter().find(|p| p.parameter == Parameter::Zero { coordinate: k });
-        let unit = found.names.unit(Parameter::Zero { coordinate: k });
-        text += &match of {
-            Some(p) => format!("{name},{},{},{unit}\n", p.value, p.interval),
-            None => format!("{name},,,{unit}\n"),
-        };
+    let with_scales = all.iter().any(|p| p.parameter.group() == ParameterGroup::Gears);
+    let mut text = String::from("joint,zero,interval,unit");
+    text += if with_scales { ",scale,scale_interval\n" } else { "\n" };
+    let cells = |parameter: Parameter| {
+        let of = all.iter().find(|p| p.parameter == parameter);
+        of.map_or(",".into(), |p| format!("{},{}", p.value, p.interval))
+    };
+    for &coordinate in &found.problem.chain.coordinates {
+        let (name, zero) = (&found.names.coordinates[coordinate], Parameter::Zero { coordinate });
+        text += &format!("{name},{},{}", cells(zero), found.names.unit(zero));
+        if with_scales {
+            text += &format!(",{}", cells(Parameter::Gear { coordinate }));
+        }
+        text += "\n";
     }
     text
 }
