@@ -126,12 +126,7 @@ impl Determination<'_> {
     /// Random postures within the limits that measure what the first one measures, linearised at the fit.
     fn elsewhere(&self, count: usize) -> Option<(Problem, Linearised)> {
         let like = self.problem.postures.first()?;
-        let mut postures = random_postures(self.robot, self.problem, like, count);
-        let n = self.problem.chain.coordinates.len();
-        let largest = |k: usize| self.problem.postures.iter().map(|p| p.torque[k].abs()).fold(0.0, f64::max);
-        let scale: Vec<f64> = (0..n).map(largest).collect();
-        postures.iter_mut().for_each(|p| p.torque.iter_mut().zip(&scale).for_each(|(x, s)| *x *= s));
-        let there = self.problem.with(postures);
+        let there = self.problem.with(random_postures(self.robot, self.problem, like, count));
         let rows = there.linearised(&self.level.fit.unknowns);
         Some((there, rows))
     }
@@ -233,9 +228,10 @@ impl Determination<'_> {
     pub(crate) fn of_other_postures(&self) -> Vec<Claim> {
         let Some((there, rows)) = self.elsewhere(ELSEWHERE) else { return Vec::new() };
         let size = spread(self.problem).max(spread_of_links(&there));
+        let near = self.level.left_out_on(self.problem, &self.level.fit.used);
         let kinds = [
-            (ResidualKind::Length, OTHER_LENGTHS, "mm", WIDE_POSE * size, self.level.left_out.length),
-            (ResidualKind::Angle, OTHER_ANGLES, "mrad", WIDE_POSE, self.level.left_out.angle),
+            (ResidualKind::Length, OTHER_LENGTHS, "mm", WIDE_POSE * size, near.length),
+            (ResidualKind::Angle, OTHER_ANGLES, "mrad", WIDE_POSE, near.angle),
         ];
         let claim = |(kind, topic, unit, limit, near): (ResidualKind, Topic, &str, f64, Option<f64>)| {
             let interval = self.interval(&rows, &self.level.fit.covariance, kind)?;

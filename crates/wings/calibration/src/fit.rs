@@ -63,6 +63,17 @@ impl Prior {
         });
         Prior { precision }
     }
+
+    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. For n held parameters y with the covariance C
+    /// and the precision P of the prior, the derivative of its logarithm by log s is y' P y + tr(P C) - n, at the fit.
+    pub(crate) fn is_narrow(&self, problem: &Problem, fit: &Fit) -> bool {
+        let frames = problem.frames();
+        let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| fit.unknowns.chain[k]);
+        let values = DVector::from_iterator(fit.active.len(), fit.active.iter().map(value));
+        let count = self.precision.diagonal().iter().filter(|d| **d > 0.0).count();
+        let sum = values.dot(&(&self.precision * &values)) + (&self.precision * &fit.covariance).trace();
+        sum > count as f64
+    }
 }
 
 /// Standard deviation of the noise of lengths, m, and of angles, rad.

@@ -112,9 +112,28 @@ fn split(rows: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
 }
 
 impl Candidate<'_> {
-    fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise, deviation: Option<f64>) -> Fit {
-        let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
-        Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows }.fit(start, noise)
+    fn prior(&self, deviation: Option<f64>) -> Option<Prior> {
+        deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation))
+    }
+
+    /// Fits the postures `rows` with the prior that predicts best. The error on postures left out hardly differs between narrow
+    /// priors where the noise is large, and a prior that is too narrow makes the intervals too small. So the prior is widened while
+    /// its marginal likelihood grows. Also returns its standard deviation.
+    fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
+        let mut deviation = self.deviation(rows, start, noise);
+        let mut start = start.clone();
+        loop {
+            let prior = self.prior(deviation);
+            let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows };
+            let fit = fitter.fit(&start, noise);
+            let wider = DEVIATIONS.into_iter().find(|next| deviation.is_some_and(|deviation| *next > deviation));
+            match (&prior, wider) {
+                (Some(prior), Some(wider)) if prior.is_narrow(self.problem, &fit) => {
+                    (deviation, start) = (Some(wider), fit.unknowns);
+                }
+                _ => return (fit, deviation),
+            }
+        }
     }
 
     /// The prior with the smallest error on folds of `rows` that are left out in turn; `None`: no prior.
@@ -129,7 +148,7 @@ impl Candidate<'_> {
             let mut sums = ErrorSums::default();
             for ((out, kept), at) in folds.iter().zip(&mut starts) {
                 // Each prior starts where the narrower one ended.
-                let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
+                let prior = self.prior(deviation);
                 let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows: kept };
                 *at = fitter.quick(at, noise);
                 sums.add(self.problem, at, out, &noise);
@@ -144,20 +163,28 @@ impl Candidate<'_> {
     /// Fits all postures, with the prior that predicts best.
     pub(crate) fn chosen(&self, start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
-        let deviation = self.deviation(&rows, start, noise);
-        (self.fit(&rows, start, noise, deviation), deviation)
+        self.fit(&rows, start, noise)
     }
 
-    /// The error on postures that were left out, fold by fold. The prior is chosen without the postures of the fold.
-    pub(crate) fn left_out(&self, start: &Unknowns, noise: Noise) -> PredictionError {
+    /// The error of each posture when it was left out, fold by fold. The prior is chosen without the postures of the fold.
+    pub(crate) fn left_out(&self, start: &Unknowns, noise: Noise) -> Vec<ErrorSums> {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
-        let mut sums = ErrorSums::default();
+        let mut each = vec![ErrorSums::default(); rows.len()];
         for k in 0..FOLDS {
             let (out, kept) = split(&rows, k);
-            let deviation = self.deviation(&kept, start, noise);
-            let fit = self.fit(&kept, start, noise, deviation);
-            sums.add(self.problem, &fit.unknowns, &out, &noise);
+            let fit = self.fit(&kept, start, noise).0;
+            out.iter().for_each(|r| each[*r].add(self.problem, &fit.unknowns, &[*r], &noise));
         }
-        sums.error(components(self.problem))
+        each
     }
+}
+
+/// The error of the postures that are `used`, from the error of each.
+pub(crate) fn error_of(problem: &Problem, each: &[ErrorSums], used: impl Fn(usize) -> bool) -> PredictionError {
+    let mut sums = ErrorSums::default();
+    for one in (0..each.len()).filter(|r| used(*r)).map(|r| &each[r]) {
+        sums.length = (sums.length.0 + one.length.0, sums.length.1 + one.length.1);
+        sums.angle = (sums.angle.0 + one.angle.0, sums.angle.1 + one.angle.1);
+    }
+    sums.error(components(problem))
 }

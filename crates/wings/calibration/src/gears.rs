@@ -9,7 +9,7 @@ use identification::estimate::topics::cannot_tell;
 use numerics::student::two_sided_quantile;
 
 use crate::fit::{Fit, Fitter};
-use crate::folds::PredictionError;
+use crate::folds::{PredictionError, error_of};
 use crate::level::Level;
 use crate::measurement::Problem;
 use crate::parameter::{Parameter, ParameterNames};
@@ -80,7 +80,9 @@ fn fitted(problem: &Problem, level: &Level, gears: &[usize], limit: f64) -> Opti
             return None;
         }
         if clear.len() == gears.len() {
-            return Some(FittedGears { all: clear, left_out: candidate.left_out(start, noise) });
+            let each = candidate.left_out(start, noise);
+            let left_out = error_of(problem, &each, |r| level.fit.used[r]);
+            return Some(FittedGears { all: clear, left_out });
         }
         gears = clear.iter().map(|one| one.0).collect();
     }
@@ -137,7 +139,8 @@ pub(crate) fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level)
 
 /// The fault of scales that were fitted, if they reduce the error on postures left out.
 fn of_fault(problem: &Problem, names: &ParameterNames, level: &Level, found: &FittedGears) -> Option<Claim> {
-    if found.left_out.relative(&level.left_out) > CURED {
+    let without = level.left_out_on(problem, &level.fit.used);
+    if found.left_out.relative(&without) > CURED {
         return None;
     }
     let name = |k: usize| match problem.parameters[k] {
@@ -152,7 +155,7 @@ fn of_fault(problem: &Problem, names: &ParameterNames, level: &Level, found: &Fi
     let fault = format!("the scale (gear ratio) is off: {}", sizes.join(", "));
     let list = format!("[{}]", joints.join(", "));
     let remedy = Remedy::new("calibrate", format!("fit the scales too: [gears={list}]")).with("gears", list);
-    let (before, after) = level.left_out.compared(&found.left_out);
+    let (before, after) = without.compared(&found.left_out);
     let trial = Trial::Tried { quantity: "error on postures left out".into(), before, after };
     Some(Claim::new(Subject::of(GEAR, joints), Outcome::Contradicted { fault, remedy, trial }))
 }

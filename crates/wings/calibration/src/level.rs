@@ -4,7 +4,7 @@ use rist::Error;
 
 use crate::base_geometry::GeometricBase;
 use crate::fit::{Fit, Noise};
-use crate::folds::{Candidate, PredictionError, error_on};
+use crate::folds::{Candidate, ErrorSums, PredictionError, error_of, error_on};
 use crate::measurement::{Problem, Unknowns};
 
 /// A fit without a prior needs this many rows per parameter.
@@ -27,8 +27,10 @@ pub struct Level {
     pub deviation: Option<f64>,
     /// Error on the fitted postures.
     pub fitted: PredictionError,
-    /// Error on postures left out in turn.
+    /// Error on postures left out in turn, wrong ones too.
     pub left_out: PredictionError,
+    /// The same error of each posture.
+    pub(crate) each: Vec<ErrorSums>,
 }
 
 /// The fit of the parameters `active` with the base parameters `base`. The errors of the geometry of the level `geometry` may have
@@ -59,10 +61,16 @@ impl Level {
         let all: Vec<usize> = (0..problem.postures.len()).collect();
         let one = candidate(problem, what, &base, &of_data.kept, rows.residual.len());
         let (fit, deviation) = one.chosen(&from.0, from.1);
-        let left_out = one.left_out(&from.0, from.1);
+        let each = one.left_out(&from.0, from.1);
+        let left_out = error_of(problem, &each, |_| true);
         let fitted = error_on(problem, &fit.unknowns, &all);
         let undetermined = base.kept.iter().copied().filter(|k| !of_data.kept.contains(k)).collect();
-        Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out })
+        Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out, each })
+    }
+
+    /// The error on those postures left out that are `used`.
+    pub(crate) fn left_out_on(&self, problem: &Problem, used: &[bool]) -> PredictionError {
+        error_of(problem, &self.each, |r| used[r])
     }
 
     /// The same fit with other parameters.

@@ -157,3 +157,124 @@ pub(crate) fn mistakes<'a>(
     found.retain(|m| m.shares[1] <= AS_WELL * best);
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use claims::Trust;
+    use nalgebra::{Quaternion, UnitQuaternion};
+    use random::Random;
+
+    use super::*;
+    use crate::calibrate::{Calibration, calibrate_table};
+    use crate::chain::{Chain, Convention};
+    use crate::laws::{calibrated, simulated, table};
+    use crate::measurement::{MeasurementKind, Posture};
+    use crate::request::{CalibrateRequest, Calibrated};
+    use crate::simulated::{arm, measured, truth};
+
+    fn found(problem: &Problem) -> Calibration {
+        calibrated(&arm(), problem, TableCorrections::default(), Calibrated::Geometry)
+    }
+
+    fn good() -> Problem {
+        simulated(MeasurementKind::Pose, 60, 0.03, 21).1
+    }
+
+    /// Quaternions with w first: named, and cured by their correction.
+    #[test]
+    fn quaternions_with_w_first_are_named() {
+        let mut wrong = good();
+        for posture in &mut wrong.postures {
+            let q = UnitQuaternion::from_matrix(&posture.rotation.unwrap());
+            // The columns qx, qy, qz, qw hold w, x, y, z.
+            let read = UnitQuaternion::from_quaternion(Quaternion::new(q.k, q.w, q.i, q.j));
+            posture.rotation = Some(read.to_rotation_matrix().into_inner());
+        }
+        let named = found(&wrong);
+        let cure = TableCorrections { scalar_first: true, ..TableCorrections::default() };
+        assert!(named.verdict.trust == Trust::No && named.mistakes.iter().any(|m| m.corrections == cure), "{named}");
+        let cured = calibrated(&arm(), &wrong, cure, Calibrated::Geometry);
+        assert!(cured.mistakes.is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+    }
+
+    /// A marker on link 4 that is taken for one on the last link, and the reverse: the measured link is named, and cures.
+    #[test]
+    fn another_measured_link_is_named() {
+        let (robot, whole) = (arm(), good());
+        let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+        for (on, taken) in [(3, 5), (5, 3)] {
+            let tip = robot.link_ids().nth(on).unwrap();
+            let chain = Chain::new(&robot, tip, Convention::Dh).unwrap();
+            let cut = |p: &Posture| Posture { q: p.q[..=on].to_vec(), torque: vec![0.0; on + 1], ..p.clone() };
+            let postures = whole.postures.iter().map(cut).collect();
+            let problem = Problem::new(chain, MeasurementKind::Pose, postures);
+            let mut random = Random::new(4);
+            let truth = truth(&problem, 0.03, 5e-4, &mut random);
+            let problem = measured(&problem, &truth, [1e-4; 2], &mut random);
+            let all = whole.postures.iter().zip(problem.postures).map(|(p, own)| Posture { q: p.q.clone(), ..own });
+            let table = table(&whole.with(all.collect()), &robot);
+            let of = |tip: usize| {
+                let tip = Some(names[tip].clone());
+                let request = CalibrateRequest { what: Calibrated::Zeros, tip, ..CalibrateRequest::default() };
+                calibrate_table(&robot, &table, &request, None).unwrap()
+            };
+            let named = of(taken);
+            assert!(named.verdict.trust == Trust::No, "{named}");
+            assert_eq!(named.mistakes[0].tip.as_ref(), Some(&names[on]), "{named}");
+            let text = format!("[tip={}]", names[on]);
+            assert!(named.to_string().contains(&text), "{named}");
+            let cured = of(on);
+            assert!(cured.mistakes.is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+        }
+    }
+
+    /// A marker on the base does not move with the robot.
+    #[test]
+    fn what_is_at_rest_is_named() {
+        let mut wrong = good();
+        let (first, mut random) = (wrong.postures[0].clone(), Random::new(3));
+        for posture in &mut wrong.postures {
+            posture.points[0] = first.points[0].map(|x| x + 1e-4 * random.normal());
+            posture.rotation = first.rotation;
+        }
+        let named = found(&wrong);
+        assert!(named.verdict.trust == Trust::No, "{named}");
+        assert!(named.to_string().contains("it is not on the robot that moves"), "{named}");
+        assert!(!found(&good()).to_string().contains("not on the robot"));
+    }
+
+    /// Wrong rows, 5 % of the table: named by their lines and left out; without them the answer is yes.
+    #[test]
+    fn wrong_rows_are_named() {
+        let mut wrong = good();
+        wrong.postures[8].points[0][1] += 0.05;
+        wrong.postures[30].points[0] = wrong.postures[31].points[0];
+        wrong.postures[50].q[3] += 0.1;
+        let named = found(&wrong);
+        assert_eq!(named.outliers(named.level()), [10, 32, 52]);
+        assert!(named.verdict.trust == Trust::WithCare, "{named}");
+        assert!(named.to_string().contains("the postures of the lines 10, 32, 52 are wrong"), "{named}");
+        [50, 30, 8].into_iter().for_each(|k| drop(wrong.postures.remove(k)));
+        let cured = found(&wrong);
+        assert!(cured.outliers(cured.level()).is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+    }
+
+    /// A joint that stands still: no yes, and what would tell; with postures in which it moves, the answer is yes.
+    #[test]
+    fn a_joint_at_rest_is_named() {
+        let (robot, mut random) = (arm(), Random::new(9));
+        let whole = good();
+        let truth = truth(&whole, 0.03, 5e-4, &mut random);
+        let mut still = whole.clone();
+        still.postures.iter_mut().for_each(|p| p.q[4] = 0.7);
+        let of = |problem: &Problem| found(&measured(problem, &truth, [1e-4; 2], &mut Random::new(2)));
+        let named = of(&still);
+        let text = named.to_string();
+        assert!(named.verdict.trust == Trust::WithCare && text.contains("joint q5 never moves"), "{named}");
+        assert!(text.contains("these postures do not determine"), "{named}");
+        let moving = whole.postures.iter().take(30).chain(&still.postures).cloned().collect();
+        let cured = of(&whole.with(moving));
+        assert_eq!(cured.verdict.trust, Trust::Yes, "{cured}");
+        assert_eq!(robot.n_coordinates(), 6);
+    }
+}

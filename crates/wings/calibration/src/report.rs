@@ -16,7 +16,7 @@ use crate::level::Level;
 use crate::measurement::{MeasurementKind, Posture, Problem};
 use crate::parameter::ParameterGroup;
 use crate::request::CalibrateRequest;
-use crate::verdict::shown;
+use crate::verdict::{errors, shown};
 
 /// Digits of printed values.
 const DIGITS: usize = 4;
@@ -132,9 +132,10 @@ impl fmt::Display for Calibration {
         }
         writeln!(f)?;
         let verdict = &self.verdict;
-        if let Some(first) = self.levels.first() {
-            let (before, after) = (shown(&first.left_out), shown(&level.left_out));
-            writeln!(f, "error on postures left out: {before} by the description alone, {after} calibrated")?;
+        if let [before, .., after] = errors(&self.problem, &self.levels).as_slice() {
+            let without = if self.outliers(level).is_empty() { "" } else { ", without the wrong ones" };
+            let (before, after) = (shown(before), shown(after));
+            writeln!(f, "error on postures left out{without}: {before} by the description alone, {after} calibrated")?;
         }
         let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
         lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;

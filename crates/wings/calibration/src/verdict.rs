@@ -67,12 +67,12 @@ pub(crate) fn verdict(
     levels: &[Level],
     mistakes: &[Mistake],
 ) -> CalibrationVerdict {
-    let recommended = best(levels);
+    let recommended = best(problem, levels);
     let Some(level) = levels.last() else {
         return CalibrationVerdict { trust: Trust::No, claims: vec![], reasons: vec![], next: None, recommended };
     };
     let mut claims: Vec<Claim> = mistakes.iter().map(of_mistake).collect();
-    claims.extend(of_comparison(levels, recommended));
+    claims.extend(of_comparison(problem, levels, recommended));
     claims.extend(of_prediction(problem, levels));
     claims.extend(of_motion(problem, names));
     if mistakes.is_empty() {
@@ -96,11 +96,18 @@ pub(crate) fn verdict(
     CalibrationVerdict { trust, reasons, next, recommended, claims }
 }
 
+/// The error of each level on those postures left out that the last fit uses.
+pub(crate) fn errors(problem: &Problem, levels: &[Level]) -> Vec<PredictionError> {
+    let Some(last) = levels.last() else { return Vec::new() };
+    levels.iter().map(|level| level.left_out_on(problem, &last.fit.used)).collect()
+}
+
 /// The level with the smallest error on postures that were left out; of equal ones the first.
-fn best(levels: &[Level]) -> usize {
-    let Some(first) = levels.first() else { return 0 };
-    let of = |k: &usize| levels[*k].left_out.relative(&first.left_out);
-    (0..levels.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+fn best(problem: &Problem, levels: &[Level]) -> usize {
+    let errors = errors(problem, levels);
+    let Some(first) = errors.first() else { return 0 };
+    let of = |k: &usize| errors[*k].relative(first);
+    (0..errors.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
 }
 
 fn of_mistake(mistake: &Mistake) -> Claim {
@@ -114,8 +121,10 @@ fn of_mistake(mistake: &Mistake) -> Claim {
 }
 
 /// Whether another fit predicts better than the one that was asked for.
-fn of_comparison(levels: &[Level], recommended: usize) -> Option<Claim> {
+fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Option<Claim> {
     let level = levels.last()?;
+    let errors = errors(problem, levels);
+    let (own, least) = (errors.last()?, errors.get(recommended)?);
     let best = levels.get(recommended).filter(|_| recommended + 1 < levels.len())?;
     // A fit of frames alone has no errors of the robot: then the description is as good.
     let (advice, remedy) = match best.what {
@@ -126,24 +135,23 @@ fn of_comparison(levels: &[Level], recommended: usize) -> Option<Claim> {
         "{} predicts worse than {} on postures that were left out ({} against {}): {advice}",
         level.what,
         best.what,
-        shown(&level.left_out),
-        shown(&best.left_out)
+        shown(own),
+        shown(least)
     );
-    let (before, after) = level.left_out.compared(&best.left_out);
+    let (before, after) = own.compared(least);
     let trial = Trial::Tried { quantity: "error".into(), before, after };
     Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
 }
 
 /// The errors of lengths and of angles on postures that were left out, compared with the spread of what is measured.
 fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
-    let (Some(first), Some(last)) = (levels.first(), levels.last()) else { return Vec::new() };
+    let errors = errors(problem, levels);
+    let (Some(first), Some(last)) = (errors.first(), errors.last()) else { return Vec::new() };
     // A root mean square of n errors has the relative standard deviation 1 / sqrt(2 n).
     let sure = (1.0 - ONE_SIDED / (2.0 * problem.postures.len() as f64).sqrt()).max(0.5);
     let spread = spread(problem);
-    let kinds = [
-        (LENGTHS, first.left_out.length, last.left_out.length, spread, "mm"),
-        (ANGLES, first.left_out.angle, last.left_out.angle, ANGLE_SPREAD, "mrad"),
-    ];
+    let kinds =
+        [(LENGTHS, first.length, last.length, spread, "mm"), (ANGLES, first.angle, last.angle, ANGLE_SPREAD, "mrad")];
     let claim = |(topic, before, after, scale, unit): (Topic, Option<f64>, Option<f64>, f64, &str)| {
         let (before, after, subject) = (before?, after?, Subject::whole(topic));
         if after <= SMALL_SHARE * scale {
