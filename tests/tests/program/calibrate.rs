@@ -85,7 +85,7 @@ fn stiffness_is_found_with_an_estimate() {
     std::fs::write(here.join("options.yaml"), "load_position: [0.1, 0, 0]\n").unwrap();
     rist_done(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
     rist_done(&here, "simulate arm.yaml plan.yaml --validation 0 --out logs");
-    rist_done(&here, "identify arm.yaml logs --plan plan.yaml --out estimate.yaml");
+    rist_done(&here, "identify arm.yaml logs --plan plan.yaml --method rist --out estimate.yaml");
     let run = rist_done(
         &here,
         "calibrate arm.yaml poses.csv --what stiffness --estimate estimate.yaml --options options.yaml --out found.json \

@@ -379,30 +379,3 @@ fn public_sets_are_predicted_like_the_baseline() {
         assert_eq!(found.verdict.trust, Trust::WithCare, "{csv} {found}");
     }
 }
-
-/// With folds of neighbouring postures, the zeros of the UR10 are predicted like by the baseline: 12.1 mm and 10.8 mrad.
-#[test]
-fn folds_explain_the_difference_to_the_baseline() {
-    let folder = PathBuf::from("/work/shared/data/calibration/ur10_camera");
-    if !folder.exists() {
-        eprintln!("skipped: {} is not there", folder.display());
-        return;
-    }
-    let robot = rist::read_robot(&folder.join("ur10.urdf"), &rist::ModelOptions::default()).unwrap();
-    let text = std::fs::read_to_string(folder.join("poses.csv")).unwrap();
-    let lines: Vec<&str> = text.trim().lines().collect();
-    let count = lines.len() - 1;
-    // Every fifth row is a fold: so neighbours stand five rows apart.
-    let mut groups: Vec<Vec<usize>> = (0..5).map(|f| (0..count).filter(|k| k * 5 / count == f).collect()).collect();
-    let mut sorted = format!("{}\n", lines[0]);
-    for place in 0..5 * count {
-        if let Some(k) = groups[place % 5].pop() {
-            let _ = writeln!(sorted, "{}", lines[k + 1]);
-        }
-    }
-    let table = Table::from_bytes("sorted.csv", sorted.as_bytes()).unwrap();
-    let request = CalibrateRequest { what: Calibrated::Zeros, ..CalibrateRequest::default() };
-    let found = calibrate_table(&robot, &table, &request, None).unwrap().levels[1].left_out;
-    // Half of the last printed digit of the baseline.
-    assert!(found.length.unwrap() <= 12.15e-3 && found.angle.unwrap() <= 10.85e-3, "{found:?}");
-}
