@@ -30,8 +30,9 @@ const ZEROS: [f64; 3] = [0.0, 0.02, -0.015];
 /// Noise of poses, m and rad.
 const NOISE: f64 = 5e-5;
 
-/// The poses that a tracker measures of the true arm under loads of 1 to 10 kg, as CSV. `with_load`: whether a column has the loads.
-fn poses(bent: bool, scale: f64) -> String {
+/// The poses that a tracker measures of the true arm under loads of 1 to 10 kg, as CSV. `bent`: whether its joints are compliant;
+/// `scale`: of the lengths; `gear`: error of the scale of joint 3.
+fn poses(bent: bool, scale: f64, gear: f64) -> String {
     let model = Model::parse(ARM, "heavy.yaml", &rist::ModelOptions::default()).unwrap();
     let torque = holding_torque(&model, None, "hand", [0.1, 0.0, 0.0]).unwrap();
     let tip = model.robot.link_ids().last().unwrap();
@@ -42,6 +43,7 @@ fn poses(bent: bool, scale: f64) -> String {
         match parameter {
             Parameter::Zero { coordinate } => *value = ZEROS[*coordinate],
             Parameter::Compliance { coordinate } if bent => *value = COMPLIANCES[*coordinate],
+            Parameter::Gear { coordinate: 2 } => *value = gear,
             _ => {}
         }
     }
@@ -81,7 +83,7 @@ fn parameters<'a>(level: &'a Value, word: &str) -> Vec<(&'a str, f64, f64)> {
 fn stiffness_is_found_with_an_estimate() {
     let here = folder("calibrate-stiffness");
     std::fs::write(here.join("arm.yaml"), ARM).unwrap();
-    std::fs::write(here.join("poses.csv"), poses(true, 1.0)).unwrap();
+    std::fs::write(here.join("poses.csv"), poses(true, 1.0, 0.0)).unwrap();
     std::fs::write(here.join("options.yaml"), "load_position: [0.1, 0, 0]\n").unwrap();
     rist_done(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
     rist_done(&here, "simulate arm.yaml plan.yaml --validation 0 --out logs");
@@ -123,9 +125,9 @@ fn stiffness_is_found_with_an_estimate() {
 fn json_and_exit_code_follow_the_claims() {
     let here = folder("calibrate-json");
     std::fs::write(here.join("arm.yaml"), ARM).unwrap();
-    std::fs::write(here.join("poses.csv"), poses(false, 1.0)).unwrap();
+    std::fs::write(here.join("poses.csv"), poses(false, 1.0, 0.0)).unwrap();
     // Lengths in the header's mm are multiplied once more.
-    std::fs::write(here.join("wrong.csv"), poses(false, 1e3)).unwrap();
+    std::fs::write(here.join("wrong.csv"), poses(false, 1e3, 0.0)).unwrap();
     let run = rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--what", "zeros", "--json"]).ended(0);
     let found: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(found["verdict"]["trust"], "yes", "{}", run.out);
@@ -145,4 +147,22 @@ fn json_and_exit_code_follow_the_claims() {
     std::fs::write(here.join("options.yaml"), "corrections: {millimetres: true}\n").unwrap();
     rist(&here, &["calibrate", "arm.yaml", "wrong.csv", "--what", "zeros", "--options", "options.yaml"])
         .told(0, &["trust: yes"]);
+}
+
+/// A wrong scale of a joint is a no with the flag that fits it; with this flag, it is a yes, and the table has the scale.
+#[test]
+fn a_wrong_scale_is_cured_by_its_flag() {
+    let here = folder("calibrate-gear");
+    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(here.join("poses.csv"), poses(false, 1.0, 4e-3)).unwrap();
+    let wrong =
+        rist(&here, &["calibrate", "arm.yaml", "poses.csv"]).failed(1, &["the scale (gear ratio) is off: of q3"]);
+    assert!(wrong.out.contains("fit the scales too: --gears q3"), "{}", wrong.out);
+    let cured = "calibrate arm.yaml poses.csv --gears q3 --write-zeros zeros.csv";
+    let cured = rist(&here, &cured.split(' ').collect::<Vec<_>>()).told(0, &["gear q3", "trust: yes"]);
+    assert!(!cured.out.contains("is off"), "{}", cured.out);
+    let table = std::fs::read_to_string(here.join("zeros.csv")).unwrap();
+    let row = table.lines().find(|line| line.starts_with("q3,")).unwrap().split(',').collect::<Vec<_>>();
+    let [scale, interval] = [4, 5].map(|k: usize| row[k].parse::<f64>().unwrap());
+    assert!((scale - 4e-3).abs() < 2.0 * interval && interval < 4e-4, "{table}");
 }

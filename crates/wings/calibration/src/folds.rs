@@ -73,6 +73,31 @@ impl ErrorSums {
     }
 }
 
+impl ErrorSums {
+    /// Squared error of lengths relative to the mean square `to.length`, plus the same of angles.
+    fn normalised(&self, to: &ErrorSums) -> f64 {
+        let ratio = |own: (f64, f64), to: (f64, f64)| if to.0 > 0.0 { own.0 * to.1 / to.0 } else { 0.0 };
+        ratio(self.length, to.length) + ratio(self.angle, to.angle)
+    }
+}
+
+/// Mean difference of the squared errors of two fits on the `used` postures, over its standard deviation: the squares of each posture
+/// are compared. Positive if the errors `own` are larger.
+pub(crate) fn paired(own: &[ErrorSums], other: &[ErrorSums], used: &[bool]) -> f64 {
+    let rows: Vec<usize> = (0..used.len()).filter(|r| used[*r]).collect();
+    let mut scale = ErrorSums::default();
+    for one in rows.iter().map(|r| &other[*r]) {
+        scale.length = (scale.length.0 + one.length.0, scale.length.1 + one.length.1);
+        scale.angle = (scale.angle.0 + one.angle.0, scale.angle.1 + one.angle.1);
+    }
+    let differences: Vec<f64> =
+        rows.iter().map(|r| own[*r].normalised(&scale) - other[*r].normalised(&scale)).collect();
+    let count = differences.len().max(1) as f64;
+    let mean = differences.iter().sum::<f64>() / count;
+    let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    if variance > 0.0 { mean / (variance / count).sqrt() } else { 0.0 }
+}
+
 /// Number of measured components of a point: 3, fewer if some are not measured, 1 for a distance.
 pub(crate) fn components(problem: &Problem) -> f64 {
     if problem.kind.is_distance() {

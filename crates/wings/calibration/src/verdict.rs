@@ -1,7 +1,8 @@
 //! The verdict on a calibration: claims on the table, on what it determines, and on the error on postures that were left out.
 //!
 //! The error is compared with the spread of the measured points (angles: with 1 rad). Below 1 % it agrees with a robot of this
-//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros; else zeros are recommended.
+//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros: if they predict worse, by a test of
+//! the squared errors posture by posture, zeros are recommended.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
@@ -11,7 +12,7 @@ use identification::estimate::verdict::{sentence, what_mends};
 use robot::Robot;
 
 use crate::determined::{Determination, OTHER_ANGLES, OTHER_LENGTHS};
-use crate::folds::PredictionError;
+use crate::folds::{PredictionError, paired};
 use crate::gears::{GEAR, of_gears};
 use crate::level::{Level, far_zeros};
 use crate::measurement::Problem;
@@ -26,12 +27,16 @@ const ANGLES: Topic = Topic("error of angles on postures left out");
 const COMPARISON: Topic = Topic("comparison of the fits");
 /// Postures that are left out as wrong.
 const OUTLIERS: Topic = Topic("postures");
+/// Joints that follow from loops.
+const LOOPS: Topic = Topic("loops");
 /// Joints that stand still.
 const MOTION: Topic = Topic("motion");
 
 /// Largest error of a good calibration, relative to the spread of what is measured; above [`LARGE_SHARE`] it is a fault.
 const SMALL_SHARE: f64 = 0.01;
 const LARGE_SHARE: f64 = 0.05;
+/// Errors whose ratio is below this are the same.
+const SAME: f64 = 1.01;
 /// Quantile of a one-sided test of 95 %.
 const ONE_SIDED: f64 = 1.645;
 /// What is measured does not move if its spread is below this share of the spread of the last link.
@@ -83,11 +88,13 @@ pub(crate) fn verdict(
     }
     claims.extend(of_zeros(problem, names, level));
     claims.extend(of_outliers(problem, level));
+    claims.extend(of_loops(robot, problem));
     let measured = if level.left_out.length.is_some() { LENGTHS } else { ANGLES };
     let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(measured)));
-    let further = [LOG, COMPARISON, LENGTHS, ANGLES, OTHER_LENGTHS, OTHER_ANGLES, PARAMETERS, ZERO, OUTLIERS, MOTION];
+    let others = [OTHER_LENGTHS, OTHER_ANGLES, PARAMETERS, ZERO, OUTLIERS, LOOPS, MOTION];
+    let further = [LOG, COMPARISON, LENGTHS, ANGLES].into_iter().chain(others);
     let further = further.map(|topic| Need::where_claimed(Subject::whole(topic)));
-    let purpose = further.into_iter().fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
+    let purpose = further.fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
     let trust = worst(&claims, &purpose).trust();
     let lowered = lowering(&claims, &purpose);
     let of_it = |claim: &&&Claim| trust != Trust::No || claim.is_contradicted();
@@ -138,6 +145,11 @@ fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Opt
         shown(own),
         shown(least)
     );
+    let is_clear = own.relative(least) > SAME && paired(&level.each, &best.each, &level.fit.used) > ONE_SIDED;
+    if !is_clear {
+        let why = format!("{} predicts no better than {} on postures left out ({})", level.what, best.what, shown(own));
+        return Some(cannot_tell(Subject::whole(COMPARISON), why, "more postures, or better measurements"));
+    }
     let (before, after) = own.compared(least);
     let trial = Trial::Tried { quantity: "error".into(), before, after };
     Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
@@ -225,4 +237,118 @@ fn of_outliers(problem: &Problem, level: &Level) -> Option<Claim> {
     let lines: Vec<String> = out.map(|(posture, _)| posture.line.to_string()).collect();
     let what = format!("the postures of the lines {} are wrong, and are left out of the fit", lines.join(", "));
     (!lines.is_empty()).then(|| Claim::new(Subject::whole(OUTLIERS), Outcome::Assumed { what, by: "the fit".into() }))
+}
+
+/// Joints of the chain that follow from several coordinates: those of a parallelogram. The lengths of the loop are not calibrated.
+fn of_loops(robot: &Robot, problem: &Problem) -> Option<Claim> {
+    let follows = |j: &&robot::LinkId| robot.link(**j).joint.variable.terms.len() > 1;
+    let joints = problem.chain.links.iter().filter(follows).map(|j| robot.link(*j).joint.name.clone());
+    let joints: Vec<String> = joints.collect();
+    let what = format!("the lengths of the loop that moves {} are as described", joints.join(", "));
+    let subject = Subject::of(LOOPS, joints.clone());
+    (!joints.is_empty()).then(|| Claim::new(subject, Outcome::Assumed { what, by: "the description".into() }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use random::Random;
+
+    use super::*;
+    use crate::chain::{Chain, Convention, Placed};
+    use crate::corrections::TableCorrections;
+    use crate::laws::calibrated;
+    use crate::measurement::MeasurementKind;
+    use crate::request::{CalibrateRequest, Calibrated};
+    use crate::simulated::{arm, measured, problem, truth};
+
+    fn of_workspace(path: &str) -> Robot {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../..").join(path);
+        rist::read_robot(&path, &rist::ModelOptions::default()).unwrap()
+    }
+
+    /// A calibration of 60 poses, with noise of this size, m (rad), and errors of the geometry.
+    fn found(robot: &Robot, noise: f64) -> crate::calibrate::Calibration {
+        let mut random = Random::new(31);
+        let problem = problem(robot, Convention::Dh, MeasurementKind::Pose, 60, &mut random);
+        let truth = truth(&problem, 0.02, 5e-4, &mut random);
+        let problem = measured(&problem, &truth, [noise; 2], &mut random);
+        calibrated(robot, &problem, TableCorrections::default(), Calibrated::Geometry)
+    }
+
+    /// The error on postures left out is printed before and after, and is not the error that would have shown. With noise of 1 % of
+    /// the spread nothing agrees, and with 10 % it is a fault.
+    #[test]
+    fn the_error_on_postures_left_out_is_what_was_measured() {
+        let good = found(&arm(), 1e-4);
+        let [before, after] = [0, 2].map(|k| shown(&good.levels[k].left_out));
+        let line = format!("error on postures left out: {before} by the description alone, {after} calibrated\n");
+        assert!(good.to_string().contains(&line), "{good}");
+        let smallest = |topic: Topic| {
+            let of = good.verdict.claims.iter().find(|claim| claim.subject().topic == topic).map(Claim::outcome);
+            if let Some(Outcome::Agrees { smallest }) = of { smallest.value } else { panic!("{good}") }
+        };
+        let spread = 1e3 * spread(&good.problem);
+        // 1 % of the spread, and of 1 rad, with the room of a root mean square of 60 errors.
+        assert!((0.01..0.013).contains(&(smallest(LENGTHS) / spread)) && (10.0..13.0).contains(&smallest(ANGLES)));
+        for (noise, trust) in [(1e-4, Trust::Yes), (1e-2, Trust::WithCare), (0.1, Trust::No)] {
+            let found = found(&arm(), noise);
+            assert_eq!(found.verdict.trust, trust, "{noise} {found}");
+            let is_said = found.to_string().contains("on postures left out the error is");
+            assert_eq!(is_said, trust != Trust::Yes, "{found}");
+        }
+    }
+
+    /// Errors that are too small to be seen: geometry predicts no better than zeros, which is no fault.
+    #[test]
+    fn a_fit_that_predicts_as_well_is_no_fault() {
+        let poor = found(&arm(), 1e-2).to_string();
+        assert!(poor.contains("predicts no better than") && !poor.contains("predicts worse than"), "{poor}");
+        assert!(!found(&arm(), 1e-4).to_string().contains("predicts no better than"));
+    }
+
+    /// Few postures with noise, and zeros that are right: fitted zeros predict worse, and the advice is followed by more postures.
+    #[test]
+    fn a_fit_that_predicts_worse_is_named() {
+        let of = |count: usize, seed: u64| {
+            let mut random = Random::new(seed);
+            let problem = problem(&arm(), Convention::Dh, MeasurementKind::Points(1), count, &mut random);
+            let truth = truth(&problem, 0.0, 0.0, &mut random);
+            let problem = measured(&problem, &truth, [5e-3; 2], &mut random);
+            calibrated(&arm(), &problem, TableCorrections::default(), Calibrated::Zeros)
+        };
+        let few = of(12, 1);
+        assert!(few.verdict.trust == Trust::No && few.to_string().contains("predicts worse than frames"), "{few}");
+        assert_eq!(few.recommended().what, "frames");
+        let many = of(200, 1);
+        assert!(!many.to_string().contains("predicts worse"), "{many}");
+    }
+
+    /// A parallelogram moves joint 3 of the SR400: the chain has the poses of the robot, its lengths are assumed, and no yes follows.
+    /// Joints that follow from a loop by numbers are refused.
+    #[test]
+    fn loops_are_assumed_or_refused() {
+        let robot = of_workspace("models/sr400.par");
+        let tip = robot.link_ids().nth(5).unwrap();
+        let chain = Chain::new(&robot, tip, Convention::Dh).unwrap();
+        let q: Vec<f64> = (0..robot.n_coordinates()).map(|k| 0.3 + 0.2 * k as f64).collect();
+        let own: Vec<f64> = chain.coordinates.iter().map(|k| q[*k]).collect();
+        let pose = chain.pose(&own, &vec![0.0; own.len()], &vec![0.0; chain.parameters.len()]);
+        // Rounding of about fifty products of lengths of 1 m.
+        assert!((pose.position - Placed::of(&robot.link_poses(&q)[5]).position).norm() < 1e-13);
+        let problem = Problem::new(chain, MeasurementKind::Pose, vec![]);
+        let claim = of_loops(&robot, &problem).unwrap().to_string();
+        assert!(claim.contains("assumed by the description: the lengths of the loop that moves"), "{claim}");
+        let plain = Chain::new(&arm(), arm().link_ids().last().unwrap(), Convention::Dh).unwrap();
+        assert!(of_loops(&arm(), &Problem::new(plain, MeasurementKind::Pose, vec![])).is_none());
+
+        let robot = of_workspace("tests/data/loops/four_bars_in_series.yaml");
+        let request = CalibrateRequest::default();
+        let refused = crate::calibrate::chain_of(&robot, &request).err().unwrap().to_string();
+        assert!(
+            refused.contains("follows from a loop that is solved numerically") && refused.contains("[tip]"),
+            "{refused}"
+        );
+    }
 }
