@@ -141,6 +141,12 @@ fn json_and_exit_code_follow_the_claims() {
     assert!(lengths[0]["outcome"] == "agrees" && lengths[0]["smallest"]["value"].as_f64().unwrap() > 5e3 * left_out);
     assert_eq!(of("gear scale").len(), 3, "{}", run.out);
 
+    // The pose of the hand is no pose of the upper arm.
+    let other = ["calibrate", "arm.yaml", "poses.csv", "--what", "zeros", "--tip", "upper arm"];
+    rist(&here, &other)
+        .failed(1, &["the measured link is hand"])
+        .told(1, &["name the link that was measured: --tip hand"]);
+
     let wrong = rist(&here, &["calibrate", "arm.yaml", "wrong.csv", "--what", "zeros"]);
     let wrong = wrong.failed(1, &["the measured lengths are in mm"]);
     assert!(wrong.out.contains("in the file of --options: corrections: {millimetres: true}"), "{}", wrong.out);
@@ -161,6 +167,7 @@ fn a_wrong_scale_is_cured_by_its_flag() {
     let cured = "calibrate arm.yaml poses.csv --gears q3 --write-zeros zeros.csv";
     let cured = rist(&here, &cured.split(' ').collect::<Vec<_>>()).told(0, &["gear q3", "trust: yes"]);
     assert!(!cured.out.contains("is off"), "{}", cured.out);
+    rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--gears", "q2,q3"]).told(0, &["gear q2", "gear q3"]);
     let table = std::fs::read_to_string(here.join("zeros.csv")).unwrap();
     let row = table.lines().find(|line| line.starts_with("q3,")).unwrap().split(',').collect::<Vec<_>>();
     let [scale, interval] = [4, 5].map(|k: usize| row[k].parse::<f64>().unwrap());

@@ -153,8 +153,8 @@ fn of_fault(problem: &Problem, names: &ParameterNames, level: &Level, found: &Fi
     };
     let sizes: Vec<String> = found.all.iter().map(one).collect();
     let fault = format!("the scale (gear ratio) is off: {}", sizes.join(", "));
-    let list = format!("[{}]", joints.join(", "));
-    let remedy = Remedy::new("calibrate", format!("fit the scales too: [gears={list}]")).with("gears", list);
+    let remedy = Remedy::new("calibrate", format!("fit the scales too: [gears={}]", joints.join(",")));
+    let remedy = remedy.with("gears", format_args!("[{}]", joints.join(", ")));
     let (before, after) = without.compared(&found.left_out);
     let trial = Trial::Tried { quantity: "error on postures left out".into(), before, after };
     Some(Claim::new(Subject::of(GEAR, joints), Outcome::Contradicted { fault, remedy, trial }))
