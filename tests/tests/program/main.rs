@@ -3,6 +3,7 @@
 mod as_given;
 #[cfg(unix)]
 mod brought_along;
+mod calibrate;
 mod chromium;
 mod command_line;
 mod digits;

@@ -75,6 +75,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         if request.what == Calibrated::Stiffness {
             note("a URDF has no compliances: the zeros alone are written");
         }
+        if !request.gears.is_empty() {
+            note("a URDF has no scales of joints: they are in the files of [write-zeros] and [out]");
+        }
     }
     match found.verdict.trust {
         Trust::No => Err(Failure::verdict(format_args!("not to be trusted: {}", found.verdict.reasons.join("; ")))),
@@ -94,8 +97,10 @@ fn calibrated(arguments: &Arguments, path: &Path, request: &CalibrateRequest) ->
         Some(file) => read_estimate(file, &arguments.model).map(|(estimate, model)| (Some(estimate), model))?,
         None => (None, arguments.model.derive()?),
     };
-    let tip = chain_of(&model.robot, request)?.links.last().map(|&j| model.robot.link(j).name.clone());
-    let torque = holding_torque(&model, estimate.as_ref(), &tip.unwrap_or_default())?;
+    let last = chain_of(&model.robot, request)?.links.last().map(|&j| model.robot.link(j).name.clone());
+    let tip = request.tip.clone().or(last);
+    let load_position = request.options.as_ref().map_or([0.0; 3], |options| options.load_position);
+    let torque = holding_torque(&model, estimate.as_ref(), &tip.unwrap_or_default(), load_position)?;
     let found = calibrate(&model.robot, path, request, Some(&torque))?;
     Ok((model.robot.clone(), found))
 }

@@ -85,10 +85,14 @@ pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, 
         let (low, high) = limits.unwrap_or((-FREE_RANGE, FREE_RANGE));
         random.between(low, high)
     };
+    // A torque that varies as much as at the given postures: a joint that gravity never loads has no compliance to be found.
+    let largest = |k: usize| problem.postures.iter().map(|p| p.torque[k].abs()).fold(0.0, f64::max);
+    let sizes: Vec<f64> = (0..problem.chain.coordinates.len()).map(largest).collect();
+    let least = ROUNDED_ZERO * sizes.iter().copied().fold(0.0, f64::max);
     let mut posture = |_| {
         let q: Vec<f64> = problem.chain.coordinates.iter().map(&mut position).collect();
-        // Any torque serves, since a compliance only needs one that varies.
-        let torque = q.iter().enumerate().map(|(k, x)| (x + k as f64).sin()).collect();
+        let torque = |(k, x): (usize, &f64)| if sizes[k] > least { sizes[k] * (x + k as f64).sin() } else { 0.0 };
+        let torque = q.iter().enumerate().map(torque).collect();
         Posture { q, torque, ..like.clone() }
     };
     (0..count).map(&mut posture).collect()

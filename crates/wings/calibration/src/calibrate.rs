@@ -7,12 +7,12 @@ use numerics::student::two_sided_quantile;
 use rist::Error;
 use robot::{Format, LinkId, Robot};
 
-use crate::base_geometry::{GeometricBase, geometric_base};
+use crate::base_geometry::geometric_base;
 use crate::chain::{Chain, Convention};
+use crate::corrections::CalibrationOptions;
 use crate::fit::Noise;
-use crate::folds::{Candidate, error_on};
 use crate::level::{Level, far_zeros};
-use crate::measurement::{Posture, Problem, Unknowns};
+use crate::measurement::{Posture, Problem};
 use crate::mistakes::{Mistake, mistakes, share};
 use crate::parameter::{Parameter, ParameterGroup, ParameterNames};
 use crate::pose_table::{PoseTable, slides};
@@ -22,8 +22,8 @@ use crate::verdict::{CalibrationVerdict, verdict};
 
 /// Noise that the first fit assumes, m and rad.
 const FIRST_NOISE: Noise = Noise { length: 5e-3, angle: 5e-3 };
-/// A fit without a prior needs this many rows per parameter.
-const ROWS_PER_PARAMETER: f64 = 1.25;
+/// Largest number of links that are tried as the measured one.
+const MAX_TIPS: usize = 30;
 /// Level of the printed intervals.
 const LEVEL: f64 = 0.95;
 
@@ -146,10 +146,33 @@ pub fn calibrate_table(
     let tip = chain.links.last().map_or(String::new(), |&j| robot.link(j).name.clone());
     let problem = Problem::new(chain, read.kind, postures);
     let names = names_of(robot, read.kind.points());
-    let (levels, found) = fitted(robot, &problem, &read, request)?;
-    let verdict = verdict(&problem, &names, &levels, &found);
+    if let Some(name) = request.gears.iter().find(|name| !read.coordinates.contains(name)) {
+        let known = read.coordinates.join(", ");
+        return Err(Error::new(format_args!("[gears]: no joint `{name}` moves the measured link; these do: {known}")));
+    }
+    let tips = || other_tips(robot, table, &problem, &options, request);
+    let (levels, found) = fitted(robot, &problem, &read, &tips, request)?;
+    let verdict = verdict(robot, &problem, &names, &levels, &found);
     let (left_out_rows, notes) = (read.left_out, read.notes.clone());
     Ok(Calibration { problem, names, tip, levels, mistakes: found, left_out_rows, notes, verdict })
+}
+
+/// The postures for each other link that could have been measured: the ones with other joints before them.
+fn other_tips<'a>(
+    robot: &'a Robot,
+    table: &Table,
+    problem: &Problem,
+    options: &CalibrationOptions,
+    request: &CalibrateRequest,
+) -> Vec<(&'a str, Problem)> {
+    let of_tip = |tip: LinkId| {
+        let chain = Chain::new(robot, tip, problem.chain.convention()).ok()?;
+        let read = PoseTable::of_table(table, robot, &chain.coordinates, options, request.touched).ok()?;
+        let is_other = chain.coordinates != problem.chain.coordinates;
+        let postures = read.postures(&options.corrections).ok().filter(|_| is_other)?;
+        Some((robot.link(tip).name.as_str(), Problem::new(chain, read.kind, postures)))
+    };
+    robot.link_ids().take(MAX_TIPS).filter_map(of_tip).collect()
 }
 
 /// Sets the holding torques of the postures.
@@ -174,13 +197,21 @@ fn groups(what: &str) -> &'static [ParameterGroup] {
 }
 
 /// Fits the levels from a common start, and looks for mistakes in the table.
-fn fitted(
+fn fitted<'a>(
     robot: &Robot,
     problem: &Problem,
     table: &PoseTable,
+    tips: &dyn Fn() -> Vec<(&'a str, Problem)>,
     request: &CalibrateRequest,
 ) -> Result<(Vec<Level>, Vec<Mistake>), Error> {
-    let base_of = |what: &str| geometric_base(robot, problem, |p| groups(what).contains(&p.group()));
+    let is_gear = |p: Parameter| match p {
+        Parameter::Gear { coordinate } => request.gears.contains(&robot.coordinates[coordinate].name),
+        _ => false,
+    };
+    let base_of = |what: &str| {
+        let is_fitted = |p: Parameter| groups(what).contains(&p.group()) || (what != "frames" && is_gear(p));
+        geometric_base(robot, problem, is_fitted)
+    };
     let of_zeros = base_of("zeros")?;
     let rows = problem.linearised(&problem.nominal()).residual.len();
     if rows <= of_zeros.kept.len() {
@@ -199,7 +230,7 @@ fn fitted(
         true => share(problem, &first),
         false => share(problem, &start(problem, &of_zeros.kept, 0)),
     };
-    let found = mistakes(robot, problem, table, &corrections, as_given)?;
+    let found = mistakes(robot, problem, table, tips, &corrections, as_given)?;
     let asked = match request.what {
         Calibrated::Zeros => None,
         Calibrated::Geometry => Some("geometry"),
@@ -208,30 +239,15 @@ fn fitted(
     let (mut levels, mut from): (Vec<Level>, _) = (Vec::new(), (first.clone(), FIRST_NOISE));
     // The frames of a robot without errors start where its zeros are zero.
     let nominal = start(problem, &base_of("frames")?.kept, 0);
-    levels.push(level(problem, "frames", base_of("frames")?, &(nominal, FIRST_NOISE))?);
+    levels.push(Level::fitted(problem, "frames", base_of("frames")?, &(nominal, FIRST_NOISE))?);
     for what in ["zeros"].into_iter().chain(asked) {
-        let next = level(problem, what, base_of(what)?, &from)?;
+        let next = Level::fitted(problem, what, base_of(what)?, &from)?;
         if what == "zeros" {
             from = (next.fit.unknowns.clone(), next.fit.noise);
         }
         levels.push(next);
     }
     Ok((levels, found))
-}
-
-/// One level: fitted, with the prior that predicts best, and predicted fold by fold.
-fn level(problem: &Problem, what: &'static str, base: GeometricBase, from: &(Unknowns, Noise)) -> Result<Level, Error> {
-    let rows = problem.linearised(&from.0);
-    let of_data = GeometricBase::of(&rows.jacobian, &base.kept)?;
-    let may_be_free = rows.residual.len() as f64 > ROWS_PER_PARAMETER * of_data.kept.len() as f64;
-    let all: Vec<usize> = (0..problem.postures.len()).collect();
-    let (candidate, may_hold) = (&of_data.kept, what == "geometry");
-    let candidate = Candidate { problem, base: &base, active: candidate, may_hold, may_be_free };
-    let (fit, deviation) = candidate.chosen(&from.0, from.1);
-    let left_out = candidate.left_out(&from.0, from.1);
-    let fitted = error_on(problem, &fit.unknowns, &all);
-    let undetermined = base.kept.iter().copied().filter(|k| !of_data.kept.contains(k)).collect();
-    Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out })
 }
 
 impl Calibration {

@@ -9,6 +9,8 @@
 //! This derivative is exact [Khalil, Dombre 2002, chapter 11]. The coordinates of the robot follow from the coordinates q of a
 //! table: (1 + gear) q + zero - compliance tau, with the holding torque tau.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rist::Error;
 use robot::value::CoordinateId;
@@ -251,6 +253,20 @@ impl Chain {
             JointKind::Prismatic => self.push(Motion::Slide(axis), 0.0, None, terms),
             // Every joint has the same number of transforms.
             JointKind::Fixed => self.push(Motion::Still(Matrix3::identity()), 0.0, None, vec![]),
+        }
+    }
+
+    /// Zeros of turning joints within half a turn: a whole turn more is the same robot.
+    pub(crate) fn within_half_a_turn(&self, values: &mut [f64]) {
+        for k in 0..self.coordinates.len() {
+            let is_whole = |element: &Element| {
+                let mut terms = element.terms.iter().filter(|(of, _)| *of == k);
+                matches!(element.motion, Motion::Turn(_)) && terms.all(|(_, c)| c.fract() == 0.0)
+                    || element.terms.iter().all(|(of, _)| *of != k)
+            };
+            if values[k].abs() > PI && self.elements.iter().all(is_whole) {
+                values[k] -= TAU * (values[k] / TAU).round();
+            }
         }
     }
 

@@ -15,6 +15,8 @@ pub struct CalibrationOptions {
     pub columns: MeasurementColumns,
     /// Corrections that are applied to the numbers.
     pub corrections: TableCorrections,
+    /// Centre of mass of the loads in the frame of the measured link, m.
+    pub load_position: [f64; 3],
 }
 
 /// Headers of the measurements. `None`: the columns are searched by their names.

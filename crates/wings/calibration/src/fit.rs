@@ -63,6 +63,17 @@ impl Prior {
         });
         Prior { precision }
     }
+
+    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. For n held parameters y with the covariance C
+    /// and the precision P of the prior, the derivative of its logarithm by log s is y' P y + tr(P C) - n, at the fit.
+    pub(crate) fn is_narrow(&self, problem: &Problem, fit: &Fit) -> bool {
+        let frames = problem.frames();
+        let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| fit.unknowns.chain[k]);
+        let values = DVector::from_iterator(fit.active.len(), fit.active.iter().map(value));
+        let count = self.precision.diagonal().iter().filter(|d| **d > 0.0).count();
+        let sum = values.dot(&(&self.precision * &values)) + (&self.precision * &fit.covariance).trace();
+        sum > count as f64
+    }
 }
 
 /// Standard deviation of the noise of lengths, m, and of angles, rad.
@@ -163,6 +174,7 @@ impl Fitter<'_> {
                 break;
             }
         }
+        self.problem.chain.within_half_a_turn(&mut at.chain);
         let rows = self.problem.linearised_of(&at, self.rows);
         let (_, normal, _) = self.normal(&rows, &at, &weights);
         let covariance = inverse(&normal);
@@ -326,7 +338,7 @@ impl Fitter<'_> {
 
 /// The inverse of a symmetric matrix, computed with a unit diagonal. A matrix that is not positive definite gets its
 /// pseudo-inverse.
-fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let scale: Vec<f64> = normal.diagonal().iter().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, k| normal[(i, k)] * scale[i] * scale[k]);
     let inverse = match scaled.clone().cholesky() {

@@ -1,5 +1,7 @@
 //! The error on postures that were left out of the fit, and the choice of the prior by it.
 
+use claims::Figure;
+
 use crate::base_geometry::GeometricBase;
 use crate::fit::{Fit, Fitter, Noise, Prior};
 use crate::measurement::{Problem, ResidualKind, Unknowns};
@@ -18,6 +20,27 @@ pub struct PredictionError {
     pub length: Option<f64>,
     /// Angle of an orientation, rad. `None` if no orientation was measured.
     pub angle: Option<f64>,
+}
+
+impl PredictionError {
+    /// One number for the comparison of errors: lengths and angles relative to those of another fit, their geometric mean.
+    pub(crate) fn relative(&self, to: &PredictionError) -> f64 {
+        let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
+        let ratios = [ratio(self.length, to.length), ratio(self.angle, to.angle)];
+        let ratios: Vec<f64> = ratios.into_iter().flatten().collect();
+        ratios.iter().product::<f64>().powf(1.0 / ratios.len().max(1) as f64)
+    }
+
+    /// Figures of this error and of another: of the kind, lengths or angles, that differs more.
+    pub(crate) fn compared(&self, other: &PredictionError) -> (Figure, Figure) {
+        let kinds = [(self.length, other.length, "mm"), (self.angle, other.angle, "mrad")];
+        let of = |(a, b, unit): &(Option<f64>, Option<f64>, &'static str)| {
+            let (a, b) = ((*a)?, (*b)?);
+            Some(((b / a.max(f64::MIN_POSITIVE)).ln().abs(), Figure::new(1e3 * a, *unit), Figure::new(1e3 * b, *unit)))
+        };
+        let most = kinds.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+        most.map_or_else(|| (Figure::new(f64::NAN, "mm"), Figure::new(f64::NAN, "mm")), |(_, a, b)| (a, b))
+    }
 }
 
 /// Sums of squared errors.
@@ -48,6 +71,31 @@ impl ErrorSums {
         let rms = |(squares, count): (f64, f64), each: f64| (count > 0.0).then(|| (each * squares / count).sqrt());
         PredictionError { length: rms(self.length, per_length), angle: rms(self.angle, 3.0) }
     }
+}
+
+impl ErrorSums {
+    /// Squared error of lengths relative to the mean square `to.length`, plus the same of angles.
+    fn normalised(&self, to: &ErrorSums) -> f64 {
+        let ratio = |own: (f64, f64), to: (f64, f64)| if to.0 > 0.0 { own.0 * to.1 / to.0 } else { 0.0 };
+        ratio(self.length, to.length) + ratio(self.angle, to.angle)
+    }
+}
+
+/// Mean difference of the squared errors of two fits on the `used` postures, over its standard deviation: the squares of each posture
+/// are compared. Positive if the errors `own` are larger.
+pub(crate) fn paired(own: &[ErrorSums], other: &[ErrorSums], used: &[bool]) -> f64 {
+    let rows: Vec<usize> = (0..used.len()).filter(|r| used[*r]).collect();
+    let mut scale = ErrorSums::default();
+    for one in rows.iter().map(|r| &other[*r]) {
+        scale.length = (scale.length.0 + one.length.0, scale.length.1 + one.length.1);
+        scale.angle = (scale.angle.0 + one.angle.0, scale.angle.1 + one.angle.1);
+    }
+    let differences: Vec<f64> =
+        rows.iter().map(|r| own[*r].normalised(&scale) - other[*r].normalised(&scale)).collect();
+    let count = differences.len().max(1) as f64;
+    let mean = differences.iter().sum::<f64>() / count;
+    let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    if variance > 0.0 { mean / (variance / count).sqrt() } else { 0.0 }
 }
 
 /// Number of measured components of a point: 3, fewer if some are not measured, 1 for a distance.
@@ -89,9 +137,28 @@ fn split(rows: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
 }
 
 impl Candidate<'_> {
-    fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise, deviation: Option<f64>) -> Fit {
-        let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
-        Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows }.fit(start, noise)
+    fn prior(&self, deviation: Option<f64>) -> Option<Prior> {
+        deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation))
+    }
+
+    /// Fits the postures `rows` with the prior that predicts best. The error on postures left out hardly differs between narrow
+    /// priors where the noise is large, and a prior that is too narrow makes the intervals too small. So the prior is widened while
+    /// its marginal likelihood grows. Also returns its standard deviation.
+    fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
+        let mut deviation = self.deviation(rows, start, noise);
+        let mut start = start.clone();
+        loop {
+            let prior = self.prior(deviation);
+            let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows };
+            let fit = fitter.fit(&start, noise);
+            let wider = DEVIATIONS.into_iter().find(|next| deviation.is_some_and(|deviation| *next > deviation));
+            match (&prior, wider) {
+                (Some(prior), Some(wider)) if prior.is_narrow(self.problem, &fit) => {
+                    (deviation, start) = (Some(wider), fit.unknowns);
+                }
+                _ => return (fit, deviation),
+            }
+        }
     }
 
     /// The prior with the smallest error on folds of `rows` that are left out in turn; `None`: no prior.
@@ -106,7 +173,7 @@ impl Candidate<'_> {
             let mut sums = ErrorSums::default();
             for ((out, kept), at) in folds.iter().zip(&mut starts) {
                 // Each prior starts where the narrower one ended.
-                let prior = deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation));
+                let prior = self.prior(deviation);
                 let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows: kept };
                 *at = fitter.quick(at, noise);
                 sums.add(self.problem, at, out, &noise);
@@ -121,20 +188,61 @@ impl Candidate<'_> {
     /// Fits all postures, with the prior that predicts best.
     pub(crate) fn chosen(&self, start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
-        let deviation = self.deviation(&rows, start, noise);
-        (self.fit(&rows, start, noise, deviation), deviation)
+        self.fit(&rows, start, noise)
     }
 
-    /// The error on postures that were left out, fold by fold. The prior is chosen without the postures of the fold.
-    pub(crate) fn left_out(&self, start: &Unknowns, noise: Noise) -> PredictionError {
+    /// The error of each posture when it was left out, fold by fold. The prior is chosen without the postures of the fold.
+    pub(crate) fn left_out(&self, start: &Unknowns, noise: Noise) -> Vec<ErrorSums> {
         let rows: Vec<usize> = (0..self.problem.postures.len()).collect();
-        let mut sums = ErrorSums::default();
+        let mut each = vec![ErrorSums::default(); rows.len()];
         for k in 0..FOLDS {
             let (out, kept) = split(&rows, k);
-            let deviation = self.deviation(&kept, start, noise);
-            let fit = self.fit(&kept, start, noise, deviation);
-            sums.add(self.problem, &fit.unknowns, &out, &noise);
+            let fit = self.fit(&kept, start, noise).0;
+            out.iter().for_each(|r| each[*r].add(self.problem, &fit.unknowns, &[*r], &noise));
         }
-        sums.error(components(self.problem))
+        each
+    }
+}
+
+/// The error of the postures that are `used`, from the error of each.
+pub(crate) fn error_of(problem: &Problem, each: &[ErrorSums], used: impl Fn(usize) -> bool) -> PredictionError {
+    let mut sums = ErrorSums::default();
+    for one in (0..each.len()).filter(|r| used(*r)).map(|r| &each[r]) {
+        sums.length = (sums.length.0 + one.length.0, sums.length.1 + one.length.1);
+        sums.angle = (sums.angle.0 + one.angle.0, sums.angle.1 + one.angle.1);
+    }
+    sums.error(components(problem))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use logs::Table;
+
+    use crate::calibrate::calibrate_table;
+    use crate::request::{CalibrateRequest, Calibrated};
+
+    /// With folds of neighbouring postures, the zeros of the UR10 are predicted like by the baseline: 12.1 mm and 10.8 mrad.
+    #[test]
+    fn folds_explain_the_difference_to_the_baseline() {
+        let folder = Path::new("/work/shared/data/calibration/ur10_camera");
+        if !folder.exists() {
+            eprintln!("skipped: {} is not there", folder.display());
+            return;
+        }
+        let robot = rist::read_robot(&folder.join("ur10.urdf"), &rist::ModelOptions::default()).unwrap();
+        let mut table = Table::read(&folder.join("poses.csv")).unwrap();
+        let count = table.rows();
+        // Every fifth row is a fold: so neighbours are put five rows apart.
+        let mut groups: Vec<Vec<usize>> = (0..5).map(|f| (0..count).filter(|k| k * 5 / count == f).collect()).collect();
+        let order: Vec<usize> = (0..5 * count).filter_map(|place| groups[place % 5].pop()).collect();
+        for column in &mut table.columns {
+            *column = order.iter().map(|k| column[*k]).collect();
+        }
+        let request = CalibrateRequest { what: Calibrated::Zeros, ..CalibrateRequest::default() };
+        let found = calibrate_table(&robot, &table, &request, None).unwrap().levels[1].left_out;
+        // Half of the last printed digit of the baseline.
+        assert!(found.length.unwrap() <= 12.15e-3 && found.angle.unwrap() <= 10.85e-3, "{found:?}");
     }
 }

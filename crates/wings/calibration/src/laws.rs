@@ -46,12 +46,12 @@ fn csv(problem: &Problem, names: &[String]) -> String {
     text
 }
 
-fn table(problem: &Problem, robot: &Robot) -> Table {
+pub(crate) fn table(problem: &Problem, robot: &Robot) -> Table {
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     Table::from_bytes("poses.csv", csv(problem, &names).as_bytes()).unwrap()
 }
 
-fn simulated(kind: MeasurementKind, count: usize, zero: f64, seed: u64) -> (Robot, Problem, Unknowns) {
+pub(crate) fn simulated(kind: MeasurementKind, count: usize, zero: f64, seed: u64) -> (Robot, Problem, Unknowns) {
     let (robot, mut random) = (arm(), Random::new(seed));
     let problem = problem(&robot, Convention::Dh, kind, count, &mut random);
     let truth = truth(&problem, zero, 5e-4, &mut random);
@@ -142,8 +142,45 @@ fn intervals_cover() {
     assert!((0.90..=0.995).contains(&share), "{share}");
 }
 
+/// An arm whose axes are all parallel: a component of the tool acts like one of the base, and an error of an angle multiplies it. So
+/// the intervals cover only if this component is the same in every fit. Zeros are within half a turn.
+#[test]
+fn intervals_of_parallel_axes_cover() {
+    let text = "convention: khalil-kleinfinger\nname: plane\ncoordinates: [q1, q2, q3]\nlinks:\n  - {link: 1, antecedent: base, \
+                theta: q1}\n  - {link: 2, antecedent: 1, d: 0.4, theta: q2}\n  - {link: 3, antecedent: 2, d: 0.3, theta: q3}\n";
+    let robot = rist::parse_robot(text, Path::new("plane.yaml"), &rist::ModelOptions::default()).unwrap();
+    let (mut inside, mut all) = (0u32, 0u32);
+    for seed in 0..16 {
+        let mut random = Random::new(300 + seed);
+        let kind = if seed % 2 == 0 { MeasurementKind::Pose } else { MeasurementKind::Points(1) };
+        let problem = problem(&robot, Convention::Dh, kind, 60, &mut random);
+        let truth = truth(&problem, 0.03, 5e-4, &mut random);
+        let of = |noise: f64| {
+            let problem = measured(&problem, &truth, [noise; 2], &mut Random::new(900 + seed));
+            calibrated(&robot, &problem, TableCorrections::default(), Calibrated::Geometry)
+        };
+        let (found, exact) = (of(3e-5), of(1e-9));
+        assert_eq!(found.level().fit.unknowns.points[0][2], 0.0);
+        let exact = exact.parameters(exact.level());
+        for p in found.parameters(found.level()).iter().filter(|p| p.parameter.group() != ParameterGroup::Frames) {
+            let expected = exact.iter().find(|q| q.parameter == p.parameter).unwrap().value;
+            assert!(p.value.abs() < 0.1, "{found}");
+            inside += u32::from((p.value - expected).abs() < p.interval);
+            all += 1;
+        }
+    }
+    // 16 x 7 parameters at 95 %: three standard deviations of this count are 6 %, and more as those of a draw are correlated.
+    let share = f64::from(inside) / f64::from(all);
+    assert!(share >= 0.88, "{share}");
+}
+
 /// The result of a simulated table that is changed before it is read.
-fn calibrated(robot: &Robot, problem: &Problem, corrections: TableCorrections, what: Calibrated) -> Calibration {
+pub(crate) fn calibrated(
+    robot: &Robot,
+    problem: &Problem,
+    corrections: TableCorrections,
+    what: Calibrated,
+) -> Calibration {
     let options = Some(CalibrationOptions { corrections, ..CalibrationOptions::default() });
     let request = CalibrateRequest { what, options, ..CalibrateRequest::default() };
     calibrate_table(robot, &table(problem, robot), &request, None).unwrap()
@@ -323,7 +360,8 @@ fn public_sets_are_predicted_like_the_baseline() {
         eprintln!("skipped: {} is not there", folder.display());
         return;
     }
-    // The baseline of the zeros of the UR10 is 12.1 mm and 10.8 mrad: here the angles are better and the lengths 3 % worse.
+    // The baseline of the zeros of the UR10 is 12.1 mm and 10.8 mrad. The folds decide the last digit: 40 random folds of its 23
+    // postures give 12.2 +- 0.33 mm here (the description alone: 12.3), and folds of neighbours give the baseline, see below.
     let sets = [
         ("ur10_camera/ur10.urdf", "ur10_camera/poses.csv", [12.6e-3, 4.29e-3], [10.8e-3, 8.1e-3]),
         ("talos_contact/talos_left_arm.urdf", "talos_contact/points.csv", [1.66e-3, 0.83e-3], [0.0; 2]),
@@ -337,5 +375,7 @@ fn public_sets_are_predicted_like_the_baseline() {
             assert!(level.left_out.angle.is_none_or(|found| found <= angle), "{csv} {found}");
         }
         assert!(found.mistakes.is_empty(), "{csv} {found}");
+        // No yes: the postures are few, or hardly move some joints.
+        assert_eq!(found.verdict.trust, Trust::WithCare, "{csv} {found}");
     }
 }

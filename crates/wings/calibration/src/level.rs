@@ -1,11 +1,14 @@
-//! A fit of some groups of parameters, and what it says of zeros and gears.
+//! A fit of some groups of parameters, with its error on postures that were left out.
+
+use rist::Error;
 
 use crate::base_geometry::GeometricBase;
-use crate::fit::{Fit, Fitter};
-use crate::folds::PredictionError;
+use crate::fit::{Fit, Noise};
+use crate::folds::{Candidate, ErrorSums, PredictionError, error_of, error_on};
 use crate::measurement::{Problem, Unknowns};
-use crate::parameter::Parameter;
 
+/// A fit without a prior needs this many rows per parameter.
+const ROWS_PER_PARAMETER: f64 = 1.25;
 /// A zero above this is far off, rad (m).
 const FAR_ZERO: f64 = 1.0;
 
@@ -24,34 +27,62 @@ pub struct Level {
     pub deviation: Option<f64>,
     /// Error on the fitted postures.
     pub fitted: PredictionError,
-    /// Error on postures left out in turn.
+    /// Error on postures left out in turn, wrong ones too.
     pub left_out: PredictionError,
+    /// The same error of each posture.
+    pub(crate) each: Vec<ErrorSums>,
+}
+
+/// The fit of the parameters `active` with the base parameters `base`. The errors of the geometry of the level `geometry` may have
+/// a prior.
+fn candidate<'a>(
+    problem: &'a Problem,
+    what: &str,
+    base: &'a GeometricBase,
+    active: &'a [usize],
+    rows: usize,
+) -> Candidate<'a> {
+    let may_be_free = rows as f64 > ROWS_PER_PARAMETER * active.len() as f64;
+    Candidate { problem, base, active, may_hold: what == "geometry", may_be_free }
+}
+
+impl Level {
+    /// Fits a level, with the prior that predicts best, and predicts it fold by fold. `from`: start and noise.
+    ///
+    /// Fails if the derivatives are not finite.
+    pub(crate) fn fitted(
+        problem: &Problem,
+        what: &'static str,
+        base: GeometricBase,
+        from: &(Unknowns, Noise),
+    ) -> Result<Level, Error> {
+        let rows = problem.linearised(&from.0);
+        let of_data = GeometricBase::of(&rows.jacobian, &base.kept)?;
+        let all: Vec<usize> = (0..problem.postures.len()).collect();
+        let one = candidate(problem, what, &base, &of_data.kept, rows.residual.len());
+        let (fit, deviation) = one.chosen(&from.0, from.1);
+        let each = one.left_out(&from.0, from.1);
+        let left_out = error_of(problem, &each, |_| true);
+        let fitted = error_on(problem, &fit.unknowns, &all);
+        let undetermined = base.kept.iter().copied().filter(|k| !of_data.kept.contains(k)).collect();
+        Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out, each })
+    }
+
+    /// The error on those postures left out that are `used`.
+    pub(crate) fn left_out_on(&self, problem: &Problem, used: &[bool]) -> PredictionError {
+        error_of(problem, &self.each, |r| used[r])
+    }
+
+    /// The same fit with other parameters.
+    pub(crate) fn candidate<'a>(&'a self, problem: &'a Problem, active: &'a [usize]) -> Candidate<'a> {
+        let all: Vec<usize> = (0..problem.postures.len()).collect();
+        let rows = problem.residuals_of(&self.fit.unknowns, &all).len();
+        candidate(problem, self.what, &self.base, active, rows)
+    }
 }
 
 /// The coordinates of the chain whose zeros are far off: indices of [`Chain::coordinates`].
 pub(crate) fn far_zeros(problem: &Problem, at: &Unknowns) -> Vec<usize> {
     let count = problem.chain.coordinates.len();
     (0..count).filter(|&k| at.chain[k].abs() > FAR_ZERO).collect()
-}
-
-/// A gear scale that was tested: the coordinate, its estimate with its standard deviation, and how sure a fault would show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TestedGear {
-    pub coordinate: usize,
-    /// Estimate and standard deviation; `None` if the postures do not determine it.
-    pub estimate: Option<(f64, f64)>,
-}
-
-/// Tests each gear scale alone: the derivative by the scale, without what the fitted parameters explain of it.
-pub(crate) fn tested_gears(problem: &Problem, level: &Level) -> Vec<TestedGear> {
-    let fit = &level.fit;
-    let all: Vec<usize> = (0..problem.postures.len()).collect();
-    let fitter = Fitter { problem, active: &fit.active, prior: None, rows: &all };
-    let of = |(k, parameter): (usize, &Parameter)| match parameter {
-        Parameter::Gear { coordinate } => {
-            Some(TestedGear { coordinate: *coordinate, estimate: fitter.one_more(fit, k) })
-        }
-        _ => None,
-    };
-    problem.parameters.iter().enumerate().filter_map(of).collect()
 }

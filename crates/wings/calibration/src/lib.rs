@@ -11,8 +11,10 @@ mod base_geometry;
 mod calibrate;
 mod chain;
 mod corrections;
+mod determined;
 mod fit;
 mod folds;
+mod gears;
 #[cfg(test)]
 mod laws;
 mod level;

@@ -22,7 +22,7 @@ const AS_WELL: f64 = 1.5;
 /// Below this share, no mistake is searched: errors of a description have this size.
 const SMALL_SHARE: f64 = 0.004;
 /// Radians that count like the spread of the points.
-const ANGLE_SPREAD: f64 = 1.0;
+pub(crate) const ANGLE_SPREAD: f64 = 1.0;
 
 /// A mistake in the table.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,8 @@ pub struct Mistake {
     pub fault: String,
     /// The corrections that cure it, with those that were given.
     pub corrections: TableCorrections,
+    /// The link that was measured, if it is another one than was taken.
+    pub tip: Option<String>,
     /// Shares of the error: before and after.
     pub shares: [f64; 2],
 }
@@ -50,20 +52,25 @@ pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
 /// Root mean square distance of the measured points from their mean (of distances: from the mean distance); of what is touched,
 /// of the poses of the last link, m.
 pub(crate) fn spread(problem: &Problem) -> f64 {
-    let of_link = |p: &crate::measurement::Posture| {
-        problem.chain.derivatives(&p.q, &p.torque, &vec![0.0; problem.chain.parameters.len()]).pose.position
-    };
     let measured = |p: &crate::measurement::Posture| match (p.distance, p.points.first()) {
         (Some(distance), _) => Vector3::new(distance, 0.0, 0.0),
         (None, Some(point)) => Vector3::from(point.map(|x| if x.is_finite() { x } else { 0.0 })),
         (None, None) => Vector3::zeros(),
     };
-    let spread = |all: Vec<Vector3<f64>>| {
-        let mean: Vector3<f64> = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
-        (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
-    };
-    let own = spread(problem.postures.iter().map(measured).collect());
-    if own > 0.0 { own } else { spread(problem.postures.iter().map(of_link).collect()).max(f64::MIN_POSITIVE) }
+    let own = spread_of(problem.postures.iter().map(measured).collect());
+    if own > 0.0 { own } else { spread_of_links(problem) }
+}
+
+fn spread_of(all: Vec<Vector3<f64>>) -> f64 {
+    let mean: Vector3<f64> = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
+    (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
+}
+
+/// Root mean square distance of the positions of the last link from their mean, by the description, m.
+pub(crate) fn spread_of_links(problem: &Problem) -> f64 {
+    let nothing = vec![0.0; problem.chain.parameters.len()];
+    let of_link = |p: &crate::measurement::Posture| problem.chain.pose(&p.q, &p.torque, &nothing).position;
+    spread_of(problem.postures.iter().map(of_link).collect()).max(f64::MIN_POSITIVE)
 }
 
 /// The possible mistakes of a table, each with its correction.
@@ -116,11 +123,13 @@ fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
     Ok(share(problem, &start(problem, &active, 0)))
 }
 
-/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small.
-pub(crate) fn mistakes(
+/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small. `tips`: the same table for
+/// other measured links, each with the name of its link.
+pub(crate) fn mistakes<'a>(
     robot: &Robot,
     problem: &Problem,
     table: &PoseTable,
+    tips: impl Fn() -> Vec<(&'a str, Problem)>,
     given: &TableCorrections,
     as_given: f64,
 ) -> Result<Vec<Mistake>, Error> {
@@ -132,11 +141,140 @@ pub(crate) fn mistakes(
         let Ok(postures) = table.postures(&corrections) else { continue };
         let after = share_under(robot, &problem.with(postures))?;
         if CURED * after < as_given {
-            found.push(Mistake { fault, corrections, shares: [as_given, after] });
+            found.push(Mistake { fault, corrections, tip: None, shares: [as_given, after] });
+        }
+    }
+    for (name, other) in tips() {
+        let after = share_under(robot, &other)?;
+        if CURED * after < as_given {
+            let fault = format!("the measured link is {name}");
+            let (corrections, tip) = (given.clone(), Some(name.to_string()));
+            found.push(Mistake { fault, corrections, tip, shares: [as_given, after] });
         }
     }
     found.sort_by(|a, b| a.shares[1].total_cmp(&b.shares[1]));
     let best = found.first().map_or(0.0, |m| m.shares[1]);
     found.retain(|m| m.shares[1] <= AS_WELL * best);
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use claims::Trust;
+    use nalgebra::{Quaternion, UnitQuaternion};
+    use random::Random;
+
+    use super::*;
+    use crate::calibrate::{Calibration, calibrate_table};
+    use crate::chain::{Chain, Convention};
+    use crate::laws::{calibrated, simulated, table};
+    use crate::measurement::{MeasurementKind, Posture};
+    use crate::request::{CalibrateRequest, Calibrated};
+    use crate::simulated::{arm, measured, truth};
+
+    fn found(problem: &Problem) -> Calibration {
+        calibrated(&arm(), problem, TableCorrections::default(), Calibrated::Geometry)
+    }
+
+    fn good() -> Problem {
+        simulated(MeasurementKind::Pose, 60, 0.03, 21).1
+    }
+
+    /// Quaternions with w first: named, and cured by their correction.
+    #[test]
+    fn quaternions_with_w_first_are_named() {
+        let mut wrong = good();
+        for posture in &mut wrong.postures {
+            let q = UnitQuaternion::from_matrix(&posture.rotation.unwrap());
+            // The columns qx, qy, qz, qw hold w, x, y, z.
+            let read = UnitQuaternion::from_quaternion(Quaternion::new(q.k, q.w, q.i, q.j));
+            posture.rotation = Some(read.to_rotation_matrix().into_inner());
+        }
+        let named = found(&wrong);
+        let cure = TableCorrections { scalar_first: true, ..TableCorrections::default() };
+        assert!(named.verdict.trust == Trust::No && named.mistakes.iter().any(|m| m.corrections == cure), "{named}");
+        let cured = calibrated(&arm(), &wrong, cure, Calibrated::Geometry);
+        assert!(cured.mistakes.is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+    }
+
+    /// A marker on link 4 that is taken for one on the last link, and the reverse: the measured link is named, and cures.
+    #[test]
+    fn another_measured_link_is_named() {
+        let (robot, whole) = (arm(), good());
+        let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+        for (on, taken) in [(3, 5), (5, 3)] {
+            let tip = robot.link_ids().nth(on).unwrap();
+            let chain = Chain::new(&robot, tip, Convention::Dh).unwrap();
+            let cut = |p: &Posture| Posture { q: p.q[..=on].to_vec(), torque: vec![0.0; on + 1], ..p.clone() };
+            let postures = whole.postures.iter().map(cut).collect();
+            let problem = Problem::new(chain, MeasurementKind::Pose, postures);
+            let mut random = Random::new(4);
+            let truth = truth(&problem, 0.03, 5e-4, &mut random);
+            let problem = measured(&problem, &truth, [1e-4; 2], &mut random);
+            let all = whole.postures.iter().zip(problem.postures).map(|(p, own)| Posture { q: p.q.clone(), ..own });
+            let table = table(&whole.with(all.collect()), &robot);
+            let of = |tip: usize| {
+                let tip = Some(names[tip].clone());
+                let request = CalibrateRequest { what: Calibrated::Zeros, tip, ..CalibrateRequest::default() };
+                calibrate_table(&robot, &table, &request, None).unwrap()
+            };
+            let named = of(taken);
+            assert!(named.verdict.trust == Trust::No, "{named}");
+            assert_eq!(named.mistakes[0].tip.as_ref(), Some(&names[on]), "{named}");
+            let text = format!("[tip={}]", names[on]);
+            assert!(named.to_string().contains(&text), "{named}");
+            let cured = of(on);
+            assert!(cured.mistakes.is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+        }
+    }
+
+    /// A marker on the base does not move with the robot.
+    #[test]
+    fn what_is_at_rest_is_named() {
+        let mut wrong = good();
+        let (first, mut random) = (wrong.postures[0].clone(), Random::new(3));
+        for posture in &mut wrong.postures {
+            posture.points[0] = first.points[0].map(|x| x + 1e-4 * random.normal());
+            posture.rotation = first.rotation;
+        }
+        let named = found(&wrong);
+        assert!(named.verdict.trust == Trust::No, "{named}");
+        assert!(named.to_string().contains("it is not on the robot that moves"), "{named}");
+        assert!(!found(&good()).to_string().contains("not on the robot"));
+    }
+
+    /// Wrong rows, 5 % of the table: named by their lines and left out; without them the answer is yes.
+    #[test]
+    fn wrong_rows_are_named() {
+        let mut wrong = good();
+        wrong.postures[8].points[0][1] += 0.05;
+        wrong.postures[30].points[0] = wrong.postures[31].points[0];
+        wrong.postures[50].q[3] += 0.1;
+        let named = found(&wrong);
+        assert_eq!(named.outliers(named.level()), [10, 32, 52]);
+        assert!(named.verdict.trust == Trust::WithCare, "{named}");
+        assert!(named.to_string().contains("the postures of the lines 10, 32, 52 are wrong"), "{named}");
+        [50, 30, 8].into_iter().for_each(|k| drop(wrong.postures.remove(k)));
+        let cured = found(&wrong);
+        assert!(cured.outliers(cured.level()).is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
+    }
+
+    /// A joint that stands still: no yes, and what would tell; with postures in which it moves, the answer is yes.
+    #[test]
+    fn a_joint_at_rest_is_named() {
+        let (robot, mut random) = (arm(), Random::new(9));
+        let whole = good();
+        let truth = truth(&whole, 0.03, 5e-4, &mut random);
+        let mut still = whole.clone();
+        still.postures.iter_mut().for_each(|p| p.q[4] = 0.7);
+        let of = |problem: &Problem| found(&measured(problem, &truth, [1e-4; 2], &mut Random::new(2)));
+        let named = of(&still);
+        let text = named.to_string();
+        assert!(named.verdict.trust == Trust::WithCare && text.contains("joint q5 never moves"), "{named}");
+        assert!(text.contains("these postures do not determine"), "{named}");
+        let moving = whole.postures.iter().take(30).chain(&still.postures).cloned().collect();
+        let cured = of(&whole.with(moving));
+        assert_eq!(cured.verdict.trust, Trust::Yes, "{cured}");
+        assert_eq!(robot.n_coordinates(), 6);
+    }
 }

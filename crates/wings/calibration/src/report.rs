@@ -16,7 +16,7 @@ use crate::level::Level;
 use crate::measurement::{MeasurementKind, Posture, Problem};
 use crate::parameter::ParameterGroup;
 use crate::request::CalibrateRequest;
-use crate::verdict::shown;
+use crate::verdict::{errors, shown};
 
 /// Digits of printed values.
 const DIGITS: usize = 4;
@@ -84,6 +84,7 @@ impl Calibration {
         let (factor, unit) = match p.unit {
             "m" => (1e3, "mm"),
             "rad" => (1e3, "mrad"),
+            "1" => (100.0, "%"),
             other => (1.0, other),
         };
         let value = |x: f64| significant(factor * x, DIGITS);
@@ -131,6 +132,11 @@ impl fmt::Display for Calibration {
         }
         writeln!(f)?;
         let verdict = &self.verdict;
+        if let [before, .., after] = errors(&self.problem, &self.levels).as_slice() {
+            let without = if self.outliers(level).is_empty() { "" } else { ", without the wrong ones" };
+            let (before, after) = (shown(before), shown(after));
+            writeln!(f, "error on postures left out{without}: {before} by the description alone, {after} calibrated")?;
+        }
         let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
         lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
         writeln!(f, "trust: {}", verdict.trust.word())?;

@@ -38,6 +38,8 @@ rist::request! {
     pub struct CalibrateRequest {
         /// What is fitted besides base, tool and markers.
         what: Calibrated = Calibrated::Geometry, value_name("WHAT");
+        /// Joints whose scales (gear ratios) are fitted too.
+        gears: Vec<String> = Vec::new(), value_name("JOINTS");
         /// Link that is measured: the end of the chain. By default the link with most joints before it.
         tip: Option<String> = None, value_name("LINK");
         /// What the tool touched at each posture, for a table without measurements.

@@ -11,7 +11,7 @@ use random::Random;
 use crate::chain::{Placed, turned_by};
 use crate::fit::{Fitter, Noise};
 use crate::measurement::{MeasurementKind, Posture, Problem, Unknowns};
-use crate::parameter::ParameterGroup;
+use crate::parameter::{Parameter, ParameterGroup};
 
 /// Largest number of postures of the search for a start.
 const MAX_POSTURES: usize = 60;
@@ -28,6 +28,10 @@ const ZERO_RANGE: f64 = 1.2;
 const GOOD: f64 = 4.0;
 /// Another start must reduce the sum to this fraction.
 const BETTER: f64 = 0.9;
+/// Relative size of eigenvalues of a null space: errors of a description of some degrees.
+const NULL: f64 = 1e-3;
+/// Number of vectors of a null space that are tried.
+const NULL_STARTS: usize = 12;
 /// Relative size of singular values that count as zero in a linear equation.
 const SINGULAR: f64 = 1e-9;
 
@@ -45,8 +49,8 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     let from = |chain: Vec<f64>| {
         let each = candidates(&some, &chain);
         let several = each.len() > 1;
-        let refined =
-            each.into_iter().map(|at| if several { fitter(&frames).search(&at, COARSE, STEPS).0 } else { at });
+        let held = each.into_iter().map(|at| without_dropped(&some, &frames, at));
+        let refined = held.map(|at| if several { fitter(&frames).search(&at, COARSE, STEPS).0 } else { at });
         let ended = refined.map(|at| fitter(&zeros).search(&at, COARSE, STEPS));
         ended.min_by(|a, b| a.1.total_cmp(&b.1))
     };
@@ -66,7 +70,19 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
             best = found;
         }
     }
+    problem.chain.within_half_a_turn(&mut best.0.chain);
     best.0
+}
+
+/// Sets components of points that are not fitted to zero. They act like components of the base, so their value is free; but an error
+/// of an angle multiplies them, so the same value must be used for every table. `frames`: the fitted unknowns of the measurement.
+fn without_dropped(problem: &Problem, frames: &[usize], mut at: Unknowns) -> Unknowns {
+    for (k, parameter) in problem.parameters.iter().enumerate() {
+        if let (Parameter::Point { point, axis }, false) = (*parameter, frames.contains(&k)) {
+            at.points[point][axis] = 0.0;
+        }
+    }
+    at
 }
 
 /// Frames for given parameters of the chain: one by closed form, or several to be tried.
@@ -75,8 +91,8 @@ fn candidates(problem: &Problem, chain: &[f64]) -> Vec<Unknowns> {
     let links: Vec<Placed> = poses(problem, chain);
     match problem.kind {
         MeasurementKind::Pose => {
-            let (base, tool) = orientations(&problem.postures, &links);
-            vec![with_base(problem, &links, Unknowns { tool, ..at }, base)]
+            let each = orientations(&problem.postures, &links).into_iter();
+            each.map(|(base, tool)| with_base(problem, &links, Unknowns { tool, ..at.clone() }, base)).collect()
         }
         MeasurementKind::Points(_) => {
             let measured = |p: &Posture| p.points.iter().flatten().any(|x| *x != 0.0);
@@ -114,8 +130,9 @@ pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     u * v
 }
 
-/// Orientations of the base and of the tool from measured orientations.
-fn orientations(postures: &[Posture], links: &[Placed]) -> (Matrix3<f64>, Matrix3<f64>) {
+/// Orientations of the base and of the tool from measured orientations. If all joints turn about parallel axes, the null space has
+/// several dimensions, of which some vectors are rotations: then several are returned, to be tried.
+fn orientations(postures: &[Posture], links: &[Placed]) -> Vec<(Matrix3<f64>, Matrix3<f64>)> {
     let mut normal = DMatrix::<f64>::zeros(18, 18);
     for (posture, link) in postures.iter().zip(links) {
         let Some(measured) = posture.rotation else { continue };
@@ -130,10 +147,24 @@ fn orientations(postures: &[Posture], links: &[Placed]) -> (Matrix3<f64>, Matrix
         }
     }
     let eigen = normal.symmetric_eigen();
-    let null = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    let part = |first: usize| Matrix3::from_fn(|i, k| null[first + 3 * i + k]);
-    let sign = part(9).determinant().signum();
-    (nearest_rotation(&(sign * part(9))), nearest_rotation(&(sign * part(0))).transpose())
+    let mut order: Vec<usize> = (0..18).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let limit = NULL * eigen.eigenvalues.max();
+    let null: Vec<usize> = order.iter().copied().filter(|&k| k == order[0] || eigen.eigenvalues[k] < limit).collect();
+    let mut random = Random::new(0x6e75_6c6c);
+    let count = if null.len() > 1 { NULL_STARTS } else { 1 };
+    let vector = |k: usize| {
+        let mut factor = || if k == 0 { 0.0 } else { random.normal() };
+        let others: Vec<f64> = null[1..].iter().map(|_| factor()).collect();
+        let first = eigen.eigenvectors.column(null[0]).into_owned();
+        null[1..].iter().zip(others).fold(first, |sum, (c, x)| sum + x * eigen.eigenvectors.column(*c))
+    };
+    let rotations = |null: DVector<f64>| {
+        let part = |first: usize| Matrix3::from_fn(|i, k| null[first + 3 * i + k]);
+        let sign = part(9).determinant().signum();
+        (nearest_rotation(&(sign * part(9))), nearest_rotation(&(sign * part(0))).transpose())
+    };
+    (0..count).map(vector).map(rotations).collect()
 }
 
 /// Orientation of the base from measured points; `None` if too few points are whole.

@@ -1,40 +1,48 @@
 //! The verdict on a calibration: claims on the table, on what it determines, and on the error on postures that were left out.
 //!
 //! The error is compared with the spread of the measured points (angles: with 1 rad). Below 1 % it agrees with a robot of this
-//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros; else zeros are recommended.
+//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros: if they predict worse, by a test of
+//! the squared errors posture by posture, zeros are recommended.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
 };
 use identification::estimate::topics::{LOG, PARAMETERS, ZERO, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
-use numerics::student::two_sided_quantile;
+use robot::Robot;
 
-use crate::folds::PredictionError;
-use crate::level::{Level, TestedGear, far_zeros, tested_gears};
+use crate::determined::{Determination, OTHER_ANGLES, OTHER_LENGTHS};
+use crate::folds::{PredictionError, paired};
+use crate::gears::{GEAR, of_gears};
+use crate::level::{Level, far_zeros};
 use crate::measurement::Problem;
-use crate::mistakes::{Mistake, spread};
+use crate::mistakes::{ANGLE_SPREAD, Mistake, spread, spread_of_links};
 use crate::parameter::ParameterNames;
 
-/// The error on postures that were left out.
-pub(crate) const PREDICTION: Topic = Topic("error on postures left out");
-/// The scale of a joint.
-const GEAR: Topic = Topic("gear scale");
+/// The error of lengths on postures that were left out.
+const LENGTHS: Topic = Topic("error of lengths on postures left out");
+/// The error of angles on postures that were left out.
+const ANGLES: Topic = Topic("error of angles on postures left out");
+/// The comparison of the fits on postures that were left out.
+const COMPARISON: Topic = Topic("comparison of the fits");
 /// Postures that are left out as wrong.
 const OUTLIERS: Topic = Topic("postures");
+/// Joints that follow from loops.
+const LOOPS: Topic = Topic("loops");
 /// Joints that stand still.
 const MOTION: Topic = Topic("motion");
 
 /// Largest error of a good calibration, relative to the spread of what is measured; above [`LARGE_SHARE`] it is a fault.
 const SMALL_SHARE: f64 = 0.01;
 const LARGE_SHARE: f64 = 0.05;
+/// Errors whose ratio is below this are the same.
+const SAME: f64 = 1.01;
+/// Quantile of a one-sided test of 95 %.
+const ONE_SIDED: f64 = 1.645;
+/// What is measured does not move if its spread is below this share of the spread of the last link.
+const AT_REST: f64 = 0.02;
 /// A joint stands still if its positions spread less than this, rad (m).
 const STILL: f64 = 1e-4;
-/// Level of the test of all gear scales together, and chance with which a fault of the printed size shows.
-const GEAR_LEVEL: f64 = 0.01;
-const POWER: f64 = 0.95;
-/// A scale is not said to agree if only a larger error than this would show.
-const LARGEST_GEAR: f64 = 0.1;
 
 /// Whether a calibration can be used.
 pub struct CalibrationVerdict {
@@ -56,45 +64,37 @@ pub(crate) fn shown(error: &PredictionError) -> String {
     part(error.length, "mm").into_iter().chain(part(error.angle, "mrad")).collect::<Vec<_>>().join(", ")
 }
 
-/// One number for the comparison of errors: lengths and angles relative to those of another fit.
-fn relative(error: &PredictionError, to: &PredictionError) -> f64 {
-    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
-    let ratios: Vec<f64> =
-        [ratio(error.length, to.length), ratio(error.angle, to.angle)].into_iter().flatten().collect();
-    let product: f64 = ratios.iter().product();
-    product.powf(1.0 / ratios.len().max(1) as f64)
-}
-
-fn figure(error: &PredictionError) -> Figure {
-    match (error.length, error.angle) {
-        (Some(length), _) => Figure::new(1e3 * length, "mm"),
-        (None, angle) => Figure::new(1e3 * angle.unwrap_or(f64::NAN), "mrad"),
-    }
-}
-
 /// The verdict on the last of the levels.
 pub(crate) fn verdict(
+    robot: &Robot,
     problem: &Problem,
     names: &ParameterNames,
     levels: &[Level],
     mistakes: &[Mistake],
 ) -> CalibrationVerdict {
-    let recommended = best(levels);
+    let recommended = best(problem, levels);
     let Some(level) = levels.last() else {
         return CalibrationVerdict { trust: Trust::No, claims: vec![], reasons: vec![], next: None, recommended };
     };
     let mut claims: Vec<Claim> = mistakes.iter().map(of_mistake).collect();
-    claims.push(of_prediction(problem, levels, recommended));
+    claims.extend(of_comparison(problem, levels, recommended));
+    claims.extend(of_prediction(problem, levels));
     claims.extend(of_motion(problem, names));
-    claims.extend(of_parameters(names, problem, level));
-    claims.extend(of_zeros(problem, names, level));
-    claims.extend(of_outliers(problem, level));
     if mistakes.is_empty() {
+        let determination = Determination { robot, problem, names, level };
+        claims.extend(determination.of_parameters());
+        claims.extend(determination.of_other_postures());
         claims.extend(of_gears(problem, names, level));
     }
-    let further = [LOG, PARAMETERS, ZERO, OUTLIERS, MOTION].map(|topic| Need::where_claimed(Subject::whole(topic)));
-    let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(PREDICTION)));
-    let purpose = further.into_iter().fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
+    claims.extend(of_zeros(problem, names, level));
+    claims.extend(of_outliers(problem, level));
+    claims.extend(of_loops(robot, problem));
+    let measured = if level.left_out.length.is_some() { LENGTHS } else { ANGLES };
+    let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(measured)));
+    let others = [OTHER_LENGTHS, OTHER_ANGLES, PARAMETERS, ZERO, OUTLIERS, LOOPS, MOTION];
+    let further = [LOG, COMPARISON, LENGTHS, ANGLES].into_iter().chain(others);
+    let further = further.map(|topic| Need::where_claimed(Subject::whole(topic)));
+    let purpose = further.fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
     let trust = worst(&claims, &purpose).trust();
     let lowered = lowering(&claims, &purpose);
     let of_it = |claim: &&&Claim| trust != Trust::No || claim.is_contradicted();
@@ -103,57 +103,105 @@ pub(crate) fn verdict(
     CalibrationVerdict { trust, reasons, next, recommended, claims }
 }
 
+/// The error of each level on those postures left out that the last fit uses.
+pub(crate) fn errors(problem: &Problem, levels: &[Level]) -> Vec<PredictionError> {
+    let Some(last) = levels.last() else { return Vec::new() };
+    levels.iter().map(|level| level.left_out_on(problem, &last.fit.used)).collect()
+}
+
 /// The level with the smallest error on postures that were left out; of equal ones the first.
-fn best(levels: &[Level]) -> usize {
-    let Some(first) = levels.first() else { return 0 };
-    let of = |k: &usize| relative(&levels[*k].left_out, &first.left_out);
-    (0..levels.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+fn best(problem: &Problem, levels: &[Level]) -> usize {
+    let errors = errors(problem, levels);
+    let Some(first) = errors.first() else { return 0 };
+    let of = |k: &usize| errors[*k].relative(first);
+    (0..errors.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
 }
 
 fn of_mistake(mistake: &Mistake) -> Claim {
     let [before, after] = mistake.shares.map(|x| Figure::new(100.0 * x, "% of the spread"));
     let trial = Trial::Tried { quantity: "median error".into(), before, after };
-    let remedy = Remedy::new("calibrate", format!("in the file of [options]: {}", mistake.corrections));
+    let remedy = match &mistake.tip {
+        Some(tip) => Remedy::new("calibrate", format!("name the link that was measured: [tip={tip}]")).with("tip", tip),
+        None => Remedy::new("calibrate", format!("in the file of [options]: {}", mistake.corrections)),
+    };
     Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: mistake.fault.clone(), remedy, trial })
 }
 
-fn of_prediction(problem: &Problem, levels: &[Level], recommended: usize) -> Claim {
-    let subject = Subject::whole(PREDICTION);
-    let last = levels.len() - 1;
-    let (level, best) = (&levels[last], &levels[recommended]);
-    if recommended != last {
-        // A fit of frames alone has no errors of the robot: then the description is as good.
-        let (advice, remedy) = match best.what {
-            "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
-            _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
-        };
-        let fault = format!(
-            "{} predicts worse than {} on postures that were left out ({} against {}): {advice}",
-            level.what,
-            best.what,
-            shown(&level.left_out),
-            shown(&best.left_out)
-        );
-        let (before, after) = (figure(&level.left_out), figure(&best.left_out));
-        let trial = Trial::Tried { quantity: "error".into(), before, after };
-        return Claim::new(subject, Outcome::Contradicted { fault, remedy, trial });
-    }
-    let of_length = level.left_out.length.map_or(0.0, |x| x / spread(problem));
-    let share = of_length.max(level.left_out.angle.unwrap_or(0.0));
-    if share <= SMALL_SHARE {
-        return Claim::new(subject, Outcome::Agrees { smallest: figure(&level.left_out) });
-    }
-    let why = format!(
-        "the error on postures left out is {}, {} % of the spread",
-        shown(&level.left_out),
-        significant(100.0 * share, 2)
+/// Whether another fit predicts better than the one that was asked for.
+fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Option<Claim> {
+    let level = levels.last()?;
+    let errors = errors(problem, levels);
+    let (own, least) = (errors.last()?, errors.get(recommended)?);
+    let best = levels.get(recommended).filter(|_| recommended + 1 < levels.len())?;
+    // A fit of frames alone has no errors of the robot: then the description is as good.
+    let (advice, remedy) = match best.what {
+        "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
+        _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
+    };
+    let fault = format!(
+        "{} predicts worse than {} on postures that were left out ({} against {}): {advice}",
+        level.what,
+        best.what,
+        shown(own),
+        shown(least)
     );
-    if share <= LARGE_SHARE {
-        return cannot_tell(subject, why, "better measurements, or more postures");
+    let is_clear = own.relative(least) > SAME && paired(&level.each, &best.each, &level.fit.used) > ONE_SIDED;
+    if !is_clear {
+        return None;
     }
-    let remedy = Remedy::new("calibrate", "look at the joints, the link that is measured, and the columns");
-    let trial = Trial::NotTried { why: "no unit, order, sign or inverse of the table explains it".into() };
-    Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial })
+    let (before, after) = own.compared(least);
+    let trial = Trial::Tried { quantity: "error".into(), before, after };
+    Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
+}
+
+/// The errors of lengths and of angles on postures that were left out, compared with the spread of what is measured.
+fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
+    let errors = errors(problem, levels);
+    let (Some(first), Some(last)) = (errors.first(), errors.last()) else { return Vec::new() };
+    // A root mean square of n errors has the relative standard deviation 1 / sqrt(2 n).
+    let sure = (1.0 - ONE_SIDED / (2.0 * problem.postures.len() as f64).sqrt()).max(0.5);
+    let spread = spread(problem);
+    let kinds =
+        [(LENGTHS, first.length, last.length, spread, "mm"), (ANGLES, first.angle, last.angle, ANGLE_SPREAD, "mrad")];
+    let claim = |(topic, before, after, scale, unit): (Topic, Option<f64>, Option<f64>, f64, &str)| {
+        let (before, after, subject) = (before?, after?, Subject::whole(topic));
+        if after <= SMALL_SHARE * scale {
+            let smallest = Figure::new(1e3 * SMALL_SHARE * scale / sure, unit);
+            return Some(Claim::new(subject, Outcome::Agrees { smallest }));
+        }
+        let shown = |x: f64| significant(1e3 * x, 3);
+        let why = format!(
+            "on postures left out the error is {} {unit}, and {} {unit} by the description alone; at most {} {unit} is expected \
+             of a robot of this size",
+            shown(after),
+            shown(before),
+            shown(SMALL_SHARE * scale)
+        );
+        if after <= LARGE_SHARE * scale {
+            return Some(cannot_tell(subject, why, "better measurements, or more postures"));
+        }
+        let of_links = spread_of_links(problem);
+        if topic == LENGTHS && spread < AT_REST * of_links {
+            return Some(at_rest(subject, spread, of_links));
+        }
+        let remedy = Remedy::new("calibrate", "look at the joints, the link that is measured, and the columns");
+        let trial = Trial::NotTried { why: "no unit, order, sign, inverse or other link explains the table".into() };
+        Some(Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial }))
+    };
+    kinds.into_iter().filter_map(claim).collect()
+}
+
+/// The fault that what is measured does not move with the robot.
+fn at_rest(subject: Subject, spread: f64, of_links: f64) -> Claim {
+    let fault = format!(
+        "what is measured moves by {} mm (root mean square) and the last link by {} mm: it is not on the robot that moves",
+        significant(1e3 * spread, 3),
+        significant(1e3 * of_links, 3)
+    );
+    let remedy =
+        Remedy::new("calibrate", "measure a marker on the last link, and look at which pose is in the columns");
+    let trial = Trial::NotTried { why: "it needs other measurements".into() };
+    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
 }
 
 fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
@@ -168,13 +216,6 @@ fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
         cannot_tell(Subject::of(MOTION, [name(k)]), why, format!("postures in which {} moves", name(k)))
     };
     (0..problem.chain.coordinates.len()).filter(still).map(claim).collect()
-}
-
-/// Base parameters that the postures do not determine, although other postures would.
-fn of_parameters(names: &ParameterNames, problem: &Problem, level: &Level) -> Option<Claim> {
-    let all: Vec<String> = level.undetermined.iter().map(|&k| names.of(problem.parameters[k]).to_string()).collect();
-    let why = format!("these postures do not determine {}", all.join(", "));
-    (!all.is_empty()).then(|| cannot_tell(Subject::whole(PARAMETERS), why, "postures that differ in more joints"))
 }
 
 /// Zeros that are so far off that another sign or order of the joints may be the reason.
@@ -197,36 +238,116 @@ fn of_outliers(problem: &Problem, level: &Level) -> Option<Claim> {
     (!lines.is_empty()).then(|| Claim::new(Subject::whole(OUTLIERS), Outcome::Assumed { what, by: "the fit".into() }))
 }
 
-/// For each gear scale, whether it differs from 1, and the smallest error that would have shown.
-fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Claim> {
-    let gears = tested_gears(problem, level);
-    let freedom = level.fit.freedom;
-    let limit = two_sided_quantile(GEAR_LEVEL / gears.len().max(1) as f64, freedom);
-    let power = limit + two_sided_quantile(2.0 * (1.0 - POWER), freedom);
-    let claim = |gear: &TestedGear| {
-        let name = &names.coordinates[gear.coordinate];
-        let subject = Subject::of(GEAR, [name]);
-        match gear.estimate {
-            Some((_, sigma)) if power * sigma > LARGEST_GEAR => {
-                let size = significant(100.0 * power * sigma, 2);
-                let why = format!("only an error of {size} % of the scale of {name} would show");
-                cannot_tell(subject, why, "postures over the whole range of the joint")
-            }
-            None => {
-                cannot_tell(subject, format!("these postures do not determine the scale of {name}"), "more postures")
-            }
-            Some((value, sigma)) if value.abs() > limit * sigma => {
-                let why = format!(
-                    "an error of {} +- {} % of the scale of {name} would explain the residuals better, as may other errors",
-                    significant(100.0 * value, 3),
-                    significant(100.0 * sigma, 2)
-                );
-                cannot_tell(subject, why, "postures over the whole range of the joint")
-            }
-            Some((_, sigma)) => {
-                Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * power * sigma, "%") })
-            }
+/// Joints of the chain that follow from several coordinates: those of a parallelogram. The lengths of the loop are not calibrated.
+fn of_loops(robot: &Robot, problem: &Problem) -> Option<Claim> {
+    let follows = |j: &&robot::LinkId| robot.link(**j).joint.variable.terms.len() > 1;
+    let joints = problem.chain.links.iter().filter(follows).map(|j| robot.link(*j).joint.name.clone());
+    let joints: Vec<String> = joints.collect();
+    let what = format!("the loop that moves {} has its nominal lengths", joints.join(", "));
+    let subject = Subject::of(LOOPS, joints.clone());
+    (!joints.is_empty()).then(|| Claim::new(subject, Outcome::Assumed { what, by: "the description".into() }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use random::Random;
+
+    use super::*;
+    use crate::chain::{Chain, Convention, Placed};
+    use crate::corrections::TableCorrections;
+    use crate::laws::calibrated;
+    use crate::measurement::MeasurementKind;
+    use crate::request::{CalibrateRequest, Calibrated};
+    use crate::simulated::{arm, measured, problem, truth};
+
+    fn of_workspace(path: &str) -> Robot {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../..").join(path);
+        rist::read_robot(&path, &rist::ModelOptions::default()).unwrap()
+    }
+
+    /// A calibration of 60 poses, with noise of this size, m (rad), and errors of the geometry.
+    fn found(robot: &Robot, noise: f64) -> crate::calibrate::Calibration {
+        let mut random = Random::new(31);
+        let problem = problem(robot, Convention::Dh, MeasurementKind::Pose, 60, &mut random);
+        let truth = truth(&problem, 0.02, 5e-4, &mut random);
+        let problem = measured(&problem, &truth, [noise; 2], &mut random);
+        calibrated(robot, &problem, TableCorrections::default(), Calibrated::Geometry)
+    }
+
+    /// The error on postures left out is printed before and after, and is not the error that would have shown. With noise of 1 % of
+    /// the spread nothing agrees, and with 10 % it is a fault.
+    #[test]
+    fn the_error_on_postures_left_out_is_what_was_measured() {
+        let good = found(&arm(), 1e-4);
+        let [before, after] = [0, 2].map(|k| shown(&good.levels[k].left_out));
+        let line = format!("error on postures left out: {before} by the description alone, {after} calibrated\n");
+        assert!(good.to_string().contains(&line), "{good}");
+        let smallest = |topic: Topic| {
+            let of = good.verdict.claims.iter().find(|claim| claim.subject().topic == topic).map(Claim::outcome);
+            if let Some(Outcome::Agrees { smallest }) = of { smallest.value } else { panic!("{good}") }
+        };
+        let spread = 1e3 * spread(&good.problem);
+        // 1 % of the spread, and of 1 rad, with the room of a root mean square of 60 errors.
+        assert!((0.01..0.013).contains(&(smallest(LENGTHS) / spread)) && (10.0..13.0).contains(&smallest(ANGLES)));
+        for (noise, trust) in [(1e-4, Trust::Yes), (1e-2, Trust::WithCare), (0.1, Trust::No)] {
+            let found = found(&arm(), noise);
+            assert_eq!(found.verdict.trust, trust, "{noise} {found}");
+            let is_said = found.to_string().contains("on postures left out the error is");
+            assert_eq!(is_said, trust != Trust::Yes, "{found}");
         }
-    };
-    gears.iter().map(claim).collect()
+    }
+
+    /// Geometry predicts as well as zeros, where its errors are too small to be seen and where there are none: that is no fault.
+    #[test]
+    fn a_fit_that_predicts_as_well_is_no_fault() {
+        let poor = found(&arm(), 1e-2);
+        assert!(poor.recommended().what == "zeros" && !poor.to_string().contains("predicts worse than"), "{poor}");
+        assert!(!found(&arm(), 1e-4).to_string().contains("predicts worse than"));
+    }
+
+    /// Few postures with noise, and zeros that are right: fitted zeros predict worse, and the advice is followed by more postures.
+    #[test]
+    fn a_fit_that_predicts_worse_is_named() {
+        let of = |count: usize, seed: u64| {
+            let mut random = Random::new(seed);
+            let problem = problem(&arm(), Convention::Dh, MeasurementKind::Points(1), count, &mut random);
+            let truth = truth(&problem, 0.0, 0.0, &mut random);
+            let problem = measured(&problem, &truth, [5e-3; 2], &mut random);
+            calibrated(&arm(), &problem, TableCorrections::default(), Calibrated::Zeros)
+        };
+        let few = of(12, 1);
+        assert!(few.verdict.trust == Trust::No && few.to_string().contains("predicts worse than frames"), "{few}");
+        assert_eq!(few.recommended().what, "frames");
+        let many = of(200, 1);
+        assert!(!many.to_string().contains("predicts worse"), "{many}");
+    }
+
+    /// A parallelogram moves joint 3 of the SR400: the chain has the poses of the robot, its lengths are assumed, and no yes follows.
+    /// Joints that follow from a loop by numbers are refused.
+    #[test]
+    fn loops_are_assumed_or_refused() {
+        let robot = of_workspace("models/sr400.par");
+        let tip = robot.link_ids().nth(5).unwrap();
+        let chain = Chain::new(&robot, tip, Convention::Dh).unwrap();
+        let q: Vec<f64> = (0..robot.n_coordinates()).map(|k| 0.3 + 0.2 * k as f64).collect();
+        let own: Vec<f64> = chain.coordinates.iter().map(|k| q[*k]).collect();
+        let pose = chain.pose(&own, &vec![0.0; own.len()], &vec![0.0; chain.parameters.len()]);
+        // Rounding of about fifty products of lengths of 1 m.
+        assert!((pose.position - Placed::of(&robot.link_poses(&q)[5]).position).norm() < 1e-13);
+        let problem = Problem::new(chain, MeasurementKind::Pose, vec![]);
+        let claim = of_loops(&robot, &problem).unwrap().to_string();
+        assert!(claim.contains("assumed by the description: the loop that moves"), "{claim}");
+        let plain = Chain::new(&arm(), arm().link_ids().last().unwrap(), Convention::Dh).unwrap();
+        assert!(of_loops(&arm(), &Problem::new(plain, MeasurementKind::Pose, vec![])).is_none());
+
+        let robot = of_workspace("tests/data/loops/four_bars_in_series.yaml");
+        let request = CalibrateRequest::default();
+        let refused = crate::calibrate::chain_of(&robot, &request).err().unwrap().to_string();
+        assert!(
+            refused.contains("follows from a loop that is solved numerically") && refused.contains("[tip]"),
+            "{refused}"
+        );
+    }
 }

@@ -252,6 +252,8 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "mistakes",
             "request",
             "level",
+            "determined",
+            "gears",
             "verdict",
             "calibrate",
             "write_back",
