@@ -27,7 +27,7 @@ import tempfile
 import mujoco
 import numpy
 
-STEP, SUBSTEPS, W = 1e-3, 4, 15.0
+STEP, SUBSTEPS, W = 1e-3, 4, 10.0
 QUIET, PUSHES, LOADS = 120.0, 24, 4
 
 
@@ -95,12 +95,14 @@ class Robot:
         data.qpos[:], data.qvel[:] = motion[0][0], motion[1][0]
         mujoco.mj_forward(model, data)
         waiting, rows, normal = [law(data.qpos, data.qvel, *(x[0] for x in motion))], [], self.random.normal
+        before = waiting[0]
         for k, asked in enumerate(zip(*motion)):
             q = data.qpos + normal(scale=1e-5, size=self.n)
             dq = data.qvel + normal(scale=5e-4, size=self.n)
             waiting.append(law(q, dq, *asked))
             torque = waiting.pop(0)
-            tau = torque + normal(scale=0.01 * self.coulomb + 0.02, size=self.n)
+            # A torque is held over the millisecond after its sample: the mean of two is measured.
+            tau, before = (torque + before) / 2 + normal(scale=0.01 * self.coulomb + 0.02, size=self.n), torque
             # Friction: a Stribeck peak of 30 % below 0.05 rad/s, and 3 % of the load.
             peak = 1 + 0.3 * numpy.exp(-((data.qvel / 0.05) ** 2))
             model.dof_frictionloss[:] = self.coulomb * peak + 0.03 * numpy.abs(data.qfrc_bias)

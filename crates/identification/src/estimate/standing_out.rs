@@ -5,11 +5,11 @@
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
 //! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals,
-//! and if they cover a small share of the log. At standstill, dry friction may have any value between -FS and FS, so the part of
-//! e that such a value explains is no evidence:
+//! and if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB, so the
+//! part of e that such a value explains is no evidence:
 //! ```text
-//! e <- the value nearest to zero of e - w f, -(1 + d) FS <= f <= (1 - d) FS
-//! d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
+//! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS
+//! FB = BREAKAWAY_RATIO FS; d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
 //! ```
 
 use linear_model::linear_model::Model;
@@ -90,7 +90,8 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
                 let error = states.tau[k] - dot(&w[j * p..(j + 1) * p], x);
                 let dry = bands[j].dry_at(bands[j].slowness(states.dq[k]));
                 let direction = states.direction[k].clamp(-1.0, 1.0);
-                residual.push(error - error.clamp(-(1.0 + direction) * dry, (1.0 - direction) * dry));
+                let [low, high] = [-BREAKAWAY_RATIO, BREAKAWAY_RATIO].map(|f| (f - direction) * dry);
+                residual.push(error - error.clamp(low, high));
             }
         });
         for (joint, residual) in residuals.iter().enumerate() {
@@ -125,6 +126,8 @@ pub fn merged(mut found: Vec<StandingOut>) -> Vec<StandingOut> {
     merged
 }
 
+/// Friction at breakaway divided by Coulomb friction, at most: the Stribeck effect [Armstrong-Helouvry, Dupont, Canudas de Wit 1994].
+const BREAKAWAY_RATIO: f64 = 1.5;
 /// A joint is slow below this share of its RMS speed.
 const SLOW_SHARE_OF_SPEED: f64 = 0.1;
 
