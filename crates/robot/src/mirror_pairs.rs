@@ -268,7 +268,7 @@ mod tests {
         };
         let turned = ["0 0 0.8", "0 0 -0.8"];
         assert_eq!(found("0.3 0.05 0", turned), [true, true]);
-        // A mirrored elbow is that of another arm, and without a turn left and right are told apart by their bodies alone.
+        // A mirrored elbow is that of another arm, and without a turn only the bodies distinguish left and right.
         assert_eq!(found("0.3 -0.05 0", turned), [false, false]);
         assert_eq!(found("0.3 0.05 0", ["0 0 0"; 2]), [false, false]);
     }

@@ -319,7 +319,6 @@ mod tests {
     use super::*;
 
     struct GivenNames;
-
     impl NameSource for GivenNames {
         fn value(&mut self, name: &str) -> Result<XacroValue, String> {
             match name {
@@ -342,7 +341,6 @@ mod tests {
             Err(format!("the argument `{name}` has no value"))
         }
     }
-
     /// Each expected text is the value as Python 3 prints it.
     #[test]
     fn expressions_are_those_of_python() {
