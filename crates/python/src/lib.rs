@@ -9,6 +9,8 @@ mod arrays;
 mod arrow;
 mod artefact;
 mod base_parameters;
+#[cfg(feature = "calibration")]
+mod calibrate;
 mod call;
 mod error;
 mod estimate;
@@ -40,6 +42,9 @@ use pyo3::prelude::*;
 mod module {
     #[pymodule_export]
     use crate::base_parameters::{_base_parameters, BaseParameters};
+    #[cfg(feature = "calibration")]
+    #[pymodule_export]
+    use crate::calibrate::calibrate;
     #[pymodule_export]
     use crate::error::{Error, TrustWarning};
     #[pymodule_export]

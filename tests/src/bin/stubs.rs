@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use calibration::CalibrateRequest;
 use fleet::{CompareRequest, SumsRequest};
 use rist::request::spelling::{Audience, spelled};
 use rist::request::{
     CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
-    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, requests,
+    PointsFiles, Range, ReplayRequest, Request, SimulateRequest, ValidateRequest, number, requests,
 };
 use serde_json::Value;
 use statics::WrenchRequest;
@@ -114,6 +115,8 @@ fn functions() -> Vec<Function> {
         Function::new("identify", "identify.rs", &all, of_identify),
         Function::new("validate", "validation.rs", &ValidateRequest::fields(), Vec::new()),
         Function::new("doctor", "identify.rs", &DoctorRequest::fields(), Vec::new()),
+        Function::new("replay", "replay.rs", &ReplayRequest::fields(), Vec::new()),
+        Function::new("calibrate", "calibrate.rs", &CalibrateRequest::fields(), Vec::new()),
         Function::new("wrench", "wrench.rs", &WrenchRequest::fields(), Vec::new()),
         Function::new("plan", "experiments.rs", &PlanRequest::fields(), vec![progress()]),
         Function::new("simulate", "experiments.rs", &SimulateRequest::fields(), of_simulate),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibration::{CalibrateRequest, Calibrated, Calibration, calibrate, calibrated_urdf, chain_of, holding_torque};
+use calibration::{CalibrateRequest, Calibrated, Calibration, calibrate, calibrate_model, calibrated_urdf};
 use calibration::{inspected, zeros_table};
 use clap::Args;
 use rist::fit::verdict::Trust;
@@ -97,10 +97,6 @@ fn calibrated(arguments: &Arguments, path: &Path, request: &CalibrateRequest) ->
         Some(file) => read_estimate(file, &arguments.model).map(|(estimate, model)| (Some(estimate), model))?,
         None => (None, arguments.model.derive()?),
     };
-    let last = chain_of(&model.robot, request)?.links.last().map(|&j| model.robot.link(j).name.clone());
-    let tip = request.tip.clone().or(last);
-    let load_position = request.options.as_ref().map_or([0.0; 3], |options| options.load_position);
-    let torque = holding_torque(&model, estimate.as_ref(), &tip.unwrap_or_default(), load_position)?;
-    let found = calibrate(&model.robot, path, request, Some(&torque))?;
+    let found = calibrate_model(&model, estimate.as_ref(), path, request)?;
     Ok((model.robot.clone(), found))
 }

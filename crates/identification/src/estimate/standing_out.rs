@@ -8,7 +8,7 @@
 //! and if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB, so the
 //! part of e that such a value explains is no evidence:
 //! ```text
-//! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS
+//! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS      (s is that of e before)
 //! FB = BREAKAWAY_RATIO FS; d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
 //! ```
 
@@ -83,7 +83,7 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
     let dry = model.dry_friction(x);
     for (_, states) in &thinned.records {
         let bands: Vec<Band<f64>> = dry.iter().enumerate().map(|(j, dry)| band(states, j, *dry)).collect();
-        let mut residuals = vec![Vec::with_capacity(states.len()); n];
+        let mut residuals = vec![Residual::default(); n];
         model.rows(states, 0..states.len(), |r, w| {
             for (j, residual) in residuals.iter_mut().enumerate() {
                 let k = r * n + j;
@@ -91,7 +91,8 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
                 let dry = bands[j].dry_at(bands[j].slowness(states.dq[k]));
                 let direction = states.direction[k].clamp(-1.0, 1.0);
                 let [low, high] = [-BREAKAWAY_RATIO, BREAKAWAY_RATIO].map(|f| (f - direction) * dry);
-                residual.push(error - error.clamp(low, high));
+                residual.whole.push(error);
+                residual.beyond_friction.push(error - error.clamp(low, high));
             }
         });
         for (joint, residual) in residuals.iter().enumerate() {
@@ -138,25 +139,31 @@ fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
     Band { noise: 0.0, low_speed: 0.0, dry, speed: (SLOW_SHARE_OF_SPEED * rms).max(f64::MIN_POSITIVE) }
 }
 
+/// The residual of a joint, N m (N), and the part of it that dry friction at low speed does not explain.
+#[derive(Clone, Debug, Default)]
+struct Residual {
+    whole: Vec<f64>,
+    beyond_friction: Vec<f64>,
+}
+
 /// Intervals (start in s, end in s, ratio) of one record in which the residual of one joint is an outlier. ratio: largest
 /// moving mean / its robust standard deviation. Empty if there are too many intervals.
-fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
+fn times(states: &States, residual: &Residual) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;
     if 2 * half + 1 < LEAST_WINDOW_SAMPLES || states.len() < LEAST_RECORD_HALF_WINDOWS * half {
         return Vec::new();
     }
-    let mean = |r: usize| {
-        let window = &residual[r - half..=r + half];
-        window.iter().sum::<f64>() / window.len() as f64
+    let means = |residual: &[f64]| -> Vec<f64> {
+        residual.windows(2 * half + 1).map(|window| window.iter().sum::<f64>() / window.len() as f64).collect()
     };
-    let means: Vec<f64> = (half..states.len() - half).map(mean).collect();
-    let mut sizes: Vec<f64> = means.iter().map(|m| m.abs()).collect();
+    let mut sizes: Vec<f64> = means(&residual.whole).iter().map(|m| m.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let scale = sizes[sizes.len() / 2] / MEDIAN_OF_NORMAL;
     // Outliers that are at most one window apart belong to the same interval.
     let mut found: Vec<(f64, f64, f64)> = Vec::new();
     let mut before = None;
+    let means = means(&residual.beyond_friction);
     for (k, m) in means.iter().enumerate().filter(|(_, m)| m.abs() > OUTLIER_SCALES * scale) {
         let (t, ratio) = (states.t[k + half], m.abs() / scale);
         match found.last_mut() {
@@ -202,18 +209,19 @@ mod tests {
         let states = arm.states(1500);
         let (mut random, end) = (Random::new(8), states.t[1499]);
         let noise: Vec<f64> = (0..1500).map(|_| 0.01 * random.normal()).collect();
-        assert_eq!(times(&states, &noise), []);
+        let times = |residual: &[f64]| {
+            times(&states, &Residual { whole: residual.to_vec(), beyond_friction: residual.to_vec() })
+        };
+        assert_eq!(times(&noise), []);
         let (from, to) = (0.4 * end, 0.4 * end + 0.5);
         let push = |t: f64| if t > from && t < to { 0.2 } else { 0.0 };
         let pushed: Vec<f64> = noise.iter().zip(&states.t).map(|(e, t)| e + push(*t)).collect();
-        let [(found_from, found_to, ratio)] = times(&states, &pushed)[..] else {
-            panic!("{:?}", times(&states, &pushed))
-        };
+        let [(found_from, found_to, ratio)] = times(&pushed)[..] else { panic!("{:?}", times(&pushed)) };
         // The moving mean extends the push by half a window at both ends.
         assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
         assert!(ratio > OUTLIER_SCALES);
         let reversals: Vec<f64> =
             noise.iter().zip(&states.t).map(|(e, t)| e + if t.rem_euclid(2.0) < 0.3 { 0.2 } else { 0.0 }).collect();
-        assert_eq!(times(&states, &reversals), []);
+        assert_eq!(times(&reversals), []);
     }
 }

@@ -1007,6 +1007,13 @@ def replay(
     - load_on: Link or frame that carries a load [default: the last link]
     - largest_load: Largest mass of a load, kg [default: 10]
     - anyway: Take the numbers even of an estimate whose verdict is no"""
+def calibrate(
+    model: Model | Path,
+    postures: Path,
+    estimate: Estimate | None = None,
+    *,
+) -> dict[str, Any]:
+    """Errors."""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
 

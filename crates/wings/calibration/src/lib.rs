@@ -27,6 +27,7 @@ mod request;
 #[cfg(test)]
 mod simulated;
 mod start;
+mod torques;
 mod verdict;
 mod write_back;
 
@@ -43,5 +44,6 @@ pub use parameter::{Letter, NamedParameter, Parameter, ParameterGroup, Parameter
 pub use pose_table::{PoseTable, Touched};
 pub use report::inspected;
 pub use request::{CalibrateRequest, Calibrated, ErrorNames, wing};
+pub use torques::{calibrate_model, holding_torque};
 pub use verdict::CalibrationVerdict;
-pub use write_back::{calibrated_urdf, holding_torque, zeros_table};
+pub use write_back::{calibrated_urdf, zeros_table};

@@ -1,0 +1,57 @@
+//! The function `rist.calibrate`: errors of the geometry, zeros and compliances from measured poses.
+
+use std::path::PathBuf;
+
+use calibration::{CalibrateRequest, Calibrated, calibrate_model, calibrated_urdf, zeros_table};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::call::{Call, object};
+use crate::error::for_python;
+use crate::estimate::Estimate;
+use crate::model::Model;
+use crate::work::work;
+
+/// Errors of the geometry, zeros or compliances of a robot, from measured poses, points or distances.
+///
+/// model: a Model or a path; read a URDF with angles="as-given". postures: a path of a table, one row a posture: joint positions, and
+/// x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2 .., or a distance. estimate: gives the torques that bend the
+/// joints, for what="stiffness".
+///
+/// Returns a dict: what `rist calibrate --out` writes; zeros, the table of the zeros as CSV; urdf, the URDF with calibrated origins,
+/// None where the model is of another format; and text, what the program prints.
+///
+/// >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
+///
+/// Options:
+#[pyfunction]
+#[pyo3(signature = (model, postures, estimate=None, **options), text_signature = "(model, postures, estimate=None, *, )")]
+pub fn calibrate<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyAny>,
+    postures: PathBuf,
+    estimate: Option<&Estimate>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let request: CalibrateRequest = Call::new("calibrate", &[], options)?.request()?;
+    let used = match estimate {
+        Some(estimate) => Model::for_estimate(model, estimate)?,
+        None => Model::of(model)?,
+    };
+    let (inner, estimate) = (&used.get().inner, estimate.map(|estimate| &estimate.inner));
+    let (found, urdf) = work(py, None, |_| {
+        let found = calibrate_model(inner, estimate, &postures, &request)?;
+        // Only a URDF has the frames of joints as origins, and it has no compliances.
+        let is_urdf = inner.path.extension().is_some_and(|ending| ending == "urdf");
+        let urdf = (is_urdf && request.what != Calibrated::Stiffness).then(|| {
+            let text = rist::text_of(&inner.path)?;
+            calibrated_urdf(&text, &inner.path.display().to_string(), &inner.robot, &found, found.level())
+        });
+        Ok((found, urdf.transpose()?))
+    })?;
+    let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
+    dict.set_item("zeros", zeros_table(&found, found.level()))?;
+    dict.set_item("urdf", urdf)?;
+    dict.set_item("text", for_python(&found.to_string()))?;
+    Ok(dict)
+}
