@@ -134,14 +134,16 @@ class Robot:
 
 
 SHIM = """
+#include <math.h>
 #include "arm.h"
 static {p}_monitor m;
 void start(void) {{ {p}_start(&m); }}
-int step(const double *q, const double *dq, const double *tau, double period, double *beyond, double *load, int *last)
+int step(const double *q, const double *dq, const double *tau, double period, double *ratio, double *load, int *last)
 {{
     int k, status = {p}_monitor_step(&m, q, dq, tau, period);
+    *ratio = 0;
     for (k = 0; k < {n}; k++)
-        beyond[k] = m.beyond[k];
+        *ratio = fmax(*ratio, fabs(m.beyond[k]) / m.limit[k]);
     for (k = 0; k < 10; k++)
         load[k] = m.load.parameters[k];
     *last = m.load.last_joint;
@@ -164,7 +166,7 @@ class Monitor:
         (here / "shim.c").write_text(SHIM.format(p=prefix, n=n))
         run("cc", "-O2", "-std=c99", "-shared", "-fPIC", "-o", here / "shim.so", here / "shim.c", here / "arm.c", "-lm")
         self.library = ctypes.CDLL(str(here / "shim.so"))
-        self.beyond, self.parameters, self.last, self.n = numpy.zeros(n), numpy.zeros(10), ctypes.c_int(), n
+        self.ratio, self.parameters, self.last = ctypes.c_double(), numpy.zeros(10), ctypes.c_int()
 
     def begin(self):
         self.library.start()
@@ -173,13 +175,12 @@ class Monitor:
     def __call__(self, t, q, dq, tau):
         numbers = lambda x: numpy.ascontiguousarray(x, dtype=float).ctypes.data_as(ctypes.c_void_p)
         held = [numpy.ascontiguousarray(x, dtype=float) for x in (q, dq, tau)]
-        status = self.library.step(*map(numbers, held), ctypes.c_double(STEP), numbers(self.beyond),
+        status = self.library.step(*map(numbers, held), ctypes.c_double(STEP), ctypes.byref(self.ratio),
                                    numbers(self.parameters), ctypes.byref(self.last))
         if status & self.contact and not self.before & self.contact:
-            self.contacts.append([t, t, self.last.value])
-        if status & self.contact:
-            self.contacts[-1][1] = t
-            self.contacts[-1][2] = max(self.contacts[-1][2], self.last.value)
+            self.contacts.append([t, 0.0, 0])
+        if status & self.contact and self.ratio.value > self.contacts[-1][1]:
+            self.contacts[-1][1:] = self.ratio.value, self.last.value
         if status & self.load_changed:
             self.loads.append(t)
         self.before = status

@@ -69,7 +69,7 @@ const OUTLIER_SCALES: f64 = 6.0;
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Largest number of intervals of a joint in a record. If there are more, the model has an error, and no interval is
 /// reported.
-const MOST_INTERVALS: usize = 2;
+pub const MOST_INTERVALS: usize = 2;
 /// Largest total duration of the intervals of a joint, as a share of the record. If they are longer, no interval is reported.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 

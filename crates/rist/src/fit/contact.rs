@@ -3,7 +3,7 @@
 use identification::estimate::digits::percent;
 use identification::estimate::held_out;
 use identification::estimate::options::Options;
-use identification::estimate::standing_out::{StandingOut, merged, standing_out};
+use identification::estimate::standing_out::{MOST_INTERVALS, StandingOut, merged, standing_out};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -37,7 +37,7 @@ impl Contacts {
     pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
         // Weights by row need the rows; the weights of joints do.
         let weights = if options.weights.losses().is_empty() { options.weights } else { Weights::Joint };
-        Contacts::find(model, logs, options, &|joints| fit(joints, weights).0.x)
+        Contacts::find(model, logs, options, MOST_ROUNDS, &|joints| fit(joints, weights).0.x)
     }
 
     /// The contacts in logs that are predicted by the parameters x.
@@ -49,18 +49,20 @@ impl Contacts {
         logs: &[LogSource],
         options: &Options,
     ) -> Result<Contacts, Error> {
-        Contacts::find(model, logs, options, &|_| x.to_vec())
+        // Without a fit, a contact hides no other, so the second round only computes the error.
+        Contacts::find(model, logs, options, 1, &|_| x.to_vec())
     }
 
-    /// `parameters`: the parameters by the rows that remain.
+    /// `rounds`: number of searches; `parameters`: the parameters by the rows that remain.
     fn find(
         model: &Model,
         logs: &[LogSource],
         options: &Options,
+        rounds: usize,
         parameters: &dyn Fn(&[Triangle]) -> Vec<f64>,
     ) -> Result<Contacts, Error> {
         let mut found = Contacts { events: Vec::new(), options: options.clone(), errors: [f64::INFINITY; 2] };
-        for round in 0..MOST_ROUNDS {
+        for round in 0..=rounds {
             let linear = found.options.linear_model(model.regressor());
             let records = SourceRecords::new(model.regressor(), logs, &found.options.preparation())?;
             let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
@@ -69,13 +71,22 @@ impl Contacts {
             if round == 0 {
                 found.errors[0] = found.errors[1];
             }
-            let events = standing_out(&linear, &records, &x)?;
+            if round == rounds {
+                break;
+            }
+            let mut events = standing_out(&linear, &records, &x)?;
+            // Many intervals of a joint are an error of the model.
+            events.retain(|event| event.joints.iter().any(|&joint| found.count(event.log, joint) < MOST_INTERVALS));
             if events.is_empty() {
                 break;
             }
             found.add(events, logs);
         }
         Ok(found)
+    }
+
+    fn count(&self, log: usize, joint: usize) -> usize {
+        self.events.iter().filter(|event| event.log == log && event.joints.contains(&joint)).count()
     }
 
     fn add(&mut self, events: Vec<StandingOut>, logs: &[LogSource]) {
