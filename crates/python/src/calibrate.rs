@@ -24,8 +24,14 @@ use crate::work::work;
 /// >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
 ///
 /// Options:
+/// - what: What is fitted besides base, tool and markers [default: 'geometry']
+/// - gears: Joints whose scales (gear ratios) are fitted too
+/// - tip: Link that is measured: the end of the chain. By default the link with most joints before it
+/// - touched: What the tool touched at each posture, for a table without measurements
+/// - names: How errors of the geometry are named: by default frames for a URDF and dh for others
+/// - options: YAML with the columns of the table, and with corrections of its numbers
 #[pyfunction]
-#[pyo3(signature = (model, postures, estimate=None, **options), text_signature = "(model, postures, estimate=None, *, )")]
+#[pyo3(signature = (model, postures, estimate=None, **options), text_signature = "(model, postures, estimate=None, *, what='geometry', gears=None, tip=None, touched=None, names=None, options=None)")]
 pub fn calibrate<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,

@@ -30,14 +30,14 @@ use crate::work::work;
 /// Options:
 /// - reference: Logs without contact, in which the noise of the observer is measured [default: the logs of the
 ///   estimate]
-/// - alarms: False alarms an hour that are accepted [default: 1]
-/// - observer_gain: Gain of the observer, 1/s [default: 50]
-/// - order: Filter of the observer [default: first]
+/// - alarms: False alarms an hour that are accepted [default: 1.0]
+/// - observer_gain: Gain of the observer, 1/s [default: 50.0]
+/// - order: Filter of the observer [default: 'first']
 /// - load_on: Link or frame that carries a load [default: the last link]
-/// - largest_load: Largest mass of a load, kg [default: 10]
-/// - anyway: Take the numbers even of an estimate whose verdict is no
+/// - largest_load: Largest mass of a load, kg [default: 10.0]
+/// - anyway: Take the numbers even of an estimate whose verdict is no [default: False]
 #[pyfunction]
-#[pyo3(signature = (model, estimate, log, **options), text_signature = "(model, estimate, log, *, reference=(), alarms=1.0, observer_gain=50.0, order='first', load_on=None, largest_load=10.0, anyway=False)")]
+#[pyo3(signature = (model, estimate, log, **options), text_signature = "(model, estimate, log, *, reference=None, alarms=1.0, observer_gain=50.0, order='first', load_on=None, largest_load=10.0, anyway=False)")]
 pub fn replay<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,

@@ -423,3 +423,15 @@ def test_a_push_is_found_in_a_replay(ur5, log, csv, tmp_path):
     assert "<h2>Contact</h2>" in found["page"] and "rist.replay" in found["page"]
     with pytest.raises(rist.Error, match="one log is expected, and 2 are given"):
         rist.replay(ur5, estimate, [csv, csv])
+
+
+def test_a_calibration_is_that_of_the_program(program, tmp_path):
+    folder = ROOT.parent / "shared/data/calibration/ur10_camera"
+    if not folder.exists():
+        pytest.skip("../shared is absent: its measured poses are not calibrated")
+    found = rist.calibrate(rist.Model.read(folder / "ur10.urdf", angles="as-given"), folder / "poses.csv")
+    done = program("calibrate", folder / "ur10.urdf", folder / "poses.csv", "--angles", "as-given", "--write-urdf", tmp_path / "c.urdf")
+    assert found["text"].splitlines()[:10] == done.stdout.splitlines()[:10] and "mm" in found["text"]
+    assert found["urdf"] == (tmp_path / "c.urdf").read_text() and found["zeros"].startswith("joint,zero,interval,unit")
+    with pytest.raises(rist.Error, match="no_link"):
+        rist.calibrate(folder / "ur10.urdf", folder / "poses.csv", tip="no_link")

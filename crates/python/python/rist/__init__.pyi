@@ -980,7 +980,7 @@ def replay(
     estimate: Estimate,
     log: Log,
     *,
-    reference: Sequence[Path] = (),
+    reference: Sequence[Path] | None = None,
     alarms: float = 1.0,
     observer_gain: float = 50.0,
     order: Literal["first", "second"] = "first",
@@ -1001,19 +1001,42 @@ def replay(
     Options:
     - reference: Logs without contact, in which the noise of the observer is measured [default: the logs of the
       estimate]
-    - alarms: False alarms an hour that are accepted [default: 1]
-    - observer_gain: Gain of the observer, 1/s [default: 50]
-    - order: Filter of the observer [default: first]
+    - alarms: False alarms an hour that are accepted [default: 1.0]
+    - observer_gain: Gain of the observer, 1/s [default: 50.0]
+    - order: Filter of the observer [default: 'first']
     - load_on: Link or frame that carries a load [default: the last link]
-    - largest_load: Largest mass of a load, kg [default: 10]
-    - anyway: Take the numbers even of an estimate whose verdict is no"""
+    - largest_load: Largest mass of a load, kg [default: 10.0]
+    - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
 def calibrate(
     model: Model | Path,
     postures: Path,
     estimate: Estimate | None = None,
     *,
+    what: Literal["zeros", "geometry", "stiffness"] = "geometry",
+    gears: Sequence[str] | None = None,
+    tip: str | None = None,
+    touched: Literal["point", "plane", "sphere"] | None = None,
+    names: Literal["dh", "frames"] | None = None,
+    options: Path | Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Errors."""
+    """Errors of the geometry, zeros or compliances of a robot, from measured poses, points or distances.
+
+    model: a Model or a path; read a URDF with angles="as-given". postures: a path of a table, one row a posture: joint positions, and
+    x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2 .., or a distance. estimate: gives the torques that bend the
+    joints, for what="stiffness".
+
+    Returns a dict: what `rist calibrate --out` writes; zeros, the table of the zeros as CSV; urdf, the URDF with calibrated origins,
+    None where the model is of another format; and text, what the program prints.
+
+    >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
+
+    Options:
+    - what: What is fitted besides base, tool and markers [default: 'geometry']
+    - gears: Joints whose scales (gear ratios) are fitted too
+    - tip: Link that is measured: the end of the chain. By default the link with most joints before it
+    - touched: What the tool touched at each posture, for a table without measurements
+    - names: How errors of the geometry are named: by default frames for a URDF and dh for others
+    - options: YAML with the columns of the table, and with corrections of its numbers"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
 
