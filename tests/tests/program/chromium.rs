@@ -82,7 +82,7 @@ const USE: &str = "<script>{
         if (!figure) return;
         const svg = figure.querySelector('svg');
         send(svg, 'pointermove', 0.1, 0.9);
-        hold('the map tells a pair', / and .*: -?[01][.][0-9]{3}$/.test(figure.querySelector('.told').textContent));
+        hold('the map tells a pair', / and .*: -?[01][.][0-9]{3}$/.test(figure.querySelector('.label').textContent));
         send(svg, 'click', 0.1, 0.99);
         hold('a row of the map picks its parameter', figure.querySelector('select').selectedIndex === every('option', figure).length - 1);
         const sums = every('.rows tr', figure).map(row => parseFloat(row.children[1].textContent));
@@ -146,12 +146,19 @@ fn pages_work_in_a_browser() {
     made(&["identify", &arm, "a.csv", "--report", "estimate.html", "--out", "e.yaml"]);
     let limited = here.join("limited.yaml").display().to_string();
     std::fs::write(&limited, tests::program::LIMITED_ARM).unwrap();
+    made(&["replay", &arm, "e.yaml", "a.csv", "--anyway", "--report", "replay.html"]);
     made(&["excite", &limited, "--starts", "1", "--iterations", "4", "--out", "m.yaml", "--report", "motion.html"]);
     made(&["plan", &arm, "--out", "plan.yaml"]);
     made(&["report", "--plan", "plan.yaml", "--out", "plan.html"]);
     let sheet = rist(&here, &["inspect", &model_path("ur5.urdf").display().to_string(), "--format", "html"]);
     std::fs::write(here.join("robot.html"), sheet.out).unwrap();
-    let pages = [("estimate.html", true), ("motion.html", true), ("plan.html", false), ("robot.html", false)];
+    let pages = [
+        ("estimate.html", true),
+        ("replay.html", true),
+        ("motion.html", true),
+        ("plan.html", false),
+        ("robot.html", false),
+    ];
     for (page, is_live) in pages {
         for (width, dark) in [(400, false), (900, true), (1400, false)] {
             let Some(said) = used(&here.join(page), width, dark) else {

@@ -357,19 +357,30 @@ fn lint_writes_the_repair_that_it_names() {
 #[test]
 fn lint_writes_into_other_formats() {
     let here = folder("lint_write_formats");
-    let mjcf = "<mujoco><worldbody><body name=\"b\"><!-- kept --><joint name=\"j\" axis=\"0 1 0\"/>\n<inertial pos=\"0.1 0 0\" quat=\"1 1 0 0\" \
-                mass=\"4000\" diaginertia=\"10 20 20\"/></body></worldbody><actuator><motor joint=\"j\"/></actuator></mujoco>";
-    let yaml = "convention: khalil-kleinfinger\nname: r # kept\nlinks:\n- {link: 1, antecedent: base, theta: q1}\nstandard_parameters:\n  \
-                1: {XX: 5, XY: 0, XZ: 0, YY: 60, YZ: 0, ZZ: 60, MX: 400, MY: 0, MZ: 0, M: 4000} # g\n";
-    let sound = [
-        mjcf.replace("4000", "4").replace("10 20 20", "0.01 0.02 0.02"),
-        yaml.replace("4000", "4").replace("400", "0.4").replace(" 60", " 0.06").replace("XX: 5", "XX: 0.005"),
-    ];
-    for ((file, given), wanted) in [("arm.xml", mjcf), ("arm.yaml", yaml)].into_iter().zip(sound) {
+    let mjcf = |inertial: &str| {
+        format!(
+            "<mujoco><worldbody><body name=\"b\"><!-- kept --><joint name=\"j\" axis=\"0 1 0\"/>\n<inertial {inertial}/></body>\
+             </worldbody><actuator><motor joint=\"j\"/></actuator></mujoco>"
+        )
+    };
+    let yaml = |xx: &str| {
+        format!(
+            "convention: khalil-kleinfinger\nname: r # kept\nlinks:\n- {{link: 1, antecedent: base, theta: q1}}\nstandard_parameters:\n  \
+             1: {{XX: {xx}, XY: 0, XZ: 0, YY: 0.06, YZ: 0, ZZ: 0.06, MX: 0.4, MY: 0, MZ: 0, M: 4}} # sign\n"
+        )
+    };
+    let in_grams = "pos=\"100 0 0\" quat=\"1 1 0 0\" mass=\"4000\" diaginertia=\"10000000 20000000 20000000\"";
+    // The quarter turn about x exchanges the two equal moments.
+    let in_kilograms = "pos=\"0.1 0 0\" mass=\"4\" fullinertia=\"0.01 0.02 0.02 0 0 0\"";
+    let of_yaml = "with the signs of the negative moments changed";
+    for (file, given, repair, wanted) in [
+        ("arm.xml", mjcf(in_grams), "with all in g and mm", mjcf(in_kilograms)),
+        ("arm.yaml", yaml("-0.005"), of_yaml, yaml("0.005")),
+    ] {
         std::fs::write(here.join(file), given).unwrap();
         let out = format!("repaired_{file}");
         let run = rist(&here, &["lint", file, "--write", &out]).ended(1);
-        assert!(run.out.contains("in g and g m^2"), "{}", run.out);
+        assert!(run.out.contains(repair), "{}", run.out);
         assert_eq!(std::fs::read_to_string(here.join(&out)).unwrap(), wanted);
         rist(&here, &["lint", &out]).ended(0);
     }
