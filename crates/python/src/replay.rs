@@ -57,16 +57,17 @@ pub fn replay<'py>(
     let found = work(py, None, |_| {
         let logs = open(given, model, &columns)?;
         let reference = reference_logs(model, file, estimate, &request.reference)?;
-        logs.iter().map(|log| rist::replay(model, (file, estimate), log, &reference, &request)).collect::<Result<Vec<_>, _>>()
+        logs.iter()
+            .map(|log| rist::replay(model, (file, estimate), log, &reference, &request))
+            .collect::<Result<Vec<_>, _>>()
     })?;
     let Some(found) = found.first() else { return Err(error("replay: one log is expected")) };
     let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
     let (rows, n) = (found.series.len(), found.coordinates.len());
     let series = PyDict::new(py);
     let each = |value: fn(&ReplayedCycle) -> f64| -> Vec<f64> { found.series.iter().map(value).collect() };
-    let all = |values: fn(&ReplayedCycle) -> &[f64]| -> Vec<f64> {
-        found.series.iter().flat_map(values).copied().collect()
-    };
+    let all =
+        |values: fn(&ReplayedCycle) -> &[f64]| -> Vec<f64> { found.series.iter().flat_map(values).copied().collect() };
     series.set_item("t", array(py, &[rows], &each(|cycle| cycle.t))?)?;
     series.set_item("torque", array(py, &[rows, n], &all(|cycle| &cycle.torque))?)?;
     series.set_item("beyond", array(py, &[rows, n], &all(|cycle| &cycle.beyond))?)?;
