@@ -4,14 +4,21 @@ use crate::error::Error;
 use crate::fit::contact::Contacts;
 use crate::fit::search::{Decisions, Proposal, TriedVariant};
 
-/// Proposes a fit without the rows of contact. `None` if the request does not ask for it, and if there is no contact.
+/// Proposes a fit without the rows of contact. `None` if the request does not ask for it.
 pub(crate) fn contact(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs) = (tried.model, tried.asked.logs);
-    if !tried.asked.request.leave_out_contact || tried.looked()?.log_check.has_changed_load() {
+    if !tried.asked.request.leave_out_contact {
         return Ok(None);
+    }
+    let none = |why: &str| Decisions { sentences: vec![format!("{why}: no row is left out")], ..Decisions::default() };
+    if tried.looked()?.log_check.has_changed_load() {
+        return Ok(Some(Proposal::given(tried.options.clone(), none("the load changes, which is no contact"))));
     }
     let found = Contacts::of_logs(model, logs, &tried.options)?;
     let sentences = found.sentences(model, logs).into_iter().map(|sentence| format!("left out: {sentence}")).collect();
-    let decided = Decisions { sentences, ..Decisions::default() };
-    Ok((!found.events.is_empty()).then(|| Proposal::given(found.options, decided)))
+    let decided = match found.events.is_empty() {
+        true => none("no contact was found"),
+        false => Decisions { sentences, ..Decisions::default() },
+    };
+    Ok(Some(Proposal::given(found.options, decided)))
 }
