@@ -64,8 +64,20 @@ impl Contacts {
         let mut found = Contacts { events: Vec::new(), options: options.clone(), errors: [f64::INFINITY; 2] };
         for round in 0..=rounds {
             let linear = found.options.linear_model(model.regressor());
-            let records = SourceRecords::new(model.regressor(), logs, &found.options.preparation())?;
-            let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+            let read = || -> Result<_, Error> {
+                let records = SourceRecords::new(model.regressor(), logs, &found.options.preparation())?;
+                let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+                Ok((records, joints))
+            };
+            let (records, joints) = match read() {
+                // Too few rows remain for a fit, so the intervals explain nothing.
+                Err(_) if round > 0 => {
+                    found.errors[1] = found.errors[0];
+                    found.options = options.clone();
+                    break;
+                }
+                outcome => outcome?,
+            };
             let x = parameters(&joints);
             found.errors[1] = held_out::residuals(&linear, &joints, &x).total;
             if round == 0 {
