@@ -50,7 +50,7 @@ use crate::request::ExciteRequest;
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
 /// Longest duration of the proof after an interruption, because the user waits for its end.
-pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_millis(700);
+pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_secs(2);
 
 /// Searches the motion with the largest determinant of the information (or the smallest condition number) of the regressor
 /// columns, and proves its limits. If the proof fails, the certificate of the motion states it.
