@@ -8,7 +8,8 @@
 //! |---|---|
 //! | alarms | threshold for one false alarm an hour; hours of motion without contact; alarms |
 //! | pushes | largest joint torque of the push, N m; share found within 20 ms, and at all; the last significant joint moves the touched link or a link before it; median of the limit of the pushed joint, N m |
-//! | loads | number; found; RMS error of the mass, %; share within two sigma; RMS of (error / sigma) |
+//! | long pushes | share of the pushes of 1 s with 10 N m that are taken for a load |
+//! | loads | number; found; after how long, median, s; RMS error of the mass, %; share within two sigma; RMS of (error / sigma) |
 
 use std::path::Path;
 
@@ -99,25 +100,32 @@ fn main() {
     for torque in [2.0, 5.0, 10.0] {
         pushed(&arms, torque, pushes);
     }
-    println!("\n| loads | found | error % | within 2 sigma | error / sigma |");
-    println!("|---|---|---|---|---|");
+    let taken = (0..pushes).filter(|draw| !pushed_once(&arms, 10.0, *draw, 1.0).0.loads.is_empty()).count();
+    println!("\nlong pushes: {:.0} % are taken for a load", 100.0 * taken as f64 / pushes as f64);
+    println!("\n| loads | found | after, s | error % | within 2 sigma | error / sigma |");
+    println!("|---|---|---|---|---|---|");
     loaded(&arms, loads);
+}
+
+/// The replay of one push of `seconds`; the time at which it begins, s; the index of the touched link, and of the joint with the
+/// largest torque.
+fn pushed_once(arms: &[(&str, Arm)], torque: f64, draw: u64, seconds: f64) -> (Replay, f64, [usize; 2]) {
+    let (_, arm) = &arms[draw as usize % arms.len()];
+    let mut random = Random::new(7000 + draw);
+    let n = arm.x.len().min(arm.friction.len());
+    let link = 1 + (random.uniform() * (n - 1) as f64) as usize;
+    let force = [random.normal(), random.normal(), random.normal()];
+    let from = 3.0 + 14.0 * random.uniform();
+    let mut scene = arm.scene(8000 + draw, 20.0);
+    scene.pushes.push(Push { link, from, to: from + seconds, force, largest: Some(torque) });
+    let (log, largest) = scene.log();
+    (arm.replay(&LogSource::Held(log)), from, [link, largest[0].1])
 }
 
 fn pushed(arms: &[(&str, Arm)], torque: f64, pushes: u64) {
     let (mut quick, mut found, mut right, mut limits) = (0, 0, 0, Vec::new());
     for draw in 0..pushes {
-        let (_, arm) = &arms[draw as usize % arms.len()];
-        let mut random = Random::new(7000 + draw);
-        let n = arm.x.len().min(arm.friction.len());
-        let link = 1 + (random.uniform() * (n - 1) as f64) as usize;
-        let force = [random.normal(), random.normal(), random.normal()];
-        let from = 3.0 + 14.0 * random.uniform();
-        let mut scene = arm.scene(8000 + draw, 20.0);
-        scene.pushes.push(Push { link, from, to: from + 0.3, force, largest: Some(torque) });
-        let (log, largest) = scene.log();
-        let replay = arm.replay(&LogSource::Held(log));
-        let (_, joint) = largest[0];
+        let (replay, from, [link, joint]) = pushed_once(arms, torque, draw, 0.3);
         let at = replay.series.iter().find(|cycle| cycle.t >= from).map_or(0.0, |cycle| cycle.band[joint]);
         limits.push(at);
         if let Some(contact) = replay.contacts.iter().find(|c| c.start >= from && c.start < from + 0.35) {
@@ -138,7 +146,7 @@ fn pushed(arms: &[(&str, Arm)], torque: f64, pushes: u64) {
 }
 
 fn loaded(arms: &[(&str, Arm)], loads: u64) {
-    let (mut found, mut errors, mut ratios) = (0, Vec::new(), Vec::new());
+    let (mut found, mut errors, mut ratios, mut delays) = (0, Vec::new(), Vec::new(), Vec::new());
     for draw in 0..loads {
         let (_, arm) = &arms[draw as usize % arms.len()];
         let mut random = Random::new(9000 + draw);
@@ -151,15 +159,19 @@ fn loaded(arms: &[(&str, Arm)], loads: u64) {
         let replay = arm.replay(&scene.source());
         if let Some(carried) = replay.loads.last() {
             found += 1;
+            delays.push(carried.found - 5.0);
             let (value, sigma) = carried.mass();
             errors.push((value / mass - 1.0).powi(2));
             ratios.push((value - mass) / sigma);
         }
     }
+    delays.sort_by(f64::total_cmp);
+    delays.extend(delays.is_empty().then_some(f64::NAN));
     let count = f64::from(found.max(1));
     let root = |squares: f64| (squares / count).sqrt();
     println!(
-        "| {loads} | {found} | {:.2} | {:.0} % | {:.2} |",
+        "| {loads} | {found} | {:.2} | {:.2} | {:.0} % | {:.2} |",
+        delays[delays.len() / 2],
         100.0 * root(errors.iter().sum()),
         100.0 * ratios.iter().filter(|r| r.abs() < 2.0).count() as f64 / count,
         root(ratios.iter().map(|r| r * r).sum())

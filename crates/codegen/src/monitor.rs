@@ -21,12 +21,16 @@ pub struct Monitor {
     pub correlation: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
+    /// The external torque of a joint is significant beyond this number of standard deviations.
+    pub significant: f64,
     /// Time below half of the threshold after which contact ends, s.
     pub hold: f64,
     /// Constants of each joint: standard deviation of the external torque at speed, what it has more at standstill, dry friction,
     /// the speed at which half of both remains, the speed below which friction changes its direction smoothly, and the standard
     /// deviation of the change from cycle to cycle.
     pub bands: Vec<[f64; 6]>,
+    /// Limit of the torque of each joint, N m (N); infinite where there is none.
+    pub efforts: Vec<f64>,
     /// Rows of the factor of the covariance: base parameters, then FV, FS and OFF of each joint.
     pub factor: Vec<Vec<f64>>,
     /// Number of columns of `factor`.
@@ -49,11 +53,13 @@ const HEADER: &str = "
 /* ---- External torque, contact and load, one call a cycle ---- */
 
 /* Parts of the answer of PREFIX_monitor_step: there is contact; it begins with this cycle; the load has changed; the state was not
-   used (no number, or a period that is not positive or too long), and the observer starts again with the next cycle. */
+   used (no number, or a period that is not positive or too long), and the observer starts again with the next cycle; a torque is
+   at its limit, so its external torque is not known, and the load is estimated without it. */
 #define UPPER_CONTACT 1
 #define UPPER_BEGINS 2
 #define UPPER_LOAD_CHANGED 4
 #define UPPER_NOT_USED 8
+#define UPPER_SATURATED 16
 
 /* Least squares for the load, by rows. */
 typedef struct {
@@ -61,8 +67,8 @@ typedef struct {
 } PREFIX_payload;
 
 /* The load in the frame of LOAD_FUNCTION: XX XY XZ YY YZ ZZ MX MY MZ M, their standard deviations, and whether the motion
-   determines them. last_joint: the last joint whose external torque exceeds three standard deviations; this joint or a later one
-   moves the touched link; -1: none. */
+   determines them. last_joint: the last joint with a significant external torque; this joint or a later one moves the
+   touched link; -1: none. */
 typedef struct {
     PREFIX_real parameters[10], sigma[10];
     int is_determined[10], last_joint;
@@ -112,6 +118,7 @@ impl Monitor {
         let numbers = [
             ("GAIN", "gain of the observer, 1/s", self.gain),
             ("THRESHOLD", "of contact, standard deviations", self.threshold),
+            ("SIGNIFICANT", "for one joint, standard deviations", self.significant),
             ("HOLD", "s", self.hold),
             ("LONGEST_PERIOD", "s", LONGEST_PERIODS / self.rate),
             ("CORRELATION", "variance of a mean of errors over that of independent ones", self.correlation),
@@ -129,6 +136,9 @@ impl Monitor {
         for (k, name) in names.iter().enumerate() {
             text += &array(name, "N", self.bands.iter().map(|band| band[k]));
         }
+        // Zero stands for no limit: C99 has no constant for an infinite number.
+        let efforts = self.efforts.iter().map(|effort| if effort.is_finite() { *effort } else { 0.0 });
+        text += &array("effort", "N", efforts);
         text += &array("load_start", "TEN", self.load_start.into_iter());
         text += &format!("static const real factor[{}][D] = {{\n", self.factor.len());
         for row in &self.factor {

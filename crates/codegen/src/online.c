@@ -5,6 +5,7 @@
 #define TEN 10
 #define D DIRECTIONS
 #define DETERMINED ((real)0.1)
+#define SATURATED_WITHIN ((real)1e-3)
 #define SQUARE(x) ((x) * (x))
 #define ABS(x) ((x) < 0 ? -(x) : (x))
 
@@ -226,7 +227,7 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
         beyond = ABS(m->beyond[j]) - m->dry[j];
         beyond = (beyond > 0 ? beyond : 0) / SQRT(m->noise_variance[j] + variance);
         largest = beyond > largest ? beyond : largest;
-        if (beyond > 3)
+        if (beyond > SIGNIFICANT)
             m->load.last_joint = j;
     }
     /* Contact ends when all joints were below half of the threshold for the hold time. */
@@ -239,12 +240,15 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     solve(&m->load.current, m->load.current.right, candidate);
     /* A row of weight 0 changes nothing, but takes the same time. */
     for (j = 0; j < N; j++) {
-        const int is_told = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling;
-        const real weight = is_told ? 1 / SQRT(m->noise_variance[j]) : 0;
+        const int is_saturated = ABS(ABS(tau[j]) - effort[j]) < SATURATED_WITHIN * effort[j];
+        const int is_used = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling && !is_saturated;
+        const real weight = is_used ? 1 / SQRT(m->noise_variance[j]) : 0;
         real scaled[TEN], left = m->external[j];
+        if (is_saturated)
+            status |= UPPER_SATURATED;
         for (c = 0; c < TEN; c++)
             left += candidate[c] * m->row[j][c];
-        if (m->load.phase == 1 && is_told)
+        if (m->load.phase == 1 && is_used)
             m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
         for (c = 0; c < TEN; c++) {
             scaled[c] = -m->row[j][c] * weight;

@@ -25,6 +25,7 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug)]
 pub struct ContactDetector<R> {
     threshold: R,
+    significant: R,
     hold: R,
     quiet: R,
     is_contact: bool,
@@ -33,13 +34,11 @@ pub struct ContactDetector<R> {
 /// Contact ends below this share of the threshold, so that noise near the threshold is not counted several times.
 const RELEASE_SHARE: f64 = 0.5;
 
-/// A joint's torque is significant if it exceeds this number of standard deviations: 99.7 % of normal noise is within it.
-const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
-
 impl<R: Real> ContactDetector<R> {
-    /// Makes a detector. `threshold`: z, standard deviations; `hold`: time below half the threshold after which contact ends, s.
-    pub fn new(threshold: R, hold: R) -> ContactDetector<R> {
-        ContactDetector { threshold, hold, quiet: R::ZERO, is_contact: false }
+    /// Makes a detector. `threshold`: z, standard deviations; `significant`: the external torque of a joint is significant beyond
+    /// this number of standard deviations; `hold`: time below half the threshold after which contact ends, s.
+    pub fn new(threshold: R, significant: R, hold: R) -> ContactDetector<R> {
+        ContactDetector { threshold, significant, hold, quiet: R::ZERO, is_contact: false }
     }
 
     /// Takes one cycle. `ratios`: external torque of each joint divided by its standard deviation, in the order of the joints from
@@ -48,7 +47,7 @@ impl<R: Real> ContactDetector<R> {
         let (mut largest, mut last_joint) = (R::ZERO, None);
         for (k, ratio) in ratios.into_iter().enumerate() {
             largest = ratio.abs().max(largest);
-            if ratio.abs() > R::of(SIGNIFICANT_DEVIATIONS) {
+            if ratio.abs() > self.significant {
                 last_joint = Some(k);
             }
         }
@@ -69,7 +68,7 @@ mod tests {
 
     #[test]
     fn a_push_is_one_contact_and_noise_near_the_threshold_is_none() {
-        let mut detector = ContactDetector::new(5.0, 0.1);
+        let mut detector = ContactDetector::new(5.0, 3.0, 0.1);
         let mut begun = 0;
         let mut of = |ratios: [f64; 3]| {
             let contact = detector.step(ratios, 0.01);

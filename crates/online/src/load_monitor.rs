@@ -170,7 +170,7 @@ mod tests {
         let empty = Payload::<f64, 0>::new([5.0; 10], 1.0);
         let decision = LoadDecision { time: 1.0, settling: 0.05, memory: 0.2, largest_misfit: 4.0 };
         let mut monitor = LoadMonitor::new(empty, decision);
-        let mut detector = crate::ContactDetector::new(6.0, 0.1);
+        let mut detector = crate::ContactDetector::new(6.0, 3.0, 0.1);
         let mut random = Random::new(2);
         let mut changes = std::vec::Vec::new();
         for k in 0..1500 {

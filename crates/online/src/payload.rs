@@ -47,9 +47,9 @@ pub struct Load<R> {
 }
 
 impl<R: Real, const D: usize> Payload<R, D> {
-    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f >= 1,
-    /// the ratio of the variance of a mean of correlated errors to that of independent ones, (1 + a) / (1 - a) if successive
-    /// errors correlate by a.
+    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f, the
+    /// ratio of the variance of a mean of correlated errors to that of independent ones, (1 + a) / (1 - a) if successive errors
+    /// correlate by a.
     pub fn new(start: [R; TEN], correlation: R) -> Payload<R, D> {
         Payload { recursion: Recursion::new(&start), shared: [[R::ZERO; D]; TEN], start, correlation }
     }

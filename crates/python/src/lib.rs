@@ -22,6 +22,7 @@ mod html;
 mod identify;
 mod logs;
 mod model;
+mod monitor;
 mod motions;
 mod program;
 mod replay;
@@ -58,6 +59,8 @@ mod module {
     use crate::identify::{_log_check, LogCheck, doctor, identify};
     #[pymodule_export]
     use crate::model::{_model, Model};
+    #[pymodule_export]
+    use crate::monitor::Monitor;
     #[pymodule_export]
     use crate::motions::{ExcitingMotion, ExperimentPlan};
     #[pymodule_export]

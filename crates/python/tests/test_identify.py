@@ -425,6 +425,26 @@ def test_a_push_is_found_in_a_replay(ur5, log, csv, tmp_path):
         rist.replay(ur5, estimate, [csv, csv])
 
 
+def test_a_monitor_takes_a_sample_at_a_time(ur5, log, csv):
+    """Sample by sample it says what a replay of the whole log says; a sample that is no number is not used."""
+    estimate = rist.identify(ur5, csv, covariance=True)
+    held = rist.replay(ur5, estimate, csv)["series"]
+    t, (q, dq, tau) = np.array(log["t"]), (np.array(log[key]) for key in ("q", "dq", "tau"))
+    monitor = rist.Monitor(ur5, estimate, period=float(np.mean(np.diff(t))))
+    assert monitor.coordinates == ur5.coordinates
+    cycles = [monitor.step(*sample) for sample in zip(t, q, dq, tau)]
+    # The text of the log has rounded numbers: the file was written with all digits, so only sums of another order differ.
+    for key in ("torque", "beyond", "band"):
+        assert np.allclose([cycle[key] for cycle in cycles], held[key], rtol=1e-6, atol=1e-6), key
+    assert not any(cycle["contact"] for cycle in cycles) and cycles[-1]["changes"] == 0
+    assert monitor.step(t[-1] + 1, q[-1] * np.nan, dq[-1], tau[-1]) is None
+    assert monitor.step(t[-1] + 2, q[-1], dq[-1], tau[-1])["contact"] is False
+    with pytest.raises(rist.Error, match="dq has 5 numbers: 6 are expected"):
+        monitor.step(t[-1] + 3, q[-1], dq[-1][:5], tau[-1])
+    with pytest.raises(rist.Error, match="a positive number is expected"):
+        rist.Monitor(ur5, estimate, period=0.0)
+
+
 def test_a_calibration_is_that_of_the_program(program, tmp_path):
     folder = ROOT.parent / "shared/data/calibration/ur10_camera"
     if not folder.exists():

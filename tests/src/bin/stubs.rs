@@ -116,6 +116,7 @@ fn functions() -> Vec<Function> {
         Function::new("validate", "validation.rs", &ValidateRequest::fields(), Vec::new()),
         Function::new("doctor", "identify.rs", &DoctorRequest::fields(), Vec::new()),
         Function::new("replay", "replay.rs", &ReplayRequest::fields(), Vec::new()),
+        Function::new("Monitor.__init__", "monitor.rs", &ReplayRequest::fields(), Vec::new()),
         Function::new("calibrate", "calibrate.rs", &CalibrateRequest::fields(), Vec::new()),
         Function::new("wrench", "wrench.rs", &WrenchRequest::fields(), Vec::new()),
         Function::new("plan", "experiments.rs", &PlanRequest::fields(), vec![progress()]),

@@ -103,6 +103,14 @@ fn contact_is_named_and_left_out() {
     assert!(total > 0.05 && said.contains(NAMED) && said.contains("without these rows"), "{total} {said}");
     assert!(!said.contains("too short or too poor") && !said.contains("stay unexplained"), "{said}");
 
+    // A short log that is touched over more than half of its time is judged by all of its rows.
+    for from in [0.3, 0.8, 1.3] {
+        let mut brief = scene(&model, 41, vec![push((from, 2.9, 5, [60.0, 60.0, 0.0]))]);
+        brief.seconds = 3.0;
+        let (total, said) = validated(&model, &good, &brief.source());
+        assert!(total > 0.05 && !said.contains("without these rows"), "{total} {said}");
+    }
+
     // The replay measures its noise in the rows that were fitted, and so finds the contacts in the fitted log itself.
     let request = ReplayRequest { anyway: true, ..ReplayRequest::default() };
     let reference = std::slice::from_ref(&pushed);

@@ -87,6 +87,22 @@ fn pushes_and_loads_are_found_and_told_apart() {
         }
     }
 
+    // The force and the moment on the last link, at its origin: six joints determine them; three determine at most three.
+    let on = |link: &str| {
+        let request = ReplayRequest { wrench_on: Some(link.into()), ..ReplayRequest::default() };
+        let reference = std::slice::from_ref(&known.1);
+        let found = rist::replay(&model, (Path::new("e.yaml"), &known.0), &pushed.source(), reference, &request).unwrap();
+        found.contacts[1].wrench.clone().unwrap()
+    };
+    let wrench = on("wrist_3");
+    for (c, truth) in [20.0, 20.0, 0.0, -2.0, 2.0, 0.0].into_iter().enumerate() {
+        let (value, sigma) = (wrench.components[c].unwrap(), wrench.sigma[c]);
+        // Four standard deviations, and an eighth of the push for the delay of the filter after two time constants.
+        assert!((value - truth).abs() < 4.0 * sigma + if c < 3 { 2.5 } else { 0.25 }, "{wrench:?}");
+        assert!(sigma < if c < 3 { 10.0 } else { 2.0 }, "{wrench:?}");
+    }
+    assert!(on("forearm").components.iter().filter(|c| c.is_some()).count() <= 3);
+
     // A load of 2 kg from 10 s to 30 s.
     let mut loaded = scene(&model, 4, 40.0);
     let tool = load(2.0, [0.02, -0.03, 0.08]);
@@ -246,9 +262,17 @@ fn the_generated_monitor_in_c_is_the_replay() {
     assert!(largest < 5e-3, "{largest}");
     assert!((last(&double, 19.0) - last(&single, 19.0)).abs() < 0.01);
 
-    // A state that is no number is not used, and the monitor starts again.
+    // A state that is no number is not used, and the monitor starts again. A torque at the limit of 150 N m is named.
+    log.effort[1][6000..6100].fill(-150.0);
+    let saturated = replayed(&model, &known, &LogSource::Held(log.clone()));
+    for (joint, expected) in saturated.joints.iter().zip([0.0, 100.0 / busy.rate, 0.0, 0.0, 0.0, 0.0]) {
+        assert!((joint.saturated - expected).abs() < 1e-6, "{saturated}");
+    }
+    assert!(saturated.to_string().contains("external torque unknown for 0.205 s, at the limit of the effort"));
     log.q[2][5000] = f64::NAN;
     let broken = driven(&here, "double", &log);
     assert_eq!(broken[5000][6] as i32, 8);
     assert!(broken.iter().flatten().all(|x| x.is_finite()));
+    let at_limit = broken.iter().enumerate().filter(|(_, cycle)| cycle[6] as i32 & 16 != 0).map(|(r, _)| r);
+    assert!(at_limit.eq(6000..6100));
 }

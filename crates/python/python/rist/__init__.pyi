@@ -1007,6 +1007,49 @@ def replay(
     - load_on: Link or frame that carries a load [default: the last link]
     - largest_load: Largest mass of a load, kg [default: 10.0]
     - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
+class Monitor:
+    """Observer of the external torque, load and drift, a sample at a time, as a robot runs them."""
+
+    def __init__(
+        self,
+        model: Model | Path,
+        estimate: Estimate,
+        period: float,
+        *,
+        reference: Sequence[Path] | None = None,
+        alarms: float = 1.0,
+        observer_gain: float = 50.0,
+        order: Literal["first", "second"] = "first",
+        load_on: str | None = None,
+        largest_load: float = 10.0,
+        anyway: bool = False,
+    ) -> None:
+        """Observer of the external torque, load and drift, a sample at a time, as a robot runs them.
+
+        model, estimate: as of `replay`. period: time between samples, s.
+
+        >>> monitor = rist.Monitor("arm.urdf", estimate, period=0.002)
+        >>> for cycle in (monitor.step(t, q, dq, tau) for t, q, dq, tau in robot): ...
+
+        Options:
+        - reference: Logs without contact, in which the noise of the observer is measured [default: the logs of the
+          estimate]
+        - alarms: False alarms an hour that are accepted [default: 1.0]
+        - observer_gain: Gain of the observer, 1/s [default: 50.0]
+        - order: Filter of the observer [default: 'first']
+        - load_on: Link or frame that carries a load [default: the last link]
+        - largest_load: Largest mass of a load, kg [default: 10.0]
+        - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
+    def step(self, t: float, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> dict[str, Any] | None:
+        """Takes a sample. t: s; q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
+
+        Returns a dict: t; torque and beyond, the external torque with and without that of the load, and band, the limit of beyond
+        without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; mass (kg); sigma, of the mass;
+        parameters of the load; changes, how often the load has changed. None if the sample is not used: NaN, or a time that does
+        not increase."""
+    @property
+    def coordinates(self) -> list[str]:
+        """Names of the coordinates, in the order of q."""
 def calibrate(
     model: Model | Path,
     postures: Path,

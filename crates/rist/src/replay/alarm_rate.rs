@@ -36,6 +36,9 @@ const LEAST_EXPECTED_PEAKS: f64 = 1e-3;
 /// Smallest mean of z - u, standard deviations: that of a normal process at the level u = 2.
 const LEAST_MEAN_EXCESS: f64 = 0.4;
 
+/// Noise makes a joint significant this often an hour: in one of a hundred contacts of .3 s.
+const SIGNIFICANT_PER_HOUR: f64 = 120.0;
+
 /// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
 
@@ -69,11 +72,20 @@ impl Peaks {
     /// The threshold z with `alarms` false alarms an hour. No peak of the logs without contact exceeds it.
     pub(crate) fn threshold(&self, alarms: f64) -> f64 {
         let peaks = self.peaks_of_noise();
+        peaks.iter().fold(self.exceeded(&peaks, alarms), |most, peak| most.max(*peak))
+    }
+
+    /// The ratio from which a joint is significant during a contact.
+    pub(crate) fn significant(&self) -> f64 {
+        self.exceeded(&self.peaks_of_noise(), SIGNIFICANT_PER_HOUR)
+    }
+
+    /// The ratio that noise exceeds `rate` times an hour.
+    fn exceeded(&self, peaks: &[f64], rate: f64) -> f64 {
         let count = (peaks.len() as f64).max(1.0);
-        let decades = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / alarms).ln().max(0.0);
-        let (exponent, mean) = tail(&peaks);
-        let threshold = (LEVEL.powf(exponent) + mean * decades).powf(1.0 / exponent).max(LEAST_THRESHOLD);
-        peaks.iter().fold(threshold, |most, peak| most.max(*peak))
+        let exponents = (count / self.seconds.max(f64::MIN_POSITIVE) * HOUR_S / rate).ln().max(0.0);
+        let (exponent, mean) = tail(peaks);
+        (LEVEL.powf(exponent) + mean * exponents).powf(1.0 / exponent).max(LEAST_THRESHOLD)
     }
 
     /// The peaks that are not contacts.

@@ -5,6 +5,8 @@ use std::fmt;
 use online::{Load, possible};
 use serde_json::{Value, json};
 
+use crate::replay::wrench::ContactWrench;
+
 /// An interval of contact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactInterval {
@@ -18,6 +20,8 @@ pub struct ContactInterval {
     pub torque: f64,
     /// Index of the last joint with a significant torque at that time: this joint or a later one moves the touched link.
     pub last_joint: usize,
+    /// Force and moment at the largest ratio, if a link was assumed to be touched.
+    pub wrench: Option<ContactWrench>,
     /// The largest ratio of torque to standard deviation.
     ratio: f64,
     /// Largest external torque of each joint.
@@ -27,12 +31,20 @@ pub struct ContactInterval {
 impl ContactInterval {
     pub(crate) fn new(start: f64, joints: usize) -> ContactInterval {
         let torques = vec![0.0; joints];
-        ContactInterval { start, end: start, joint: 0, torque: 0.0, last_joint: 0, ratio: 0.0, torques }
+        let (joint, last_joint, wrench) = (0, 0, None);
+        ContactInterval { start, end: start, joint, torque: 0.0, last_joint, wrench, ratio: 0.0, torques }
     }
 
-    /// Adds a cycle of contact.
-    pub(crate) fn extend(&mut self, t: f64, torques: &[f64], ratios: &[f64], last_joint: Option<usize>) {
+    /// Adds a cycle of contact. Returns whether it has the largest ratio so far.
+    pub(crate) fn extend(
+        &mut self,
+        t: f64,
+        torques: &[f64],
+        ratios: &[f64],
+        last_joint: Option<usize>,
+    ) -> bool {
         self.end = t;
+        let before = self.ratio;
         for (joint, (torque, ratio)) in torques.iter().zip(ratios).enumerate() {
             if torque.abs() > self.torques[joint].abs() {
                 self.torques[joint] = *torque;
@@ -43,6 +55,7 @@ impl ContactInterval {
             }
         }
         self.torque = self.torques[self.joint];
+        self.ratio > before
     }
 }
 
@@ -96,6 +109,8 @@ pub struct JointReplay {
     pub drift: [f64; 3],
     /// Standard deviations of the changes; they include those of the estimate.
     pub drift_sigma: [f64; 3],
+    /// Time in which the torque of the motor was at the limit of the effort, s. Its external torque is not known then.
+    pub saturated: f64,
 }
 
 /// The RMS ratio of a joint above which the model does not fit the robot any more.
@@ -115,13 +130,17 @@ impl JointReplay {
         (0..3).filter(|&k| self.drift[k].abs() > SIGNIFICANT_DRIFT * self.drift_sigma[k])
     }
 
-    /// The significant drifts, and whether to identify anew, as text.
+    /// The significant drifts, whether to identify anew, and the time of saturation, as text.
     pub(crate) fn drift_text(&self) -> String {
         let drifted =
             self.drifted().map(|k| format!("{} {:+.4} +- {:.4}", FRICTION[k], self.drift[k], self.drift_sigma[k]));
         let drifted: Vec<String> = drifted.collect();
         let text = if drifted.is_empty() { "not significant".into() } else { drifted.join(", ") };
-        if self.is_outdated() { format!("{text}; the model no longer fits: identify anew") } else { text }
+        let text = if self.is_outdated() { format!("{text}; the model no longer fits: identify anew") } else { text };
+        match self.saturated > 0.0 {
+            true => format!("{text}; external torque unknown for {:.3} s, at the limit of the effort", self.saturated),
+            false => text,
+        }
     }
 }
 
@@ -163,6 +182,8 @@ pub struct Replay {
     pub held: f64,
     /// The link that carries the load.
     pub load_on: String,
+    /// The link that is assumed to be touched.
+    pub wrench_on: Option<String>,
     /// Intervals of contact, in the order of time.
     pub contacts: Vec<ContactInterval>,
     /// Changes of the load, in the order of time.
@@ -188,6 +209,7 @@ impl Replay {
             has_covariance: false,
             held: 0.0,
             load_on: String::new(),
+            wrench_on: None,
             contacts: Vec::new(),
             loads: Vec::new(),
             joints: Vec::new(),
@@ -225,7 +247,10 @@ impl Replay {
     pub fn to_json(&self) -> Value {
         let name = |joint: usize| self.coordinates[joint].as_str();
         let contacts = self.contacts.iter().map(|c| {
-            json!({"start": c.start, "end": c.end, "joint": name(c.joint), "torque": c.torque, "last_joint": name(c.last_joint)})
+            json!({
+                "start": c.start, "end": c.end, "joint": name(c.joint), "torque": c.torque, "last_joint": name(c.last_joint),
+                "wrench": c.wrench.as_ref().map(|w| json!({"components": w.components, "sigma": w.sigma, "misfit": w.misfit})),
+            })
         });
         let loads = self.loads.iter().map(|l| {
             let (mass, sigma) = l.mass();
@@ -238,6 +263,7 @@ impl Replay {
         let joints = self.joints.iter().zip(&self.coordinates).map(|(joint, name)| {
             json!({
                 "name": name, "noise": joint.noise, "misfit": joint.misfit, "is_outdated": joint.is_outdated(),
+                "saturated": joint.saturated,
                 "drift": FRICTION.iter().zip(joint.drift.iter().zip(&joint.drift_sigma)).map(|(name, (value, sigma))| {
                     (name.to_string(), json!({"value": value, "sigma": sigma}))
                 }).collect::<serde_json::Map<String, Value>>(),
@@ -246,6 +272,7 @@ impl Replay {
         json!({
             "log": self.log, "reference": self.reference, "alarms_per_hour": self.alarms_per_hour,
             "threshold": self.threshold, "has_covariance": self.has_covariance, "load_on": self.load_on,
+            "wrench_on": self.wrench_on,
             "contacts": contacts.collect::<Vec<_>>(), "loads": loads.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
         })
     }
@@ -268,6 +295,9 @@ impl fmt::Display for Replay {
                 self.coordinates[contact.joint],
                 self.coordinates[contact.last_joint]
             )?;
+            if let (Some(wrench), Some(link)) = (&contact.wrench, &self.wrench_on) {
+                writeln!(f, "      if it is {link}: {}", wrench.text())?;
+            }
         }
         writeln!(f, "\nload on {}: {}", self.load_on, if self.loads.is_empty() { "none" } else { "" })?;
         for load in &self.loads {

@@ -30,11 +30,15 @@ pub(crate) struct CycleModel<'a> {
     load: &'a [f64],
     momentum: Evaluation,
     load_momentum: Evaluation,
+    /// The Jacobian of the link that is assumed to be touched.
+    jacobian: Option<Evaluation>,
     /// Gain of the observer, 1/s.
     gain: f64,
     /// For each joint, the speed below which friction changes its direction smoothly, because there the sign of a measured velocity
     /// is noise, rad/s (m/s).
     pub(crate) slow: Vec<f64>,
+    /// Limits of the torques by the description, N m (N); infinite where it has none.
+    efforts: Vec<f64>,
     /// The bands of the joints, once they are known; their speeds give the slowness of a cycle.
     pub(crate) bands: Vec<Band<f64>>,
 }
@@ -52,6 +56,8 @@ pub(crate) struct JointCycle {
     pub(crate) momentum: f64,
     /// Torque of the motor minus friction plus b, N m (N).
     pub(crate) known: f64,
+    /// Whether the torque of the motor is at the limit of the description, so the true one is not known.
+    pub(crate) is_saturated: bool,
     /// Row of the regressor with friction, p entries.
     pub(crate) row: Vec<f64>,
     /// Momentum, then b, per unit of the ten parameters of the load.
@@ -65,6 +71,8 @@ pub(crate) struct Cycle<'a> {
     /// Time since the cycle before, s; zero at the first cycle of a record.
     pub(crate) period: f64,
     pub(crate) joints: &'a [JointCycle],
+    /// Jacobian of the link that is assumed to be touched, 6 x n row by row; empty without one.
+    pub(crate) jacobian: &'a [f64],
 }
 
 impl<'a> CycleModel<'a> {
@@ -95,7 +103,32 @@ impl<'a> CycleModel<'a> {
         let momentum = Evaluation::of_function(model, "momentum-and-rate")?;
         let (base, load) = (model.regressor().parameters().len(), options.friction_load.as_slice());
         let (slow, bands) = (vec![0.0; linear.n()], Vec::new());
-        Ok(CycleModel { model, linear, preparation, x, base, load, momentum, load_momentum, gain, slow, bands })
+        let effort = |name: &String| {
+            let coordinate = model.robot.coordinates.iter().find(|coordinate| coordinate.name == *name);
+            coordinate.and_then(|coordinate| coordinate.limits.effort).filter(|effort| *effort > 0.0)
+        };
+        let efforts = model.regressor().coordinates().iter().map(|name| effort(name).unwrap_or(f64::INFINITY)).collect();
+        Ok(CycleModel {
+            model,
+            linear,
+            preparation,
+            x,
+            base,
+            load,
+            momentum,
+            load_momentum,
+            jacobian: None,
+            gain,
+            slow,
+            efforts,
+            bands,
+        })
+    }
+
+    /// Evaluates the Jacobian of a link or frame in each cycle. Fails if there is none of this name.
+    pub(crate) fn evaluate_jacobian(&mut self, link: &str) -> Result<(), Error> {
+        self.jacobian = Some(Evaluation::of_function(self.model, &format!("jacobian={link}"))?);
+        Ok(())
     }
 
     /// Leaves out all friction but viscous friction, Coulomb friction and offset, as a generated file does.
@@ -118,6 +151,11 @@ impl<'a> CycleModel<'a> {
         &self.x
     }
 
+    /// Limits of the torques by the description, N m (N); infinite where it has none.
+    pub(crate) fn efforts(&self) -> &[f64] {
+        &self.efforts
+    }
+
     /// Number of joints.
     pub(crate) fn n(&self) -> usize {
         self.linear.n()
@@ -136,9 +174,45 @@ impl<'a> CycleModel<'a> {
         failed.map_or(Ok(()), Err)
     }
 
-    fn each_of_record(&self, mut states: States, take: &mut dyn FnMut(&Cycle)) -> Result<(), Error> {
+    /// Calls `take` with the cycle of one sample, which continues those that `memory` holds. `q`, `dq` and `tau`: position, velocity
+    /// and torque of the motor of each coordinate, SI units; `t`: time and usual
+    /// period, s.
+    pub(crate) fn sample(
+        &self,
+        (t, usual): (f64, f64),
+        [q, dq, tau]: [&[f64]; 3],
+        memory: &mut RecordMemory,
+        take: &mut dyn FnMut(&Cycle),
+    ) -> Result<(), Error> {
+        let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
+        let states = States {
+            n: self.n(),
+            period: usual,
+            t: vec![t],
+            q: q.to_vec(),
+            dq: dq.to_vec(),
+            ddq: vec![0.0; self.n()],
+            direction: dq.iter().copied().map(sign).collect(),
+            motor_direction: self.linear.couplings.iter().map(|c| sign(c.speed(|k| dq[k]))).collect(),
+            tau: tau.to_vec(),
+            used: vec![true; self.n()],
+            ..States::default()
+        };
+        self.each_with_memory(states, memory, take)
+    }
+
+    fn each_of_record(&self, states: States, take: &mut dyn FnMut(&Cycle)) -> Result<(), Error> {
+        self.each_with_memory(states, &mut RecordMemory::default(), take)
+    }
+
+    fn each_with_memory(
+        &self,
+        mut states: States,
+        memory: &mut RecordMemory,
+        take: &mut dyn FnMut(&Cycle),
+    ) -> Result<(), Error> {
         let n = self.n();
-        self.filter_accelerations(&mut states);
+        self.filter_accelerations(&mut states, memory);
         for (k, direction) in states.direction.iter_mut().enumerate() {
             let (speed, slow) = (states.dq[k], self.slow[k % n]);
             *direction = if slow > 0.0 { (speed / slow).clamp(-1.0, 1.0) } else { *direction };
@@ -147,9 +221,7 @@ impl<'a> CycleModel<'a> {
             predict_load(self.model.regressor(), &mut states, self.load);
         }
         let mut joints = vec![JointCycle::default(); n];
-        let (mut momenta, mut loads) = (Vec::new(), Vec::new());
-        let mut before = None;
-        let usual = states.period;
+        let (mut momenta, mut loads, mut jacobians) = (Vec::new(), Vec::new(), Vec::new());
         for first in (0..states.len()).step_by(CYCLES_PER_PASS) {
             let range = first..states.len().min(first + CYCLES_PER_PASS);
             let part = range.start * n..range.end * n;
@@ -163,6 +235,10 @@ impl<'a> CycleModel<'a> {
             loads.resize(range.len() * 20 * n, 0.0);
             self.momentum.fill(self.model, &at(&self.x[..self.base]), &mut momenta)?;
             self.load_momentum.fill(self.model, &at(&[]), &mut loads)?;
+            if let Some(jacobian) = &self.jacobian {
+                jacobians.resize(range.len() * 6 * n, 0.0);
+                jacobian.fill(self.model, &at(&[]), &mut jacobians)?;
+            }
             self.linear.rows(&states, range.clone(), |r, rows| {
                 let momenta = &momenta[(r - first) * 2 * n..][..2 * n];
                 let loads = &loads[(r - first) * 20 * n..][..20 * n];
@@ -173,30 +249,29 @@ impl<'a> CycleModel<'a> {
                     joint.slowness = self.bands.get(j).map_or(0.0, |band| band.slowness(joint.speed));
                     joint.momentum = momenta[j];
                     joint.known = states.tau[r * n + j] - friction + momenta[n + j];
+                    joint.is_saturated = is_at(states.tau[r * n + j], self.efforts[j]);
                     joint.row.clear();
                     joint.row.extend_from_slice(row);
                     joint.load = [0, 1].map(|part| std::array::from_fn(|c| loads[(part * n + j) * 10 + c]));
                 }
-                let t = states.t[r];
-                let period = before.map_or(0.0, |before| t - before);
-                // After samples that are left out, the observers begin again.
-                let is_gap = period > LARGEST_PERIOD_RATIO * usual;
-                take(&Cycle { t, period: if is_gap { 0.0 } else { period }, joints: &joints });
-                before = Some(t);
+                let (t, period) = (states.t[r], memory.period(states.t[r], states.period));
+                let jacobian = jacobians.get((r - first) * 6 * n..(r - first + 1) * 6 * n).unwrap_or(&[]);
+                take(&Cycle { t, period, joints: &joints, jacobian });
             });
         }
         Ok(())
     }
 
     /// Replaces the accelerations by the derivative of the velocities through a low-pass of first order with the observer's gain.
-    fn filter_accelerations(&self, states: &mut States) {
+    fn filter_accelerations(&self, states: &mut States, memory: &mut RecordMemory) {
         let n = states.n;
-        for j in 0..n {
-            let mut slow = states.dq.get(j).copied().unwrap_or(0.0);
-            for r in 0..states.len() {
-                let step = self.gain * if r > 0 { states.t[r] - states.t[r - 1] } else { 0.0 };
-                slow += step / (1.0 + step) * (states.dq[r * n + j] - slow);
-                states.ddq[r * n + j] = self.gain * (states.dq[r * n + j] - slow);
+        for r in 0..states.len() {
+            let before = if r > 0 { Some(states.t[r - 1]) } else { memory.before };
+            let step = before.map_or(0.0, |before| self.gain * (states.t[r] - before));
+            memory.slow.resize(n, 0.0);
+            for (slow, k) in memory.slow.iter_mut().zip(r * n..) {
+                *slow = if before.is_none() { states.dq[k] } else { *slow + step / (1.0 + step) * (states.dq[k] - *slow) };
+                states.ddq[k] = self.gain * (states.dq[k] - *slow);
             }
         }
     }
@@ -220,6 +295,37 @@ impl<'a> CycleModel<'a> {
             })
         };
         self.model.regressor().coordinates().iter().map(of).collect()
+    }
+}
+
+/// A torque within this share of the limit of the effort is cut off by the drive. A torque above it shows that the description's
+/// limit is not the drive's.
+pub(crate) const SATURATED_WITHIN: f64 = 1e-3;
+
+/// Whether a torque is at the limit of the effort.
+fn is_at(torque: f64, effort: f64) -> bool {
+    (torque.abs() / effort - 1.0).abs() < SATURATED_WITHIN
+}
+
+/// What the cycles of a record pass on to those after them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RecordMemory {
+    /// Velocities through the low-pass, rad/s (m/s).
+    slow: Vec<f64>,
+    /// Time of the cycle before, s.
+    before: Option<f64>,
+}
+
+impl RecordMemory {
+    /// Whether the cycle before, if any, was before `t`, s.
+    pub(crate) fn is_before(&self, t: f64) -> bool {
+        self.before.is_none_or(|before| before < t)
+    }
+
+    /// The time since the cycle before, s; zero at the first cycle and after a gap, where the observers begin again. `usual`: s.
+    fn period(&mut self, t: f64, usual: f64) -> f64 {
+        let period = self.before.replace(t).map_or(0.0, |before| t - before);
+        if period > LARGEST_PERIOD_RATIO * usual { 0.0 } else { period }
     }
 }
 

@@ -14,6 +14,8 @@ mod noise;
 mod observers;
 mod page;
 mod run;
+mod sampled;
+mod wrench;
 
 use std::path::{Path, PathBuf};
 
@@ -30,6 +32,8 @@ use crate::request::{ObserverOrder, ReplayRequest, Request};
 pub use artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 pub use directions::DIRECTIONS;
 pub use monitor::monitor;
+pub use sampled::SampledReplay;
+pub use wrench::ContactWrench;
 
 /// Replays a log: intervals of contact, loads, drift of friction, and the external torque of every cycle.
 ///
@@ -44,34 +48,66 @@ pub fn replay(
     reference: &[LogSource],
     request: &ReplayRequest,
 ) -> Result<Replay, Error> {
-    request.check()?;
-    model.check_estimate(file, estimate)?;
-    crate::fit::verdict::refuse_estimate(file, estimate, request.anyway, "not replayed ([anyway=true] replays it)")?;
-    let gain = request.observer_gain;
-    let order = match request.order {
-        ObserverOrder::First => Order::First(gain),
-        ObserverOrder::Second => Order::Second(gain),
-    };
-    let link = match &request.load_on {
-        Some(link) => link.clone(),
-        None => last_link(model),
-    };
-    let mut cycles = cycles::CycleModel::new(model, estimate, &link, gain)?;
-    let covariance = covariance(&cycles.linear, estimate);
-    let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
+    let Start { mut cycles, noise, settings, link } = Start::new(model, (file, estimate), reference, request)?;
     cycles.take_all_samples();
-    let threshold = noise.peaks.threshold(request.alarms);
-    let period = cycles.mean_period(log)?;
-    let settings = run::Settings { order, gain, period, threshold, hold: HOLD_S, largest_load: request.largest_load };
-    let mut replay = run::run(&cycles, &noise, log, &settings)?;
+    let settings = run::Settings { period: cycles.mean_period(log)?, ..settings };
+    let mut run = run::Run::new(&cycles, noise, log.name(), settings);
+    cycles.each(log, &mut |cycle| run.step(cycle))?;
+    let mut replay = run.finish();
     for (joint, sigma) in replay.joints.iter_mut().zip(cycles.friction_sigma(estimate)) {
         joint.drift_sigma.iter_mut().zip(sigma).for_each(|(drift, sigma)| *drift = drift.hypot(sigma));
     }
     replay.load_on = link;
+    replay.wrench_on.clone_from(&request.wrench_on);
     replay.reference = reference.iter().map(LogSource::name).collect();
     replay.alarms_per_hour = request.alarms;
-    replay.has_covariance = covariance.is_some();
+    replay.has_covariance = !estimate.covariance.is_empty();
     Ok(replay)
+}
+
+/// What a run starts from.
+struct Start<'a> {
+    cycles: cycles::CycleModel<'a>,
+    noise: noise::Noise,
+    settings: run::Settings,
+    /// The link that carries a load.
+    link: String,
+}
+
+impl<'a> Start<'a> {
+    /// Arguments and failures are those of [`replay`]. The period of the settings is that of no log.
+    fn new(
+        model: &'a Model,
+        (file, estimate): (&Path, &'a Estimate),
+        reference: &[LogSource],
+        request: &ReplayRequest,
+    ) -> Result<Start<'a>, Error> {
+        request.check()?;
+        model.check_estimate(file, estimate)?;
+        crate::fit::verdict::refuse_estimate(file, estimate, request.anyway, "not replayed ([anyway=true] replays it)")?;
+        let gain = request.observer_gain;
+        let order = match request.order {
+            ObserverOrder::First => Order::First(gain),
+            ObserverOrder::Second => Order::Second(gain),
+        };
+        let link = request.load_on.clone().unwrap_or_else(|| last_link(model));
+        let mut cycles = cycles::CycleModel::new(model, estimate, &link, gain)?;
+        if let Some(link) = &request.wrench_on {
+            cycles.evaluate_jacobian(link)?;
+        }
+        let covariance = covariance(&cycles.linear, estimate);
+        let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
+        let settings = run::Settings {
+            order,
+            gain,
+            period: f64::INFINITY,
+            threshold: noise.peaks.threshold(request.alarms),
+            significant: noise.peaks.significant(),
+            hold: HOLD_S,
+            largest_load: request.largest_load,
+        };
+        Ok(Start { cycles, noise, settings, link })
+    }
 }
 
 /// The logs in which the noise of the observer is measured: `given`, or if empty the logs of the estimate. Fails if one is not

@@ -53,12 +53,14 @@ pub fn monitor(
         rate: request.rate,
         correlation: noise.correlation(1.0 / request.rate),
         threshold: noise.peaks.threshold(request.alarms),
+        significant: noise.peaks.significant(),
         hold: HOLD_S,
         bands: bands
             .map(|((band, slow), change)| [band.noise, band.low_speed, band.dry, band.speed, *slow, *change])
             .collect(),
         factor: base.chain(friction).map(row).collect(),
         directions: DIRECTIONS,
+        efforts: cycles.efforts().to_vec(),
         load_start: load_start(request.largest_load),
         decision: [LOAD_DECISION_S, SETTLING_TIME_CONSTANTS / gain, MISFIT_MEMORY_S, LARGEST_MISFIT],
         scale_memory: SCALE_MEMORY_S,

@@ -111,7 +111,9 @@ impl Noise {
                     band.ratio(seen.torque, seen.slowness, square(&noise.shared(&joint.row))).abs()
                 });
                 peaks.add(ratios.fold(0.0, f64::max), cycle.period, hold);
-                means.add(cycle.period, (0..n).map(|j| observers.seen[j].torque / noise.bands[j].noise));
+                // Torques at low speed have their own deviation.
+                let seen = observers.seen.iter().zip(&noise.bands);
+                means.add(cycle.period, seen.map(|(seen, band)| seen.torque / band.deviation(seen.slowness, 0.0)));
             })?;
             peaks.end();
             means.end();
@@ -125,9 +127,10 @@ impl Noise {
         self.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect()
     }
 
-    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s; at least 1.
+    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s. It is below 1
+    /// where the noise of the velocity dominates, because r contains its derivative. 1 without a whole batch.
     pub(crate) fn correlation(&self, period: f64) -> f64 {
-        (self.correlation_time / period).max(1.0)
+        if self.correlation_time > 0.0 { self.correlation_time / period } else { 1.0 }
     }
 
     /// The row y G of a joint: what a unit of each direction of the parameters' error adds to its torque, N m (N).

@@ -1,14 +1,13 @@
 //! The loop over the cycles of a log: the same calls as in a controller.
 
-use logs::LogSource;
 use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 
-use crate::error::Error;
 use crate::replay::artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::DIRECTIONS;
 use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS, square};
 use crate::replay::observers::Observers;
+use crate::replay::wrench::ContactWrench;
 
 /// Settings of a run.
 pub(crate) struct Settings {
@@ -19,6 +18,8 @@ pub(crate) struct Settings {
     pub(crate) period: f64,
     /// Threshold of contact, standard deviations.
     pub(crate) threshold: f64,
+    /// The external torque of a joint is significant beyond this number of standard deviations.
+    pub(crate) significant: f64,
     /// Time below half the threshold after which contact ends, s.
     pub(crate) hold: f64,
     /// Largest mass of a load, kg.
@@ -28,7 +29,7 @@ pub(crate) struct Settings {
 /// Distance of a load's mass from the origin of its frame, m: standard deviation of what is possible.
 pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
 /// Time for which a contact lasts before it is taken for a load, s. Pushes and collisions are shorter.
-pub(crate) const LOAD_DECISION_S: f64 = 1.5;
+pub(crate) const LOAD_DECISION_S: f64 = 0.5;
 /// Time constant of the misfit of a new load, s.
 pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
 /// Largest mean square of the normalised residual with which a load explains a contact; 1 is expected, and a constant push of ten
@@ -40,18 +41,20 @@ const DRIFT_MEMORY_S: f64 = 120.0;
 const DRIFT_RELATIVE_TO_NOISE: f64 = 100.0;
 
 /// The state of a run.
-struct Run<'a> {
-    noise: &'a Noise,
-    settings: &'a Settings,
+pub(crate) struct Run {
+    noise: Noise,
+    settings: Settings,
     observers: Observers,
     detector: ContactDetector<f64>,
     loads: LoadMonitor<f64, DIRECTIONS>,
     drifts: Vec<Drift<f64>>,
     scales: Vec<NoiseScale<f64>>,
-    replay: Replay,
+    pub(crate) replay: Replay,
     /// Sum of squared ratios without contact, per joint, and their number.
     squares: Vec<f64>,
     count: usize,
+    /// Time in which the torque of a joint was at its limit, s.
+    saturated: Vec<f64>,
 }
 
 /// Standard deviations of the parameters of the loads that are possible, up to a mass m, kg.
@@ -60,45 +63,48 @@ pub(crate) fn load_start(m: f64) -> [f64; 10] {
     [second, second, second, second, second, second, first, first, first, m]
 }
 
-/// Runs over a log.
-pub(crate) fn run(cycles: &CycleModel, noise: &Noise, log: &LogSource, settings: &Settings) -> Result<Replay, Error> {
-    let n = cycles.n();
-    let start = load_start(settings.largest_load);
-    let correlation = noise.correlation(settings.period);
-    let decision = LoadDecision {
-        time: LOAD_DECISION_S,
-        settling: SETTLING_TIME_CONSTANTS / settings.gain,
-        memory: MISFIT_MEMORY_S,
-        largest_misfit: LARGEST_MISFIT,
-    };
-    let weight = 1.0 - settings.period / DRIFT_MEMORY_S;
-    let drift = |band: &online::Band<f64>| {
-        let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
-        Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
-    };
-    let regressor = cycles.model.regressor();
-    let units = (0..n).map(|j| if regressor.is_prismatic(j) { "N" } else { "N m" });
-    let mut run = Run {
-        noise,
-        settings,
-        observers: Observers::new(n, settings.order),
-        detector: ContactDetector::new(settings.threshold, settings.hold),
-        loads: LoadMonitor::new(Payload::new(start, correlation), decision),
-        scales: noise.scales(),
-        drifts: noise.bands.iter().map(drift).collect(),
-        replay: Replay::new(log.name(), regressor.coordinates().to_vec(), units.collect(), settings.threshold),
-        squares: vec![0.0; n],
-        count: 0,
-    };
-    cycles.each(log, &mut |cycle| run.step(cycle))?;
-    Ok(run.finish())
-}
+impl Run {
+    /// Starts without contact and without a load. `log`: its name.
+    pub(crate) fn new(cycles: &CycleModel, noise: Noise, log: String, settings: Settings) -> Run {
+        let n = cycles.n();
+        let start = load_start(settings.largest_load);
+        let correlation = noise.correlation(settings.period);
+        let decision = LoadDecision {
+            time: LOAD_DECISION_S,
+            settling: SETTLING_TIME_CONSTANTS / settings.gain,
+            memory: MISFIT_MEMORY_S,
+            largest_misfit: LARGEST_MISFIT,
+        };
+        let weight = 1.0 - settings.period / DRIFT_MEMORY_S;
+        let drift = |band: &online::Band<f64>| {
+            let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
+            // Its deviation contains errors of parameters, which do not average out.
+            let correlation = correlation.max(1.0);
+            Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
+        };
+        let regressor = cycles.model.regressor();
+        let units = (0..n).map(|j| if regressor.is_prismatic(j) { "N" } else { "N m" });
+        Run {
+            observers: Observers::new(n, settings.order),
+            detector: ContactDetector::new(settings.threshold, settings.significant, settings.hold),
+            loads: LoadMonitor::new(Payload::new(start, correlation), decision),
+            scales: noise.scales(),
+            drifts: noise.bands.iter().map(drift).collect(),
+            replay: Replay::new(log, regressor.coordinates().to_vec(), units.collect(), settings.threshold),
+            squares: vec![0.0; n],
+            saturated: vec![0.0; n],
+            count: 0,
+            noise,
+            settings,
+        }
+    }
 
-impl Run<'_> {
-    fn step(&mut self, cycle: &Cycle) {
+    /// Takes a cycle.
+    pub(crate) fn step(&mut self, cycle: &Cycle) {
         // After a gap nothing is known of a contact before it.
         if cycle.period <= 0.0 {
-            self.detector = ContactDetector::new(self.settings.threshold, self.settings.hold);
+            let Settings { threshold, significant, hold, .. } = self.settings;
+            self.detector = ContactDetector::new(threshold, significant, hold);
         }
         self.observers.step(cycle);
         let shared: Vec<[f64; DIRECTIONS]> = cycle.joints.iter().map(|joint| self.noise.shared(&joint.row)).collect();
@@ -123,7 +129,8 @@ impl Run<'_> {
             .map(|(((band, seen), of_parameters), torque)| band.ratio(*torque, seen.slowness, *of_parameters));
         let ratios: Vec<f64> = ratios.collect();
         let contact = self.detector.step(ratios.iter().copied(), cycle.period);
-        self.note_contact(cycle, contact, &beyond, &ratios);
+        let deviations = limits.iter().map(|limit| limit / self.settings.threshold);
+        self.note_contact(cycle, contact, (&beyond, &deviations.collect::<Vec<f64>>()), &ratios);
         if !contact.is_contact {
             self.count += 1;
             self.squares.iter_mut().zip(&ratios).for_each(|(sum, ratio)| *sum += ratio * ratio);
@@ -151,6 +158,11 @@ impl Run<'_> {
         self.loads.begin(contact, cycle.period);
         for (j, joint) in cycle.joints.iter().enumerate() {
             let (band, seen) = (&bands[j], &self.observers.seen[j]);
+            // A torque that the drive cuts off is not the one that was measured or asked for.
+            if joint.is_saturated {
+                self.saturated[j] += cycle.period;
+                continue;
+            }
             let deviation = band.deviation(seen.slowness, 0.0);
             // Static friction of a joint at rest may carry a load, so such a joint does not tell of it.
             if band.dry_at(seen.slowness) < deviation {
@@ -173,23 +185,39 @@ impl Run<'_> {
     }
 
     /// Begins, extends or ends an interval of contact.
-    fn note_contact(&mut self, cycle: &Cycle, contact: Contact, beyond: &[f64], ratios: &[f64]) {
+    fn note_contact(
+        &mut self,
+        cycle: &Cycle,
+        contact: Contact,
+        (beyond, deviations): (&[f64], &[f64]),
+        ratios: &[f64],
+    ) {
         if contact.begins {
             self.replay.contacts.push(ContactInterval::new(cycle.t, cycle.joints.len()));
         }
         let is_open = contact.is_contact;
         if let Some(interval) = self.replay.contacts.last_mut().filter(|_| is_open) {
-            interval.extend(cycle.t, beyond, ratios, contact.last_joint);
+            let is_largest = interval.extend(cycle.t, beyond, ratios, contact.last_joint);
+            if is_largest && !cycle.jacobian.is_empty() {
+                interval.wrench = Some(ContactWrench::new(cycle.jacobian, beyond, deviations));
+            }
         }
     }
 
-    fn finish(mut self) -> Replay {
+    /// The result so far, with what is said of each joint.
+    pub(crate) fn finish(mut self) -> Replay {
         let count = self.count.max(1) as f64;
-        let bands = self.noise.bands.iter().zip(&self.drifts).zip(&self.squares);
+        let bands = self.noise.bands.iter().zip(&self.drifts).zip(&self.squares).zip(&self.saturated);
         self.replay.joints = bands
-            .map(|((band, drift), square)| {
+            .map(|(((band, drift), square), saturated)| {
                 let (change, sigma) = drift.changes();
-                JointReplay { noise: band.noise, misfit: (square / count).sqrt(), drift: change, drift_sigma: sigma }
+                JointReplay {
+                    noise: band.noise,
+                    misfit: (square / count).sqrt(),
+                    drift: change,
+                    drift_sigma: sigma,
+                    saturated: *saturated,
+                }
             })
             .collect();
         self.replay.held = self.noise.held;

@@ -60,6 +60,8 @@ request! {
         load_on: Option<String> = None, value_name("LINK");
         /// Largest mass of a load, kg.
         largest_load: f64 = 10.0, range(Range::Positive), value_name("KG");
+        /// Link or frame on which the force and the moment of each contact are computed, at its origin and in its axes.
+        wrench_on: Option<String> = None, value_name("LINK");
         /// Take the numbers even of an estimate whose verdict is no.
         anyway: bool = false;
     }

@@ -1,0 +1,81 @@
+//! A replay that takes a sample at a time, such as from a robot that runs.
+
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
+use logs::LogSource;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::replay::Start;
+use crate::replay::artefact::{CarriedLoad, ReplayedCycle};
+use crate::replay::cycles::{CycleModel, RecordMemory};
+use crate::replay::run::Run;
+use crate::request::ReplayRequest;
+
+/// Observer, load and drift, with the state of all samples so far.
+pub struct SampledReplay<'a> {
+    cycles: CycleModel<'a>,
+    run: Run,
+    memory: RecordMemory,
+    /// s
+    period: f64,
+}
+
+impl<'a> SampledReplay<'a> {
+    /// Starts without contact and without a load. `period`: time between samples, s. The other arguments and the failures are those
+    /// of [`crate::replay()`].
+    pub fn new(
+        model: &'a Model,
+        (file, estimate): (&Path, &'a Estimate),
+        period: f64,
+        reference: &[LogSource],
+        request: &ReplayRequest,
+    ) -> Result<SampledReplay<'a>, Error> {
+        if !(period > 0.0 && period.is_finite()) {
+            return Err(Error::new(format_args!("the time between samples is {period} s: a positive number is expected")));
+        }
+        let Start { cycles, noise, settings, .. } = Start::new(model, (file, estimate), reference, request)?;
+        let run = Run::new(&cycles, noise, String::new(), crate::replay::run::Settings { period, ..settings });
+        Ok(SampledReplay { cycles, run, memory: RecordMemory::default(), period })
+    }
+
+    /// Takes a sample. `t`: s; `q`, `dq`, `tau`: position, velocity and torque of the motor of each coordinate, SI units.
+    ///
+    /// Returns the cycle; `None` if the sample is not used: a number is NaN or infinite, or the time does not increase. The
+    /// observers then start again with the next sample, as after a gap of five periods. Fails if a length differs from the number
+    /// of coordinates.
+    pub fn step(&mut self, t: f64, [q, dq, tau]: [&[f64]; 3]) -> Result<Option<&ReplayedCycle>, Error> {
+        for (name, values) in [("q", q), ("dq", dq), ("tau", tau)] {
+            let (found, expected) = (values.len(), self.cycles.n());
+            if found != expected {
+                return Err(Error::new(format_args!("{name} has {found} numbers: {expected} are expected, one a joint")));
+            }
+        }
+        let is_usable = t.is_finite() && [q, dq, tau].concat().iter().all(|x| x.is_finite());
+        if !is_usable || !self.memory.is_before(t) {
+            self.memory = RecordMemory::default();
+            return Ok(None);
+        }
+        self.run.replay.series.clear();
+        let run = &mut self.run;
+        self.cycles.sample((t, self.period), [q, dq, tau], &mut self.memory, &mut |cycle| run.step(cycle))?;
+        Ok(self.run.replay.series.last())
+    }
+
+    /// The changes of the load so far, in the order of time. The last one has the parameters of the load that is carried.
+    pub fn loads(&self) -> &[CarriedLoad] {
+        &self.run.replay.loads
+    }
+
+    /// The last joint with a significant torque in the present contact; this joint or a later one moves the touched link.
+    pub fn last_joint(&self) -> Option<usize> {
+        let is_contact = self.run.replay.series.last().is_some_and(|cycle| cycle.is_contact);
+        self.run.replay.contacts.last().filter(|_| is_contact).map(|contact| contact.last_joint)
+    }
+
+    /// Names of the coordinates, in the order of `q`.
+    pub fn coordinates(&self) -> &[String] {
+        &self.run.replay.coordinates
+    }
+}

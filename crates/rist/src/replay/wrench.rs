@@ -1,0 +1,105 @@
+//! The force and the moment of a contact on an assumed link.
+//!
+//! ```text
+//! r = J' F + e          J: Jacobian of the link's frame (6 x n); F: force, then moment at its origin, in its axes
+//! cov(F) = inv(J S^-2 J' + P^-2)
+//! ```
+//! r: external torques without that of a load; S: their standard deviations; P: standard deviations of what is possible. A component
+//! of which more than a tenth of that remains is not determined: fewer than six joints before the link, or a singular posture. If the
+//! contact is on another link, or at several places, the misfit is large.
+
+use nalgebra::{Matrix6, Vector6};
+
+/// Standard deviation of the forces that are possible, N.
+const POSSIBLE_FORCE: f64 = 1000.0;
+/// Standard deviation of the moments that are possible, N m.
+const POSSIBLE_MOMENT: f64 = 300.0;
+/// A component is determined if less than this share of what is possible remains.
+const DETERMINED_SHARE: f64 = 0.1;
+
+/// Force and moment on a link, at the origin of its frame and in its axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactWrench {
+    /// Force, N, then moment, N m; `None` for a component that the torques do not determine.
+    pub components: [Option<f64>; 6],
+    /// Standard deviation of each component.
+    pub sigma: [f64; 6],
+    /// Mean square of the normalised residual of the torques; about 1 if the contact is on this link. `None` without more joints
+    /// than components.
+    pub misfit: Option<f64>,
+}
+
+impl ContactWrench {
+    /// `jacobian`: 6 x n, row by row; `torques` and `deviations`: n.
+    pub(crate) fn new(jacobian: &[f64], torques: &[f64], deviations: &[f64]) -> ContactWrench {
+        let n = torques.len();
+        let possible = |c: usize| if c < 3 { POSSIBLE_FORCE } else { POSSIBLE_MOMENT };
+        let mut information = Matrix6::from_diagonal(&Vector6::from_fn(|c, _| possible(c).powi(-2)));
+        let mut right = Vector6::zeros();
+        for j in 0..n {
+            let column = Vector6::from_fn(|c, _| jacobian[c * n + j] / deviations[j]);
+            information += column * column.transpose();
+            right += column * (torques[j] / deviations[j]);
+        }
+        // The matrix is positive definite, since all that is possible is finite.
+        let covariance = information.cholesky().map_or(Matrix6::identity() * f64::INFINITY, |found| found.inverse());
+        let wrench = covariance * right;
+        let sigma: [f64; 6] = std::array::from_fn(|c| covariance[(c, c)].sqrt());
+        let is_determined = |c: usize| sigma[c] < DETERMINED_SHARE * possible(c);
+        let moved = (0..n).filter(|j| (0..6).any(|c| jacobian[c * n + j] != 0.0));
+        let residuals = moved.map(|j| {
+            let explained: f64 = (0..6).map(|c| jacobian[c * n + j] * wrench[c]).sum();
+            ((torques[j] - explained) / deviations[j]).powi(2)
+        });
+        let (sum, joints) = residuals.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+        let count = (0..6).filter(|c| is_determined(*c)).count();
+        ContactWrench {
+            components: std::array::from_fn(|c| is_determined(c).then(|| wrench[c])),
+            sigma,
+            misfit: (joints > count).then(|| sum / (joints - count) as f64),
+        }
+    }
+
+    /// Force and moment as text.
+    pub(crate) fn text(&self) -> String {
+        let part = |range: std::ops::Range<usize>, unit: &str| {
+            let shown = range.map(|c| match self.components[c] {
+                Some(value) => format!("{value:+.2} +- {:.2}", self.sigma[c]),
+                None => "not determined".into(),
+            });
+            format!("{} {unit}", shown.collect::<Vec<_>>().join(", "))
+        };
+        let misfit = self.misfit.map_or(String::new(), |misfit| format!("; misfit {misfit:.1}"));
+        format!("force {}; moment {}{misfit}", part(0..3, "N"), part(3..6, "N m"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Random;
+
+    /// A wrench on the seventh link of random Jacobians is found within its standard deviations; three joints determine no moment.
+    #[test]
+    fn the_wrench_is_found_where_it_is_determined() {
+        let (mut random, n) = (Random::new(3), 7);
+        let truth = [20.0, -5.0, 8.0, 1.0, -2.0, 0.5];
+        let mut squares = 0.0;
+        for _ in 0..200 {
+            let jacobian: Vec<f64> = (0..6 * n).map(|_| random.normal()).collect();
+            let deviations = vec![0.1; n];
+            let torque = |j: usize| (0..6).map(|c| jacobian[c * n + j] * truth[c]).sum::<f64>();
+            let torques: Vec<f64> = (0..n).map(|j| torque(j) + 0.1 * random.normal()).collect();
+            let found = ContactWrench::new(&jacobian, &torques, &deviations);
+            for c in 0..6 {
+                squares += ((found.components[c].unwrap() - truth[c]) / found.sigma[c]).powi(2);
+            }
+        }
+        // 1200 squares of unit normal numbers: the mean has a standard deviation of .041, and six of a draw depend on each other.
+        assert!((squares / 1200.0 - 1.0).abs() < 0.25, "{squares}");
+        let three: Vec<f64> = (0..18).map(|_| random.normal()).collect();
+        let found = ContactWrench::new(&three, &[1.0, 2.0, 3.0], &[0.1; 3]);
+        assert!(found.components.iter().filter(|c| c.is_some()).count() <= 3, "{found:?}");
+        assert!(found.text().contains("not determined"));
+    }
+}
