@@ -73,7 +73,8 @@ impl Monitor {
         std::thread::spawn(move || {
             let file = Path::new("the estimate");
             let reference = reference_logs(&held, file, &estimate, &request.reference);
-            let replay = reference.and_then(|logs| SampledReplay::new(&held, (file, &estimate), period, &logs, &request));
+            let replay =
+                reference.and_then(|logs| SampledReplay::new(&held, (file, &estimate), period, &logs, &request));
             let mut replay = match replay {
                 Ok(replay) => replay,
                 Err(e) => return drop(started.send(Err(e))),

@@ -91,7 +91,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let on = |link: &str| {
         let request = ReplayRequest { wrench_on: Some(link.into()), ..ReplayRequest::default() };
         let reference = std::slice::from_ref(&known.1);
-        let found = rist::replay(&model, (Path::new("e.yaml"), &known.0), &pushed.source(), reference, &request).unwrap();
+        let found =
+            rist::replay(&model, (Path::new("e.yaml"), &known.0), &pushed.source(), reference, &request).unwrap();
         found.contacts[1].wrench.clone().unwrap()
     };
     let wrench = on("wrist_3");

@@ -36,13 +36,7 @@ impl ContactInterval {
     }
 
     /// Adds a cycle of contact. Returns whether it has the largest ratio so far.
-    pub(crate) fn extend(
-        &mut self,
-        t: f64,
-        torques: &[f64],
-        ratios: &[f64],
-        last_joint: Option<usize>,
-    ) -> bool {
+    pub(crate) fn extend(&mut self, t: f64, torques: &[f64], ratios: &[f64], last_joint: Option<usize>) -> bool {
         self.end = t;
         let before = self.ratio;
         for (joint, (torque, ratio)) in torques.iter().zip(ratios).enumerate() {

@@ -107,7 +107,8 @@ impl<'a> CycleModel<'a> {
             let coordinate = model.robot.coordinates.iter().find(|coordinate| coordinate.name == *name);
             coordinate.and_then(|coordinate| coordinate.limits.effort).filter(|effort| *effort > 0.0)
         };
-        let efforts = model.regressor().coordinates().iter().map(|name| effort(name).unwrap_or(f64::INFINITY)).collect();
+        let efforts =
+            model.regressor().coordinates().iter().map(|name| effort(name).unwrap_or(f64::INFINITY)).collect();
         Ok(CycleModel {
             model,
             linear,
@@ -270,7 +271,8 @@ impl<'a> CycleModel<'a> {
             let step = before.map_or(0.0, |before| self.gain * (states.t[r] - before));
             memory.slow.resize(n, 0.0);
             for (slow, k) in memory.slow.iter_mut().zip(r * n..) {
-                *slow = if before.is_none() { states.dq[k] } else { *slow + step / (1.0 + step) * (states.dq[k] - *slow) };
+                *slow =
+                    if before.is_none() { states.dq[k] } else { *slow + step / (1.0 + step) * (states.dq[k] - *slow) };
                 states.ddq[k] = self.gain * (states.dq[k] - *slow);
             }
         }

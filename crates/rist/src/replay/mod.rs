@@ -84,7 +84,12 @@ impl<'a> Start<'a> {
     ) -> Result<Start<'a>, Error> {
         request.check()?;
         model.check_estimate(file, estimate)?;
-        crate::fit::verdict::refuse_estimate(file, estimate, request.anyway, "not replayed ([anyway=true] replays it)")?;
+        crate::fit::verdict::refuse_estimate(
+            file,
+            estimate,
+            request.anyway,
+            "not replayed ([anyway=true] replays it)",
+        )?;
         let gain = request.observer_gain;
         let order = match request.order {
             ObserverOrder::First => Order::First(gain),

@@ -33,7 +33,9 @@ impl<'a> SampledReplay<'a> {
         request: &ReplayRequest,
     ) -> Result<SampledReplay<'a>, Error> {
         if !(period > 0.0 && period.is_finite()) {
-            return Err(Error::new(format_args!("the time between samples is {period} s: a positive number is expected")));
+            return Err(Error::new(format_args!(
+                "the time between samples is {period} s: a positive number is expected"
+            )));
         }
         let Start { cycles, noise, settings, .. } = Start::new(model, (file, estimate), reference, request)?;
         let run = Run::new(&cycles, noise, String::new(), crate::replay::run::Settings { period, ..settings });
@@ -49,7 +51,9 @@ impl<'a> SampledReplay<'a> {
         for (name, values) in [("q", q), ("dq", dq), ("tau", tau)] {
             let (found, expected) = (values.len(), self.cycles.n());
             if found != expected {
-                return Err(Error::new(format_args!("{name} has {found} numbers: {expected} are expected, one a joint")));
+                return Err(Error::new(format_args!(
+                    "{name} has {found} numbers: {expected} are expected, one a joint"
+                )));
             }
         }
         let is_usable = t.is_finite() && [q, dq, tau].concat().iter().all(|x| x.is_finite());
