@@ -1,6 +1,7 @@
 //! What a replay and a generated monitor take from a model and its estimate.
 
 use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::Identified;
 use linear_model::linear_model::Model as LinearModel;
 use nalgebra::DMatrix;
 
@@ -17,15 +18,23 @@ pub(crate) fn last_link(model: &Model) -> String {
     deepest.map_or(String::new(), |link| link.name.clone())
 }
 
-/// The covariance of all parameters of the linear model, in its order; `None` if the estimate does not hold it.
+/// The covariance of all parameters of the linear model, in its order, as it is in torques; `None` if the estimate does not hold it.
+///
+/// The standard deviations of an estimate allow for faults that the data do not exclude, one parameter by another. Their covariance
+/// keeps the correlations, so errors that cancel in every torque no longer do. Torques follow from the covariance of white noise
+/// instead, times the median ratio of the variances for correlated residuals.
 pub(crate) fn covariance(linear: &LinearModel, estimate: &Estimate) -> Option<DMatrix<f64>> {
     if estimate.covariance.is_empty() {
         return None;
     }
     let place = |k: usize| estimate.parameters.iter().position(|p| p.id == linear.parameters[k].id);
     let places: Vec<Option<usize>> = (0..linear.p()).map(place).collect();
+    let correlated = estimate.discount().sqrt();
+    let to_white = |p: &Identified| Some(correlated * p.white_sigma? / p.sigma?).filter(|ratio| ratio.is_finite());
+    let ratios: Vec<f64> = estimate.parameters.iter().map(|p| to_white(p).unwrap_or(1.0)).collect();
     let entry = |r: usize, c: usize| {
-        let value = places[r].zip(places[c]).map_or(0.0, |(r, c)| estimate.covariance[r][c]);
+        let of = |(r, c): (usize, usize)| ratios[r] * ratios[c] * estimate.covariance[r][c];
+        let value = places[r].zip(places[c]).map_or(0.0, of);
         if value.is_finite() { value } else { 0.0 }
     };
     Some(DMatrix::from_fn(linear.p(), linear.p(), entry))

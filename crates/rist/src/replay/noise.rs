@@ -100,7 +100,7 @@ impl Noise {
         let changes = squares.into_iter().map(of_count).collect();
         let (peaks, correlation_time) = (Peaks::default(), 0.0);
         let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time };
-        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
+        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_S));
         for log in logs {
             let mut scales = noise.scales();
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
@@ -156,8 +156,9 @@ struct BatchMeans {
     of_means: (f64, usize),
 }
 
-/// Length of a batch in time constants of the observer: much longer than its memory.
-const BATCH_TIME_CONSTANTS: f64 = 20.0;
+/// Length of a batch, s: the time in which a motion changes the rows of a load. Noise of the velocity averages out faster than
+/// independent errors, so a shorter batch overestimates it.
+const BATCH_S: f64 = 2.0;
 
 impl BatchMeans {
     fn new(joints: usize, length: f64) -> BatchMeans {
