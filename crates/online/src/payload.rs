@@ -125,6 +125,11 @@ impl<R: Real, const D: usize> Payload<R, D> {
         self.recursion.inverse_triangle()
     }
 
+    /// The sum of squares that the parameters explain, in units of the deviations of the rows.
+    pub fn explained_square(&self) -> R {
+        self.recursion.explained_square()
+    }
+
     /// f, the factor for the correlation of the errors.
     pub fn correlation(&self) -> R {
         self.correlation

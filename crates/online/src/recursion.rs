@@ -48,6 +48,11 @@ impl<R: Real, const M: usize> Recursion<R, M> {
         self.right.iter_mut().for_each(|x| *x = *x * root_of_weight);
     }
 
+    /// z'z, with R x = z.
+    pub fn explained_square(&self) -> R {
+        self.right.iter().fold(R::ZERO, |sum, z| sum + *z * *z)
+    }
+
     /// The estimate: the x with the smallest sum of squares.
     pub fn solution(&self) -> [R; M] {
         self.solved(self.right)

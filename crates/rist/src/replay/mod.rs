@@ -9,6 +9,7 @@ mod artefact;
 mod cycles;
 mod directions;
 mod inputs;
+mod load_noise;
 mod monitor;
 mod noise;
 mod observers;

@@ -51,7 +51,7 @@ pub fn monitor(
         load_function: String::new(),
         gain,
         rate: request.rate,
-        correlation: noise.correlation(1.0 / request.rate),
+        correlation: noise.load_correlation(1.0 / request.rate),
         threshold: noise.peaks.threshold(request.alarms),
         significant: noise.peaks.significant(),
         hold: HOLD_S,

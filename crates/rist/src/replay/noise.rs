@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::replay::alarm_rate::Peaks;
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::{DIRECTIONS, directions};
+use crate::replay::load_noise::LoadNoise;
 use crate::replay::observers::Observers;
 
 /// The observer's torque without contact.
@@ -34,6 +35,8 @@ pub(crate) struct Noise {
     pub(crate) peaks: Peaks,
     /// The time of which one independent sample of r tells, s: the variance of a mean over a time t is that of r times this over t.
     correlation_time: f64,
+    /// The same for the estimate of a load ([`LoadNoise::time`]).
+    load_time: f64,
 }
 
 /// Speed of a band, as a share of the RMS speed of the joint.
@@ -98,9 +101,10 @@ impl Noise {
         };
         let of_count = |square: f64| (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
         let changes = squares.into_iter().map(of_count).collect();
-        let (peaks, correlation_time) = (Peaks::default(), 0.0);
-        let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time };
-        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_S));
+        let (peaks, correlation_time, load_time) = (Peaks::default(), 0.0, 0.0);
+        let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time, load_time };
+        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
+        let mut load = LoadNoise::new();
         for log in logs {
             let mut scales = noise.scales();
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
@@ -114,11 +118,14 @@ impl Noise {
                 // Torques at low speed have their own deviation.
                 let seen = observers.seen.iter().zip(&noise.bands);
                 means.add(cycle.period, seen.map(|(seen, band)| seen.torque / band.deviation(seen.slowness, 0.0)));
+                load.add(cycle.period, &observers.seen, &noise.bands);
             })?;
             peaks.end();
             means.end();
+            load.end();
         }
         (noise.peaks, noise.correlation_time) = (peaks, means.correlation_time());
+        noise.load_time = load.time().unwrap_or(noise.correlation_time);
         Ok(noise)
     }
 
@@ -127,10 +134,14 @@ impl Noise {
         self.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect()
     }
 
-    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s. It is below 1
-    /// where the noise of the velocity dominates, because r contains its derivative. 1 without a whole batch.
+    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s; at least 1.
     pub(crate) fn correlation(&self, period: f64) -> f64 {
-        if self.correlation_time > 0.0 { self.correlation_time / period } else { 1.0 }
+        (self.correlation_time / period).max(1.0)
+    }
+
+    /// f of the estimate of a load ([`crate::replay::load_noise`]), for cycles with this period, s. 1 if it is unknown.
+    pub(crate) fn load_correlation(&self, period: f64) -> f64 {
+        if self.load_time > 0.0 { self.load_time / period } else { 1.0 }
     }
 
     /// The row y G of a joint: what a unit of each direction of the parameters' error adds to its torque, N m (N).
@@ -156,9 +167,8 @@ struct BatchMeans {
     of_means: (f64, usize),
 }
 
-/// Length of a batch, s: the time in which a motion changes the rows of a load. Noise of the velocity averages out faster than
-/// independent errors, so a shorter batch overestimates it.
-const BATCH_S: f64 = 2.0;
+/// Length of a batch in time constants of the observer: much longer than its memory.
+const BATCH_TIME_CONSTANTS: f64 = 20.0;
 
 impl BatchMeans {
     fn new(joints: usize, length: f64) -> BatchMeans {

@@ -5,6 +5,7 @@ use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseSc
 use crate::replay::artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::DIRECTIONS;
+use crate::replay::load_noise;
 use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS, square};
 use crate::replay::observers::Observers;
 use crate::replay::wrench::ContactWrench;
@@ -78,8 +79,6 @@ impl Run {
         let weight = 1.0 - settings.period / DRIFT_MEMORY_S;
         let drift = |band: &online::Band<f64>| {
             let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
-            // Its deviation contains errors of parameters, which do not average out.
-            let correlation = correlation.max(1.0);
             Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
         };
         let regressor = cycles.model.regressor();
@@ -87,7 +86,7 @@ impl Run {
         Run {
             observers: Observers::new(n, settings.order),
             detector: ContactDetector::new(settings.threshold, settings.significant, settings.hold),
-            loads: LoadMonitor::new(Payload::new(start, correlation), decision),
+            loads: LoadMonitor::new(Payload::new(start, noise.load_correlation(settings.period)), decision),
             scales: noise.scales(),
             drifts: noise.bands.iter().map(drift).collect(),
             replay: Replay::new(log, regressor.coordinates().to_vec(), units.collect(), settings.threshold),
@@ -163,9 +162,7 @@ impl Run {
                 self.saturated[j] += cycle.period;
                 continue;
             }
-            let deviation = band.deviation(seen.slowness, 0.0);
-            // Static friction of a joint at rest may carry a load, so such a joint does not tell of it.
-            if band.dry_at(seen.slowness) < deviation {
+            if let Some(deviation) = load_noise::deviation(band, seen.slowness) {
                 self.loads.push(&seen.load, seen.torque, deviation, &shared[j], n);
             }
             if !contact.is_contact && joint.speed.abs() > band.speed {

@@ -1,0 +1,107 @@
+//! How much the noise of the observer moves the estimate of a load, from logs without a load.
+//!
+//! In windows of such a log, the parameters of a load are estimated although there is none. With R of the QR decomposition of the
+//! weighted rows, the estimates x = inv(R) z have
+//!
+//! ```text
+//! f = mean z'z / freedom          freedom = 10 - tr(inv(P) inv(R) inv(R)')
+//! ```
+//! f is 1 for independent errors. It is larger for correlated ones, and smaller where the noise of the velocity dominates, because r
+//! contains its derivative, which averages out. P: what is possible; it takes the freedom of parameters that a window does not show.
+
+use online::{Band, Payload};
+
+use crate::replay::observers::Seen;
+use crate::replay::run::load_start;
+
+/// Length of a window, s: the time in which the estimate of a load settles.
+const WINDOW_S: f64 = 5.0;
+/// Largest mass of a load that is possible, kg. It hardly matters, because a window determines a mass within a tenth of it.
+const POSSIBLE_MASS_KG: f64 = 10.0;
+/// With less freedom than this, f is unknown and counts as 1.
+const LEAST_FREEDOM: f64 = 5.0;
+
+/// Estimates of no load in windows.
+pub(crate) struct LoadNoise {
+    window: Payload<f64, 0>,
+    age: f64,
+    /// Sum of z'z, its freedom, the time of all windows, s, and the number of their cycles.
+    square: f64,
+    freedom: f64,
+    time: f64,
+    cycles: f64,
+}
+
+impl LoadNoise {
+    pub(crate) fn new() -> LoadNoise {
+        let window = Payload::new(load_start(POSSIBLE_MASS_KG), 1.0);
+        LoadNoise { window, age: 0.0, square: 0.0, freedom: 0.0, time: 0.0, cycles: 0.0 }
+    }
+
+    /// Takes a cycle of all joints. `period`: s.
+    pub(crate) fn add(&mut self, period: f64, seen: &[Seen], bands: &[Band<f64>]) {
+        for (seen, band) in seen.iter().zip(bands) {
+            if let Some(deviation) = deviation(band, seen.slowness) {
+                self.window.push(&seen.load, seen.torque, deviation, &[]);
+            }
+        }
+        (self.age, self.time, self.cycles) = (self.age + period, self.time + period, self.cycles + 1.0);
+        if self.age >= WINDOW_S {
+            let inverse = self.window.inverse_triangle();
+            let rows = inverse.iter().zip(load_start(POSSIBLE_MASS_KG));
+            let possible: f64 = rows.map(|(row, start)| row.iter().map(|x| x * x).sum::<f64>() / (start * start)).sum();
+            self.square += self.window.explained_square();
+            self.freedom += 10.0 - possible;
+            self.end();
+        }
+    }
+
+    /// Drops the present window, for example at the end of a record.
+    pub(crate) fn end(&mut self) {
+        self.window.reset();
+        self.age = 0.0;
+    }
+
+    /// f times the period of these cycles, s: f of other cycles is this divided by their period. `None` if the windows are too few.
+    pub(crate) fn time(&self) -> Option<f64> {
+        (self.freedom > LEAST_FREEDOM).then(|| self.square / self.freedom * self.time / self.cycles)
+    }
+}
+
+/// The standard deviation of a joint's torque for the estimate of a load, N m (N); `None` if static friction may carry the load.
+pub(crate) fn deviation(band: &Band<f64>, slowness: f64) -> Option<f64> {
+    let deviation = band.deviation(slowness, 0.0);
+    (band.dry_at(slowness) < deviation).then_some(deviation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Random;
+
+    /// Independent errors have f = 1, differences of independent errors less, and sums over ten cycles some ten times more.
+    #[test]
+    fn the_factor_is_that_of_the_errors() {
+        let band = Band { noise: 0.5, low_speed: 0.0, dry: 0.0, speed: 0.1 };
+        let factor = |kind: usize| {
+            let (mut random, mut noise) = (Random::new(4), LoadNoise::new());
+            let (mut before, mut sum) = (0.0, 0.0);
+            for k in 0..30_000 {
+                let t = 0.01 * f64::from(k);
+                let error = random.normal();
+                sum = 0.9 * sum + error;
+                // Each has a variance of 1.
+                let torque = 0.5 * [error, (error - before) / 2.0_f64.sqrt(), sum * (1.0_f64 - 0.81).sqrt()][kind];
+                before = error;
+                let load = std::array::from_fn(|c| ((0.3 + 0.4 * c as f64) * t + 0.7 * c as f64).sin());
+                noise.add(0.01, &[Seen { torque, load, friction: [0.0; 2], slowness: 0.0 }], &[band]);
+            }
+            noise.time().unwrap() / 0.01
+        };
+        // 60 windows with ten parameters: f has a relative standard deviation of sqrt(2/600) = 6 %; four are allowed.
+        assert!((factor(0) - 1.0).abs() < 0.24, "{}", factor(0));
+        assert!(factor(1) < 0.05, "{}", factor(1));
+        // (1 + .9) / (1 - .9) = 19 at frequencies far below the corner of 10/s x .1; the rows have up to 4 rad/s.
+        assert!((factor(2) / 19.0 - 1.0).abs() < 0.35, "{}", factor(2));
+    }
+}
