@@ -19,7 +19,7 @@ use crate::solid::Solid;
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// If the clearance of a pair is at least this, m, the pair is not crowded (its clearance is not little).
+    /// Threshold, m: a pair with at least this clearance is not crowded (its clearance is not little).
     enough: f64,
 }
 

@@ -22,9 +22,9 @@ pub const DEFAULT_DISTANCE_M: f64 = 0.01;
 /// If no distance is requested, the least distance of a pair is at most this share of its room. Room: the distance that the pair
 /// exceeds in a tenth of the sampled poses (see `sampled_room`).
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// Additional distance (reserve) above the bound of a gap that a search for motions keeps if there is enough room, m.
+/// Reserve, m: additional distance above the bound of a gap. A search for motions keeps it if there is enough room.
 pub(crate) const RESERVE_M: f64 = 0.004;
-/// If there is less room, the reserve is this share of the distance by which the room exceeds the bound.
+/// With less room, the reserve is this share of the difference between room and bound.
 const RESERVE_SHARE: f64 = 0.25;
 /// Smallest reserve (additional distance that a search keeps) of a gap, m.
 const LEAST_RESERVE_M: f64 = 1e-7;
@@ -146,8 +146,7 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // If the pair exceeds the distance `enough` in a tenth of the sampled poses, this distance need not be known
-                // exactly: the bound is the same.
+                // A room above `enough` need not be known exactly, because the bound is the same for all such rooms.
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
                 // The distance between the bodies on the two sides of one joint is equal at every angle, so no motion can
@@ -191,8 +190,8 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// If the room of a pair (the distance that it exceeds in a tenth of the sampled poses) is above this value, m, the exact room
-/// does not change the least distance.
+/// Room of a pair, m, above which its exact value does not change the least distance of the pair. Room: the distance that the
+/// pair exceeds in a tenth of the sampled poses.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,

@@ -16,8 +16,9 @@ use robot::Pose;
 use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
-/// Required accuracy of the nearest points if a search starts from a seed, m. At the round side of a cylinder, any search stops
-/// some micrometres early. If the accuracy is not reached, the search is repeated without the seed.
+/// Required accuracy, m, of the nearest points if a search starts from a seed (the result of an earlier search). If the
+/// accuracy is not reached, the search is repeated without the seed. A smaller value is not possible, because at the round side
+/// of a cylinder any search stops some micrometres early.
 const FOUND_WITHIN_M: f64 = 1e-5;
 
 /// A solid together with its pose.
@@ -94,7 +95,7 @@ pub(crate) struct Seed {
 
 /// The result of a search for the nearest points of two solids.
 pub(crate) enum Nearest {
-    /// The distance is larger than requested. Fields: a lower bound of it, m, and the unit vector from b to a.
+    /// The distance is larger than requested. Fields: a lower bound of the distance, m, and the unit vector from b to a.
     Beyond(f64, Vector3),
     /// The distance of the solids, which is not larger than requested.
     At(Separation),

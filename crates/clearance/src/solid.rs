@@ -68,7 +68,7 @@ const WORST_SHARE: f64 = 0.7;
 /// only.
 const SAME_DIRECTION: f64 = 0.995;
 
-/// If all coordinates of a mesh are below this, m, it is scaled up before distances are measured.
+/// A mesh is scaled up before distances are measured if all its coordinates are below this value, m.
 const RESCALED_MESH_SIZE_M: f64 = 1e-3;
 
 impl Solid {

@@ -338,8 +338,8 @@ fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight],
     }
 }
 
-/// Applies one reflection to columns of the triangle and of the rows. It is given by `lead` = R_kk - beta_k, `factor` = T_kk, and
-/// column x of the rows. `columns`: index of each column in R and in the rows.
+/// Applies one reflection to columns of the triangle and of the rows. The reflection is given by `lead` = R_kk - beta_k,
+/// `factor` = T_kk, and column x of the rows. `columns`: index of each column in R and in the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
     r: &mut [f64],

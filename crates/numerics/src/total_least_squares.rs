@@ -1,8 +1,8 @@
 //! Solves mixed least squares and total least squares: some columns are exact, others noisy.
 //!
-//! [W_1 | W_2] [X_1; X_2] = y; W_1: exact columns, W_2, y: noisy. A QR decomposition eliminates the exact columns and gives [R_22
-//! S, r_2], with the scaling S = diag(s). The right singular vector of its smallest singular value gives X_2, and X_1 follows by
-//! back substitution [Golub, Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
+//! [W_1 | W_2] [X_1; X_2] = y; W_1: exact columns, W_2, y: noisy. A QR decomposition eliminates the exact columns and gives
+//! [R_22 S, r_2], with the scaling S = diag(s). The right singular vector of the smallest singular value of [R_22 S, r_2] gives
+//! X_2, and X_1 follows by back substitution [Golub, Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
 //!
 //! Each noisy column is divided by the ratio of the standard deviation of its noise to the standard deviation of the noise of y,
 //! both after projection. Unscaled columns with different noise give biased results.

@@ -24,7 +24,7 @@ impl<R: Real> Drift<R> {
     }
 
     /// Takes one update. `speed`, `direction`: dq and its sign, both through the filter of the observer; `torque`: r, N m (N);
-    /// `deviation`: its standard deviation without contact.
+    /// `deviation`: standard deviation of r without contact.
     pub fn push(&mut self, speed: R, direction: R, torque: R, deviation: R) {
         let weight = R::ONE / deviation;
         self.recursion.forget(self.root_of_weight);

@@ -168,8 +168,8 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
     let slack = bound - known;
     let of = |i: usize| {
         let net_gain = tangent.gain[i] - price;
-        // Each run more (or less) of candidate i changes the tangent by the net gain. After this number of steps in the direction
-        // in which the tangent decreases, it is at most the known value.
+        // One more run (or one less) of candidate i changes the tangent by the net gain. After `steps` such changes in the
+        // direction in which the tangent decreases, the tangent is at most the known value.
         let steps = (slack / net_gain.abs()).floor();
         let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);

@@ -11,8 +11,8 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// If the residual is above this multiple of the noise, it is not only noise. Another interpretation of the log explains the
-/// residual if it reduces it at least by this factor.
+/// A residual above this multiple of the noise is not only noise. Another interpretation of the log explains the residual if it
+/// divides the residual by at least this factor.
 pub(super) const NOISE_RATIO: f64 = 3.0;
 /// Lever arm that converts torques to forces if both are combined in one number, m.
 pub(super) const ARM_M: f64 = 0.1;

@@ -42,8 +42,8 @@ const ZERO_SHARE: f64 = 1e-8;
 /// A direction in the space of the parameters is not identifiable if its singular value is below this fraction of the largest
 /// one.
 const NOT_IDENTIFIABLE: f64 = 1e-6;
-/// The independent columns of the regressor are found at random postures. There are at least this number of postures;
-/// `ROWS_PER_PARAMETER`: rows per parameter.
+/// Least number of random postures at which the independent columns of the regressor are found. `ROWS_PER_PARAMETER`: rows per
+/// parameter.
 const MIN_RANDOM_POSTURES: usize = 20;
 const ROWS_PER_PARAMETER: usize = 4;
 /// Range of prismatic joints at the random postures, m.
