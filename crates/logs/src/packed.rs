@@ -42,7 +42,7 @@ enum RowIndices {
 /// The code for -0, which no integer can represent.
 const MINUS_ZERO: i32 = i32::MIN;
 
-/// If this is added to a number below 2^31, the lower half of the sum is the nearest integer.
+/// If this number is added to a number below 2^31, the lower half of the sum is the nearest integer.
 const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 
 /// The powers of ten that are tried as divisors.

@@ -32,7 +32,7 @@ pub(crate) enum Linkage {
 const CLOSED_GAP: f64 = 1e-5;
 /// Opposite sides count as parallel and equal if their vectors differ by at most this, relative to the longest side.
 const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
-/// The search ends if the gap is below this. Lengths are relative to the longest side, angles in rad.
+/// The search ends if the gap is below this value. Lengths are relative to the longest side, angles in rad.
 const SEARCH_END_GAP: f64 = 1e-14;
 /// Largest number of steps of the search. Near a solution, a few steps are enough for two or three unknowns.
 const MAX_SEARCH_STEPS: usize = 60;

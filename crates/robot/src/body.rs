@@ -6,33 +6,34 @@ use crate::inertial::{Part, Pose, turned_inertia};
 use crate::robot::{JointKind, Link, LinkId, Robot};
 use crate::vector::{Vector3, norm};
 
-/// A rigid body, its six numbers as they stand in the file.
+/// A rigid body with the six numbers of its inertia as the file gives them.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     pub name: String,
     /// The moving link that carries the body; `None`: the base.
     pub link: Option<LinkId>,
-    /// Whether it is the body of the moving link or of the root itself, not one that is fixed to it.
+    /// Whether this body is the moving link or the root itself, and not a body that is fixed to one of them.
     pub own: bool,
     pub mass: f64,
     /// The six numbers of the file: xx xy xz yy yz zz.
     pub given: [f64; 6],
     /// Whether `given` is about the origin of the frame; otherwise it is about the centre of mass.
     pub about_origin: bool,
-    /// Pose of the inertial frame in the frame of the body in the file. Its origin is the centre of mass.
+    /// Pose of the inertial frame in the frame that the file gives the body. The origin of the inertial frame is the centre of
+    /// mass.
     pub pose: Pose,
-    /// The room of its shapes, in the frame of the body in the file; `None` if it is not known.
+    /// The extent of the body's collision shapes, in the frame that the file gives the body; `None` if it is not known.
     pub extent: Option<Extent>,
     pub has_shape: bool,
-    /// The room of its visual shapes where it has no collision shapes; they often show a part of the body alone.
+    /// If the body has no collision shapes: the extent of its visual shapes, which often show only a part of the body.
     pub drawn: Option<Extent>,
-    /// Whether a joint turns it, so that its inertia has an effect. The base counts as turning.
+    /// Whether a joint rotates the body, so that its inertia has an effect. The base counts as rotating.
     pub turns: bool,
-    /// Whether no other link is behind its link.
+    /// Whether the link of this body carries no other link.
     pub is_last: bool,
     /// Length of the longest chain of joints of the robot, m.
     pub reach: f64,
-    /// Mass of all other bodies, kg, and the number of those with a mass.
+    /// Mass of all other bodies, kg, and the number of other bodies that have a mass.
     pub others: (f64, usize),
 }
 
@@ -90,8 +91,8 @@ pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     found
 }
 
-/// `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link's own. `shapes`: collision
-/// shapes of the link, and visual shapes of the robot.
+/// Makes the body of a part. `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link
+/// itself. `shapes`: collision shapes of the link, and visual shapes of the robot.
 fn body(
     part: &Part,
     link: Option<LinkId>,

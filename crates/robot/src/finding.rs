@@ -24,7 +24,7 @@ pub struct Finding {
 pub struct Repair {
     /// The change as a clause.
     pub text: String,
-    /// The bodies with the change. Empty if the values are not determined by those of the file.
+    /// The bodies after the change. Empty if the numbers of the file do not determine all new values.
     pub bodies: Vec<RepairedBody>,
 }
 
@@ -37,7 +37,7 @@ pub struct RepairedBody {
     pub mass: f64,
     /// Pose of the inertial frame in the frame that the file gives the body.
     pub pose: Pose,
-    /// Whether the pose is another one than in the file.
+    /// Whether the pose differs from the pose in the file.
     pub is_moved: bool,
     /// Inertia about the centre of mass, in the axes of the inertial frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
@@ -120,7 +120,7 @@ pub enum Mistake {
     Size,
     /// The mass does not fit the masses of the other bodies.
     MassBesideOthers,
-    /// The mass of all bodies together is not that of the data sheet.
+    /// The total mass of all bodies differs from the mass in the data sheet.
     TotalMass,
     /// The left body and the right body are not mirror images.
     NotMirrored,

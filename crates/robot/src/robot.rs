@@ -42,7 +42,7 @@ pub struct Robot {
     /// Notes on angles and axes that were replaced by exact values when the file was read. In these values, the robot differs
     /// from the file in the last digits.
     pub snapped: Vec<Note>,
-    /// The shapes that are only drawn, of the links without a collision shape. The pose is in the frame that the file gives the link.
+    /// The visual shapes of links without a collision shape. The pose is in the frame that the file gives the link.
     pub visuals: Vec<Collision>,
     /// Findings on the text of the file. [`crate::lint`] includes them in its findings.
     pub oddities: Vec<Finding>,

@@ -71,7 +71,7 @@ pub trait Surroundings: Sync {
     fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// Time intervals shorter than this are not halved, s, because no body moves by a micrometre in them.
+/// Time intervals shorter than this value, s, are not halved, because no body moves by a micrometre in them.
 const SHORTEST_PART_S: f64 = 1e-7;
 /// Greatest number of evaluated distances in a proof, in addition to the first intervals. A distance that is not proved by then
 /// stays unproven.

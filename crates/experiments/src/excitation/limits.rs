@@ -120,10 +120,10 @@ pub struct AskedLimits {
 /// Smallest accepted limit of velocity, rad/s (m/s). With a smaller limit, a turn takes 70 days and a search does not end.
 const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
-/// A position limit beyond this counts as no limit, rad (m): some files use 1e16 for a missing limit.
+/// A position limit beyond this value, rad (m), counts as no limit: some files use 1e16 for a missing limit.
 pub const FARTHEST_POSITION: f64 = 1e3;
-/// A velocity limit above this counts as no limit, rad/s (m/s), because products with such a velocity lose the gravity terms to
-/// rounding.
+/// A velocity limit above this value, rad/s (m/s), counts as no limit, because products with such a velocity lose the gravity
+/// terms to rounding.
 pub const FASTEST_VELOCITY: f64 = 1e4;
 /// Half the position range that a locked joint gets, rad (m); it covers rounding errors.
 const LOCKED_HALF_RANGE: f64 = 1e-9;

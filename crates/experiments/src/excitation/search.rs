@@ -98,7 +98,7 @@ const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
 /// Number of starts in a round. All starts of a round after the first redraw joints of the motion that was the best before the
 /// round. The number is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Number of joints that such a start replaces in the best motion by randomly drawn ones.
+/// Number of joints that a start of a later round replaces in the best motion by randomly drawn ones.
 const REDRAWN_JOINTS: usize = 2;
 /// Greatest number of motions that are drawn at random for one start of a robot without bodies.
 const MAX_DRAWS_PER_START: usize = 60;
@@ -106,9 +106,9 @@ const MAX_DRAWS_PER_START: usize = 60;
 const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// For a start of a robot with bodies: greatest number of random centres that are tested, and greatest number of motions that are
-/// tried about the centres without collision. After that, a descent searches the centre, because such a robot has hardly any free
-/// pose.
+/// For a start of a robot with bodies. This number limits both the random centres that are tested and the motions that are
+/// tried about collision-free centres. After that, a descent searches the centre, because such a robot has hardly any
+/// collision-free pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
 /// Greatest number of times that a motion about a centre found by descent is scaled down. A smaller motion cannot separate the

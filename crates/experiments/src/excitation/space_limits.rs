@@ -19,7 +19,7 @@ pub struct SpaceLimits {
     /// Boxes that links must stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least allowed distance between links of the robot, m. Not given: `spacing`, or, if this is less, half of the distance that
+    /// Least allowed distance between links of the robot, m. Not given: the smaller of `spacing` and half of the distance that
     /// the pair exceeds in a tenth of the sampled poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,

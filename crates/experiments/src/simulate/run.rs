@@ -13,7 +13,7 @@ use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
 /// Stages of Runge-Kutta 4. For each: its weight in the sum, and the time of the next stage as a fraction of the step.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
-/// A simulated motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
+/// A simulated motion counts as diverged if a position, rad (m), or a velocity, rad/s (m/s), exceeds this value.
 const DIVERGENCE_BOUND: f64 = 1e6;
 
 impl Simulation<'_> {

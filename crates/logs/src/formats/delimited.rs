@@ -211,7 +211,7 @@ impl<'a> TableReader<'a> {
         self.window.drain(..self.at);
         self.at = 0;
         let missing = (BLOCKS_PER_WINDOW * MAX_ROW_BYTES - unread) as u64;
-        // Exactly, because growth by doubling would take up to twice a window.
+        // Reserves exactly the needed memory, because growth by doubling would take up to twice a window.
         self.window.reserve_exact(missing as usize);
         let read = self.text.by_ref().take(missing).read_to_end(&mut self.window).map_err(|e| {
             let line = self.ends + 1 + memchr_iter(b'\n', &self.window).count();

@@ -19,7 +19,7 @@ use crate::formats::arrays::Array;
 use crate::formats::records::{Records, named};
 use crate::table::Table;
 
-/// Memory of a parsed value per byte of its text, at most: `1,` becomes one value.
+/// Largest memory of a parsed value, per byte of its text. The worst case is `1,`, which becomes one value.
 const VALUE_BYTES_PER_BYTE: usize = size_of::<Value>() / 2;
 
 /// An example of a row.

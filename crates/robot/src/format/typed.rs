@@ -61,7 +61,7 @@ impl de::Error for Unexpected {
     }
 }
 
-/// A value of the tree, together with the YAML text, which shows how scalars are spelled.
+/// A value of the tree, together with the YAML text. The text shows how scalars are spelled.
 #[derive(Clone, Copy)]
 struct TypedValue<'a> {
     node: &'a Node,

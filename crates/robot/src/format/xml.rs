@@ -36,7 +36,8 @@ pub(in crate::format) fn document<'a>(
     })
 }
 
-/// The first mistake for which a text is no XML within the bounds; `None` if there is none, or if it exceeds the bounds.
+/// The first mistake for which a text is not valid XML within the bounds. `None` if there is no mistake, or if the text exceeds
+/// the bounds.
 pub(in crate::format) fn mistake(text: &str) -> Option<roxmltree::Error> {
     let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
     crowded(text).is_none().then(|| Document::parse_with_options(text, options).err())?

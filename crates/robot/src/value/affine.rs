@@ -54,8 +54,8 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
-            // The product of a constant and an affine value: it is an exact expression in the offset, but a number in the
-            // coefficients.
+            // The product of a constant and an affine value. In the offset, the constant stays an exact expression; in the
+            // coefficients, it becomes a number.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {

@@ -122,8 +122,8 @@ impl Value {
         }
     }
 
-    /// Numerator and denominator if the value is a rational multiple of pi, `num/den * pi`, with small integers (`5*pi/6`,
-    /// `-pi`, zero, a symbol with such a value); otherwise `None`.
+    /// Numerator and denominator if the value is a rational multiple of pi, `num/den * pi`, with small integers; otherwise
+    /// `None`. Examples: `5*pi/6`, `-pi`, zero, and a symbol with such a value.
     pub fn as_multiple_of_pi(&self, symbols: &[Symbol]) -> Option<(i64, i64)> {
         let (a, b) = self.as_affine_in_pi(symbols)?;
         if b.0 == 0 { Some(a) } else { None }

@@ -87,7 +87,8 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
     Proposal { names, ..proposal }
 }
 
-/// The proposal where all columns are found by their names: units that no header names and that the values contradict.
+/// The proposal if all columns are found by their names. It then contains only units, for columns whose header names no unit,
+/// if the values contradict the default unit.
 fn of_names(
     (table, coordinates): (&Table, &[String]),
     mapping: Columns,

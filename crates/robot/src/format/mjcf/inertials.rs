@@ -75,7 +75,7 @@ impl<'a> MjcfShape<'a> {
             };
             has = has.max(if has > 0 { 3 } else { 0 });
         }
-        // A shape that is fitted to a mesh takes its size from there.
+        // A shape that is fitted to a mesh takes its size from the mesh.
         if view.get("mesh").is_none() && (has < needed || size[..needed].iter().any(|x| *x <= 0.0)) {
             let message = format!("{}: a {kind} has {needed} sizes above 0 in `size`", view.element.called());
             return Err(view.element.error(message));
