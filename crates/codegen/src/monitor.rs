@@ -36,12 +36,12 @@ pub struct Monitor {
     pub factor: Vec<Vec<f64>>,
     /// Number of columns of `factor`.
     pub directions: usize,
-    /// Standard deviations of the parameters of the loads that are possible.
+    /// Standard deviation of each load parameter before the first row, for the loads that are possible.
     pub load_start: [f64; 10],
     /// Four constants: time for which a contact must last before it may be a load, s; time at the beginning of the contact in
     /// which no rows are used, s; memory of the misfit, s; largest misfit.
     pub decision: [f64; 4],
-    /// Memory of the scale of the noise, s.
+    /// Memory (averaging time) of the scale of the noise, s.
     pub scale_memory: f64,
 }
 

@@ -361,7 +361,7 @@ fn reflect_columns<V: Four, const Y: usize>(
     subtract::<V, 1, Y>(rows, [x], y, f);
 }
 
-/// Four reflections: R_kk - beta_k, T, and the columns x_k of the rows.
+/// Four combined reflections. `lead`: R_kk - beta_k; `t`: T; `x`: places in a row of the columns x_k.
 struct Reflections {
     lead: [f64; 4],
     t: [[f64; 4]; 4],

@@ -41,8 +41,8 @@ impl<R: Real> ContactDetector<R> {
         ContactDetector { threshold, significant, hold, quiet: R::ZERO, is_contact: false }
     }
 
-    /// Takes one cycle. `ratios`: external torque of each joint divided by its standard deviation, in the order of the joints from
-    /// the base; `period`: time since the cycle before, s. A ratio that is NaN counts as no contact.
+    /// Takes one cycle. `ratios`: external torque of each joint divided by its standard deviation, in the order of the joints
+    /// from the base; `period`: time since the previous cycle, s. A ratio that is NaN counts as no contact.
     pub fn step(&mut self, ratios: impl IntoIterator<Item = R>, period: R) -> Contact {
         let (mut largest, mut last_joint) = (R::ZERO, None);
         for (k, ratio) in ratios.into_iter().enumerate() {

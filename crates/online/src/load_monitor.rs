@@ -9,7 +9,7 @@ use crate::contact::Contact;
 use crate::payload::{Load, Payload};
 use crate::real::Real;
 
-/// When a contact is taken for a change of the load.
+/// The conditions for taking a contact for a change of the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadDecision<R> {
     /// Time for which the contact must last, s.
@@ -45,7 +45,7 @@ pub struct LoadMonitor<R, const D: usize> {
     /// Parameters of `current` at the beginning of the update.
     candidate: [R; 10],
     phase: Phase,
-    /// Whether a load was found at all. Before, noise is not taken for a small load.
+    /// Whether a load has been found so far. Before that, noise is not taken for a small load.
     has_load: bool,
     age: R,
     misfit: R,
@@ -81,7 +81,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.carried.parameters.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h)
     }
 
-    /// The variance of that torque by the noise of the estimate, N^2 m^2 (N^2); zero before a load was found.
+    /// The variance of the torque of [`LoadMonitor::explained`], from the noise of the estimate, N^2 m^2 (N^2); zero before a
+    /// load was found.
     pub fn variance(&self, row: &[R; 10]) -> R {
         let mut sum = R::ZERO;
         for c in 0..row.len() {
@@ -93,7 +94,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.current.correlation() * sum
     }
 
-    /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the update before, s.
+    /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the previous
+    /// update, s.
     pub fn begin(&mut self, contact: Contact, period: R) {
         let is_late = self.age > self.decision.time;
         match (contact.is_contact, self.phase) {
@@ -195,7 +197,8 @@ mod tests {
         }
         let [(up, mass, sigma), (down, left, of_left)] = changes[..] else { panic!("{changes:?}") };
         assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
-        // One draw: four standard deviations are allowed. In a second, ten waves of similar frequency leave 0.15.
+        // Only one random sequence is tested, so the limit is four standard deviations. The ten columns are waves of similar
+        // frequency. After the decision time of one second they leave a standard deviation of 0.15 kg.
         assert!((mass - 2.0).abs() < 4.0 * sigma && left.abs() < 4.0 * of_left && sigma < 0.2, "{changes:?}");
     }
 }

@@ -87,7 +87,7 @@ impl<R: Real, const D: usize> Payload<R, D> {
     /// The load with its standard deviations. The load need not be physically possible; [`possible`] gives a possible one.
     pub fn load(&self) -> Load<R> {
         let inverse = self.recursion.inverse_triangle();
-        // inv(R)' times the sums, then inv(R) times that: K.
+        // K = inv(R) (inv(R)' S), S: the sums in `shared`. `halfway`: inv(R)' S.
         let mut sigma = [R::ZERO; TEN];
         let mut halfway = [[R::ZERO; D]; TEN];
         for (k, half) in halfway.iter_mut().enumerate() {
@@ -241,7 +241,8 @@ mod tests {
         }
         let load = payload.load();
         assert_eq!(load.is_determined.map(u8::from), [0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
-        // The start at zero with a deviation of 1 kg pulls by the ratio of the variances, (0.2 / 9.81)^2 / 100.
+        // The estimate starts at zero with a standard deviation of 1 kg. This biases the mass by the ratio of the variances,
+        // (0.2 / 9.81)^2 / 100.
         assert!((load.parameters[9] - 0.5).abs() < 1e-5, "{load:?}");
         payload.reset();
         assert_eq!(payload.load().parameters, [0.0; TEN]);
@@ -249,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_possible_load_stays_and_an_impossible_one_keeps_mass_and_centre() {
-        // Two point masses and a third: a body with positive second moments.
+        // Three point masses: a body with positive second moments.
         let mut body = [0.0; TEN];
         for (m, [x, y, z]) in [(1.0, [0.1, 0.0, 0.2]), (0.5, [-0.1, 0.3, 0.0]), (0.7, [0.0, -0.1, -0.2])] {
             let ten = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0];

@@ -128,7 +128,7 @@ mod tests {
         let (x, y) = (slow.solution(), single.solution());
         // The weight of the rows before the change is 0.99^2000 = 2e-9.
         assert!((x[0] - 3.0).abs() < 1e-6 && (x[1] + 1.0).abs() < 1e-6, "{x:?}");
-        // Single precision has 6e-8, and the memory is a hundred rows.
+        // Rounding in single precision is 6e-8, and the memory is a hundred rows.
         assert!((f64::from(y[0]) - 3.0).abs() < 1e-4 && (f64::from(y[1]) + 1.0).abs() < 1e-4, "{y:?}");
     }
 

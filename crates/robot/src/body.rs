@@ -50,13 +50,14 @@ impl Body {
         [half_trace - x[0], -x[1], -x[2], half_trace - x[3], -x[4], half_trace - x[5]].map(|s| s / self.mass)
     }
 
-    /// The centre of mass, seen from the inertial frame, relative to the origin of the frame of the file.
+    /// The vector from the origin of the frame that the file gives the body to the centre of mass, in the axes of the inertial
+    /// frame.
     pub(crate) fn centre_from_origin(&self) -> Vector3 {
         self.pose.inverse().position.map(|x| -x)
     }
 }
 
-/// Six numbers with m (c.c E - c c^T) added.
+/// The six numbers of an inertia plus the parallel-axis term m (c.c E - c c^T), for a shift by c.
 pub(crate) fn shifted(six: &[f64; 6], mass: f64, [x, y, z]: Vector3) -> [f64; 6] {
     let shift = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
     std::array::from_fn(|k| six[k] + mass * shift[k])
@@ -130,12 +131,12 @@ fn about_origin(link: &Link, x: &[f64; 10], j: usize) -> Body {
     Body { about_origin: true, ..body(&part, Some(LinkId(j)), (&Pose::IDENTITY, true), [&[], &[]], &|_| None) }
 }
 
-/// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames, and of the travel of
-/// prismatic joints; infinite without their limits.
+/// Length of the longest chain of joints, m. It is the sum of the distances between the origins of the joint frames, and of the
+/// travel of prismatic joints; infinite if a prismatic joint has no limits.
 fn reach(robot: &Robot) -> f64 {
     let mut so_far: Vec<f64> = Vec::new();
     for link in &robot.links {
-        // The frame of the file is at the joint; Khalil's frame may be anywhere on its axis.
+        // The frame of the file is at the joint; Khalil's frame may be anywhere on the joint axis.
         let own = link.geometry.pose(&robot.symbols, 0.0, 0.0).compose(&link.file_frame);
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| robot.link(i).file_frame);
         let step = norm(before.inverse().compose(&own).position);

@@ -1,8 +1,9 @@
-//! Judges the inertial parameters of one body: what is impossible, and what is possible but hardly meant.
+//! Judges the inertial parameters of one body: finds values that are impossible, and values that are possible but probably not
+//! intended.
 //!
-//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part
-//! of the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of
-//! the principal moments. S/m is the matrix of second moments about the centre of mass, which the room of the shapes bounds.
+//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part of
+//! the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of the
+//! principal moments. S/m is the matrix of second moments about the centre of mass. The extent of the shapes bounds S/m.
 //!
 //! A body of mass m and density of at most rho has at least the radius of gyration of a ball with the same mass and the
 //! density rho: sqrt(2/5) (3 m/(4 pi rho))^(1/3). rho is the density of the densest metal.
@@ -80,7 +81,8 @@ fn fits_well(body: &Body) -> bool {
     given <= 0.5 * extent.diagonal() && given >= SOUND_SPREAD * even
 }
 
-/// Root of the mean square of the distance of the mass from its centre, m, from the matrix of second moments.
+/// Radius of the mass distribution (root mean square distance from the centre of mass), m. `second`: matrix of second moments
+/// divided by the mass.
 pub(crate) fn spread(second: &[f64; 6]) -> f64 {
     (second[0] + second[3] + second[5]).max(0.0).sqrt()
 }
@@ -161,7 +163,7 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
     found
 }
 
-/// Why no body has the moments.
+/// The reason why no body can have these principal moments, as a clause.
 fn impossible([least, middle, most]: [f64; 3]) -> String {
     let size = most.abs().max(least.abs());
     let [a, b, c] = [least, middle, most].map(|x| if x.abs() < ROUNDING * size { 0.0 } else { shown(x, 5) });
@@ -207,7 +209,8 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
     }
 }
 
-/// Compares the mass with the volume of the shapes and with the other bodies. Returns whether the shapes are too small.
+/// Compares the mass with the volume of the shapes and with the other bodies. Returns whether the shapes are too small for the
+/// mass.
 fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String)) -> bool {
     let mut is_small = false;
     if let Some((extent, volume)) = body.extent.as_ref().and_then(|e| Some((e, e.volume?))) {

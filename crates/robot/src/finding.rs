@@ -15,7 +15,7 @@ pub struct Finding {
     pub fact: String,
     /// The numbers of the first subject; may be empty.
     pub evidence: String,
-    /// The only repair that makes every subject plausible; `None` if none does, or if several do.
+    /// The only repair that makes every subject plausible; `None` if there is no such repair, or more than one.
     pub repair: Option<Repair>,
 }
 
@@ -48,9 +48,9 @@ pub struct RepairedBody {
 pub enum Severity {
     /// No robot can have the values, or the whole file is useless for dynamics.
     Error,
-    /// The values are possible, but were hardly meant.
+    /// The values are possible, but probably not intended.
     Warning,
-    /// The values may be right. They are worth knowing.
+    /// The values may be right, but the user should know them.
     Note,
 }
 
@@ -124,9 +124,9 @@ pub enum Mistake {
     TotalMass,
     /// The left body and the right body are not mirror images.
     NotMirrored,
-    /// The torque that gravity asks for in some posture is larger than the limit of the effort.
+    /// In some posture, the torque against gravity is larger than the effort limit.
     Effort,
-    /// Gravity never asks for a torque of the joint.
+    /// Gravity causes no torque about this joint in any posture.
     NoGravity,
     /// The file gives an entry of the symmetric inertia matrix twice, with two values.
     NotSymmetric,

@@ -15,15 +15,17 @@ use crate::vector::{Vector3, cross, dot, minus, plus_scaled, scaled, turned};
 
 /// Number of passes through the coordinates.
 const PASSES: usize = 3;
-/// Largest angle between gravity and a vertical axis, rad: angles in files have nine digits and more.
+/// An axis counts as vertical if its angle to gravity is at most this value, rad. Angles in files have at least nine digits.
 const UPRIGHT_SLACK: f64 = 1e-9;
 /// A torque exceeds the limit only if it is above this multiple of the limit, because limits are rounded.
 const EXCEEDED: f64 = 1.05;
 
-/// Adds the findings on the joints. `is_doubted`: whether a body is doubted, so that no torque is compared.
+/// Adds the findings on the joints. `is_doubted`: whether there is a finding on a mass; then torques are not compared with
+/// their limits.
 pub(crate) fn gravity_load(robot: &Robot, is_doubted: bool, findings: &mut Vec<Finding>) {
     let is_weightless = !robot.links.iter().any(|link| link.inertial.is_some_and(|x| x[9] > 0.0));
-    // A robot that floats stands in no posture without contacts; in a loop, joints share a load.
+    // A floating robot cannot hold a posture without contacts, and in a loop several joints share a load. Such robots are not
+    // checked.
     if is_weightless || robot.massless > 0 || !robot.loops.is_empty() {
         return;
     }
@@ -63,7 +65,7 @@ fn is_upright(robot: &Robot, j: LinkId) -> bool {
     robot.link(j).joint.kind == JointKind::Revolute && turning.all(is_parallel)
 }
 
-/// The largest absolute torque that was found, N m (N).
+/// The largest absolute torque of joint j against gravity that the search found, N m (N).
 fn worst(robot: &Robot, j: LinkId) -> f64 {
     let mut posture = start(robot);
     let mut best = torque(robot, j, &posture).abs();
@@ -93,7 +95,8 @@ fn is_before(robot: &Robot, i: LinkId, j: LinkId) -> bool {
     std::iter::successors(Some(j), |&j| robot.link(j).antecedent).any(|j| i == j)
 }
 
-/// Zero, or the nearest position within the limits.
+/// The posture at which the search starts: each coordinate at zero, or at the position within its limits that is nearest to
+/// zero.
 fn start(robot: &Robot) -> Vec<f64> {
     let mut posture = vec![0.0; robot.n_variables()];
     for (q, coordinate) in posture.iter_mut().zip(&robot.coordinates) {
@@ -187,7 +190,7 @@ mod tests {
         }
         let other = found("0 1 0", &of(50.0, 1.0, 3.0), &of(9.0, -3.0, 3.0));
         assert_eq!(other, [("j2".to_string(), Mistake::Effort)]);
-        // An effort of 0 is no limit; another finding says so.
+        // An effort limit of 0 does not count as a limit here; another finding reports it.
         let none = found("0 1 0", &of(0.0, -1.0, 1.0), &of(20.0, -3.0, 3.0));
         assert_eq!(none, [("j1".to_string(), Mistake::Limits)]);
     }

@@ -156,7 +156,7 @@ mod tests {
         sorted(&text)
     }
 
-    /// The mistakes that are no notes.
+    /// The kinds of all findings on a URDF, without findings that are only notes.
     fn sorted(text: &str) -> Vec<Mistake> {
         let found = lint(&read_urdf(text, "r.urdf").unwrap());
         found.into_iter().map(|f| f.mistake).filter(|m| m.severity() != Severity::Note).collect()
@@ -242,11 +242,11 @@ mod tests {
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.8], strong)), []);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 42.9], strong)), [Mistake::MassBesideOthers]);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], strong)), [Mistake::MassBesideOthers]);
-        // The motor of a finger is weak.
+        // The last body is a finger with a weak motor, so its small mass is no mistake.
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], [200.0, 200.0, 1.0])), []);
         assert_eq!(sorted(&arm([0.0; 4], strong)), [Mistake::NoMassAtAll]);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.0], strong)), [Mistake::NoMass]);
-        // A link without mass in the middle is usual, and so is a base without mass that does not float.
+        // A link without mass in the middle of a branch is usual. A base without mass is usual too if it does not float.
         assert_eq!(sorted(&arm([0.0, 2.0, 0.0, 0.8], strong)), []);
     }
 

@@ -7,9 +7,9 @@ use crate::finding::{Mistake, Repair, RepairedBody};
 use crate::robot::Format;
 use crate::vector::{norm, scaled};
 
-/// Least distance of a centre of mass that may be in mm, m.
+/// A centre of mass can be in mm only if its distance from the origin is at least this value, m.
 const NEAREST_CENTRE_IN_MM: f64 = 2.0;
-/// Least mass of a body that may be in g.
+/// A mass can be in g only if it is at least this value.
 const LEAST_MASS_IN_G: f64 = 10.0;
 /// Two corrections have the same result if the results differ by less than this, relative to the largest moment.
 const SAME_SHARE: f64 = 1e-6;
@@ -50,7 +50,7 @@ const UNITS: [(&str, [f64; 3]); 10] = [
     ("all in g and mm", [1e-3, 1e-3, 1e-9]),
 ];
 
-/// The only repair that makes a body plausible; `None` if none does, or if several do.
+/// The only repair that makes a body plausible; `None` if there is no such repair, or more than one.
 pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
     if doubts(body).first().is_none_or(|doubt| doubt.mistake == Mistake::Placeholder) {
         return None;
@@ -108,7 +108,8 @@ fn with(body: &Body, given: [f64; 6]) -> Option<Body> {
     (given != body.given).then(|| Body { given, ..body.clone() })
 }
 
-/// xx xy xz yx yy yz in the six slots: the two numbers xy and yx are equal. The missing zz is set to a value that is possible.
+/// Corrects this slip: the file has xx xy xz yx yy yz (the first two rows of the matrix) in the places of the six numbers. It
+/// is recognised by two equal numbers, xy and yx. The missing zz is set to a value that is possible.
 fn two_rows(body: &Body) -> Option<Body> {
     let [xx, xy, xz, yx, yy, yz] = body.given;
     (xy == yx && xy != yy).then(|| Body { given: [xx, xy, xz, yy, yz, xx.max(yy)], ..body.clone() })
@@ -258,7 +259,7 @@ mod tests {
         for (mass, centre, given, shapes) in [
             // The triangle inequality is violated by a small amount: nearly any shift of the centre would satisfy it.
             (2.0, "0.1 0.02 0.05", nearly, ""),
-            // No factor of a unit brings 1.5 kg m^2 to the 0.0125 of the box.
+            // No wrong unit explains 1.5 kg m^2 instead of the 0.0125 kg m^2 of the box.
             (7.5, "0 0 0", [1.5, 0.0, 0.0, 1.5, 0.0, 1.5], CUBE),
             // A placeholder is not a number in a wrong unit.
             (0.6, "0 0 0", [1.0, 0.0, 0.0, 1.0, 0.0, 1.0], CUBE),

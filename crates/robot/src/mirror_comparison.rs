@@ -48,7 +48,7 @@ pub(crate) fn compare(robot: &Robot, pairs: &[MirrorPair], bodies: &[Body], find
     }
 }
 
-/// Whether a body has a mass and an inertia that can exist and fit the body.
+/// Whether a body has a mass, an inertia and no doubts, so that it can be compared.
 fn is_usable(body: &Body) -> bool {
     body.mass > 0.0 && principal_axes(&body.inertia()).0[2] > 0.0 && doubts(body).is_empty()
 }

@@ -24,7 +24,8 @@ pub struct MirrorPair {
     pub is_turned_copy: bool,
 }
 
-/// The words of the sides, left first. Short words count between separators only.
+/// Words for the left side, each with the word for the right side. A short word counts only if it is separated from the rest of
+/// the name.
 const SIDES: [(&str, &str); 11] = [
     ("left", "right"),
     ("l", "r"),
@@ -42,7 +43,7 @@ const SIDES: [(&str, &str); 11] = [
 /// of their distance from the plane. Files give lengths to the millimetre.
 const ORIGIN_SLACK_M: f64 = 2e-3;
 const ORIGIN_SLACK_SHARE: f64 = 0.02;
-/// Largest deviation of an entry of M_i from 0 or +-1, rad: files give angles to the hundredth.
+/// Largest deviation of an entry of M_i from 0 or +-1. It allows for files that give angles to the hundredth of a rad.
 const TURN_SLACK: f64 = 0.02;
 
 /// The possible names of the link on the right side: for every way to exchange the words for the sides in a name, the changed
@@ -128,7 +129,8 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
             let far = norm(minus(p, q));
             let is_image = off <= ORIGIN_SLACK_M + ORIGIN_SLACK_SHARE * far;
             let signs = if is_image { signs(&poses[left.0].rotation, &poses[right.0].rotation, plane.1) } else { None };
-            // The frames of the last link of a limb do not show where the body lies: a reflection in a point is no evidence.
+            // The frame of the last link of a limb does not show on which side the body lies. So for this link, three minus
+            // signs (a reflection in a point) are not accepted as a mirror image.
             let is_last = !robot.links.iter().any(|link| link.antecedent == Some(left));
             let signs = signs.filter(|signs| !is_last || signs.iter().filter(|s| **s < 0.0).count() == 1);
             let limb = of_before.map_or(pairs.len(), |k| limbs[k]);

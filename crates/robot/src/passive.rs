@@ -190,8 +190,8 @@ fn parallelogram(
     }
 }
 
-/// The symbols that make the lengths of opposite sides unequal if only this symbol changes. Empty if the lengths are equal at
-/// every value of the symbols.
+/// The symbols of which a change alone makes the lengths of opposite sides unequal. Empty if the lengths are equal at every
+/// value of the symbols.
 fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [&[usize]; 4]) -> Vec<String> {
     /// Lengths count as unequal if they differ by more than this value, m. The change of a symbol changes a length by about
     /// 0.01 m, and rounding changes it by 1e-15 m.

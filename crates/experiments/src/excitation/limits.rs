@@ -61,9 +61,9 @@ impl CoordinateLimits {
         }
     }
 
-    /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). It is at
-    /// most the velocity limit; for a gripper, this limit may be ten times the reachable velocity. It is at least a twentieth of
-    /// the limit, because a slower joint identifies nothing.
+    /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). The result
+    /// is at most the velocity limit, which may be ten times the reachable velocity for a gripper. The result is at least a
+    /// twentieth of the velocity limit, because a slower joint identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
         (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)

@@ -1,13 +1,13 @@
 //! Searches an exciting motion with many starts; each start is a descent within the barriers of the limits.
 //!
-//! A start draws a random spectrum for each joint (for a spline, of its control points). It scales the spectrum down until the
-//! limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the barriers is
-//! lowered in steps, with a descent at each weight ([`crate::excitation::descent`]). Limits between the samples are enforced
-//! afterwards ([`crate::excitation::fitting`]).
+//! A start draws a random spectrum for each joint (for a spline: a spectrum of the control points). It scales the spectrum down
+//! until the limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the
+//! barriers is lowered in steps, with a descent at each weight ([`crate::excitation::descent`]). Limits between the samples are
+//! enforced afterwards ([`crate::excitation::fitting`]).
 //!
-//! A third of the starts draws every joint. The other starts take the best motion found so far and redraw two of its joints. Good
-//! motions are near one another, so this gives better results for the same number of starts (docs/benchmarks.md). A start that is
-//! worse than the best one after half of the weights ends there.
+//! A third of the starts draws the motions of all joints at random. The other starts take the best motion found so far and
+//! redraw two of its joints. Good motions are near one another, so this gives better results for the same number of starts
+//! (docs/benchmarks.md). A start that is worse than the best one after half of the weights ends there.
 //!
 //! A start depends only on the seed, its number and the rounds before it. The number of threads does not change the result.
 

@@ -24,8 +24,8 @@ const MAX_ASCENT_MOVES: usize = 400;
 const MAX_ENTERING_CANDIDATES: usize = 40;
 /// Number of runs that is added to every candidate if no design between the bounds has full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// Numbers of runs in a design are rounded to multiples of 1/this. The effect of the rounding on the bound is only of second
-/// order.
+/// Numbers of runs in a design are rounded to multiples of one over this number. The effect of the rounding on the bound is
+/// only of second order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
 /// Greatest number of halvings of a step of the ascent that does not increase log det F.
 const MAX_STEP_HALVINGS: i32 = 12;

@@ -189,7 +189,8 @@ fn with_macros_remedy(error: Error, text: &str, path: &Path, options: ReadOption
     if !error.message.contains(urdf::IS_A_MACRO) {
         return error;
     }
-    // As standard input, a xacro has the extension of none.
+    // Standard input has no file name, so a xacro may come without its extension. The remedy is a file name with the extension
+    // `.xacro`.
     let name = path.file_stem().map_or("robot".into(), |stem| stem.display().to_string());
     let remedy = match DescriptionFormat::Xacro.parse(text, path, options) {
         Ok(_) => format!("; called {name}.xacro, it is read"),

@@ -21,8 +21,8 @@ pub struct Symbol {
     pub name: String,
     /// Value of the symbol. It contains no coordinates, but may contain symbols before it.
     pub value: Value,
-    /// Whether the file gives no value, so that `value` is a substitute. The base parameters and their rules (linear combinations
-    /// of standard parameters) are correct with it, but numerical results have no meaning.
+    /// Whether the file gives no value, so that `value` is a substitute. The base parameters and their rules (linear
+    /// combinations of standard parameters) are correct with the substitute, but numerical results have no meaning.
     pub generic: bool,
 }
 

@@ -30,7 +30,7 @@ pub struct DriveUnits {
     pub efforts: Vec<f64>,
     /// Stiffness of the spring at each joint, N m/rad (N/m).
     pub springs: Vec<f64>,
-    /// Unit of a position of a drive, in units of its effort, if efforts are offsets of goals.
+    /// If efforts are offsets of goals (position errors): the unit of a position of a drive, divided by the unit of its effort.
     pub effort_per_position: f64,
     /// Whether each joint has a drive.
     pub is_driven: Vec<bool>,

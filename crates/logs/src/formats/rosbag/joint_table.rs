@@ -20,7 +20,7 @@ const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 /// Largest number of joints of one robot.
 const MAX_JOINTS: usize = 500;
 
-/// A joint is omitted if fewer than one of this number of messages contains it.
+/// A joint is omitted if its share of the messages is below one over this number.
 pub(super) const SPARSE_JOINT_RATIO: usize = 64;
 
 /// Memory of one number, bytes: the number and the index of its row, in arrays that grow by doubling.

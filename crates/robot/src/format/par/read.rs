@@ -168,7 +168,8 @@ struct Owners {
 
 impl Frames {
     fn new(table: &ParTable) -> Result<Frames, Error> {
-        // The antecedent of a frame is a link, the base, or a loop frame. If the list is missing, it is the previous frame.
+        // The antecedent of a frame is a link, the base, or a loop frame. If the list is missing, the antecedent is the
+        // previous frame.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         let LumpedFrames { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);

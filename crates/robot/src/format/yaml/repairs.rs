@@ -19,7 +19,7 @@ const CHANGE: f64 = 1e-12;
 /// The text of a description with other numbers for these bodies. `robot`: the robot that was read from this text; `file`: name
 /// of the description in errors.
 ///
-/// Fails if a number is missing or an expression.
+/// Fails if a number is missing, or if it is given as an expression.
 pub fn write_repairs_into_yaml(
     text: &str,
     file: &str,
@@ -51,7 +51,7 @@ pub fn write_repairs_into_yaml(
             }
         }
     }
-    // From the end, so that the places before stay valid.
+    // The edits start from the end of the text, so that earlier positions stay valid.
     edits.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
     let mut text = text.to_string();
     edits.into_iter().for_each(|(range, number)| text.replace_range(range, &number));
