@@ -1,9 +1,9 @@
 //! The task `book`: makes an mdBook of the pages in docs/. The book also contains interactive HTML pages that `rist` writes (live
 //! pages).
 //!
-//! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which has
-//! the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked, and a
-//! message tells this.
+//! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which
+//! has the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked,
+//! and a message says so.
 //!
 //! `book --check` only checks the pages. `book --screenshots` also takes screenshots of the live pages with Chromium.
 

@@ -62,7 +62,7 @@ pub(crate) enum Against {
 pub struct GapRange {
     /// Distance at the configuration, m; negative if the bodies overlap.
     pub reached: f64,
-    /// Lower bound of the distance, m, while each coordinate stays within a given distance (spread) of the configuration.
+    /// Lower bound of the distance (m) while each coordinate stays within a given distance (spread) of the configuration.
     pub at_least: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct Clearance {
     pub(crate) gaps: Vec<Gap>,
     /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m): `rates[gap][coordinate]`.
     pub(crate) rates: Vec<Vec<f64>>,
-    /// Largest absolute value of each coordinate, rad (m), for which the bounds in `rates` hold.
+    /// Largest absolute value of each coordinate (rad or m) for which the bounds in `rates` hold.
     pub(crate) given_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
@@ -109,7 +109,7 @@ impl Clearance {
         self.floor
     }
 
-    /// Height, m, of the lowest point of the moving bodies at configuration `q`, and the name of the body with this point.
+    /// Height (m) of the lowest point of the moving bodies at configuration `q`, and the name of the body with this point.
     /// `None` if no body moves.
     pub fn lowest(&self, q: &[f64]) -> Option<(f64, &str)> {
         let poses = self.tree.poses(q);
@@ -125,7 +125,7 @@ impl Clearance {
         &self.cut_bodies
     }
 
-    /// Largest distance, m, by which a body extends beyond the convex hull of its mesh, and the name of the body. `None` if
+    /// Largest distance (m) by which a body extends beyond the convex hull of its mesh, and the name of the body. `None` if
     /// there is no mesh.
     pub fn mesh_error(&self) -> Option<(f64, &str)> {
         let of = |body: &FileLink| {
@@ -154,7 +154,7 @@ impl Clearance {
         body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
-    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: largest
+    /// Largest displacement of a shape (m) if each coordinate moves by at most its value in `spread`. With `normal`: largest
     /// displacement along this unit vector.
     fn displacement(
         &self,

@@ -28,7 +28,7 @@ pub(crate) struct Crowded {
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// Returns the pair if it is crowded. A pair is crowded if its clearance is below `enough`, m, or if its bodies touch in
+    /// Returns the pair if it is crowded. A pair is crowded if its clearance is below `enough` (m) or if its bodies touch in
     /// nearly every pose although several joints are between them.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {

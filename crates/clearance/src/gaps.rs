@@ -180,8 +180,9 @@ impl Clearance {
     }
 }
 
-/// The least distance that a pair must keep, m. `room`: the distance that it exceeds in a tenth of the sampled poses, m. The
-/// least distance is at most a share of the room if no distance is requested, or if the distance of the pair is constant.
+/// The least distance that a pair must keep, m. `room`: the distance that the pair exceeds in a tenth of the sampled poses, m.
+/// The least distance is at most a share of the room in two cases: no distance is requested, or the distance of the pair is
+/// constant.
 fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
@@ -190,7 +191,7 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// Room of a pair, m, above which its exact value does not change the least distance of the pair. Room: the distance that the
+/// Room of a pair (m) above which its exact value does not change the least distance of the pair. Room: the distance that the
 /// pair exceeds in a tenth of the sampled poses.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
@@ -310,7 +311,7 @@ pub(crate) mod tests {
                     // one-sided slopes.
                     let one_sided = [(moved(1e-5) - room) / 1e-5, (room - moved(-1e-5)) / 1e-5];
                     let off = one_sided.into_iter().chain([difference]).map(|d| (slope[k] - d).abs());
-                    // Distances have an error of 1e-9 m; divided by the step of 1e-5 this is an error of 1e-4 in the slope.
+                    // Distances have an error of 1e-9 m. Divided by the step of 1e-5, this gives an error of 1e-4 in the slope.
                     assert!(off.fold(f64::INFINITY, f64::min) < 1e-3, "{g} {k}: {} {difference}", slope[k]);
                 }
             }

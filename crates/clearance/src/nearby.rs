@@ -49,8 +49,8 @@ const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
-    /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m), while |coordinate| is at most its value
-    /// in `ranges`.
+    /// Largest rate of change of each gap (distance) with each coordinate (m/rad or m/m) while |coordinate| is at most its
+    /// value in `ranges`.
     pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
         let of_gap = |gap: &Gap| {
             let mut by_coordinate = vec![0.0; ranges.len()];

@@ -33,7 +33,7 @@ pub struct ClearanceRules {
 /// The rule that determines the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloorRule {
-    /// The plane z = 0 of the base is a floor if no moving body is below it at the zero pose. A height, m, may be given: then
+    /// The plane z = 0 of the base is a floor if no moving body is below it at the zero pose. A height (m) may be given: then
     /// the floor is the higher of this height and the plane, or the height alone if a body is below the plane.
     OfBase(Option<f64>),
     /// No floor, because the user requests none.

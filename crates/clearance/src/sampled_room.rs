@@ -35,7 +35,7 @@ pub(crate) enum SampledRoom {
     Room(f64),
 }
 
-/// A distance counts as constant if it varies by less than this value, m, over all poses. Computed distances of round surfaces
+/// A distance counts as constant if it varies by less than this value (m) over all poses. Computed distances of round surfaces
 /// are not more accurate.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 

@@ -22,7 +22,7 @@ const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 /// An interval counts as containing a peak of the sine if it is nearer to the peak than this value, in turns (of 2 pi rad). The
 /// value is far above the rounding error of angle / 2 pi.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
-/// For angles above this value, rad, the enclosure of the sine is [-1, 1], because the rounding error of angle / 2 pi comes
+/// For angles above this value (rad), the enclosure of the sine is [-1, 1], because the rounding error of angle / 2 pi comes
 /// near [`PEAK_DISTANCE_TURNS`].
 const MAX_ANGLE_RAD: f64 = 1e6;
 

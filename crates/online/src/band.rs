@@ -75,8 +75,8 @@ impl<R: Real> NoiseScale<R> {
         NoiseScale { reference, memory, square: reference * reference, torque: R::ZERO }
     }
 
-    /// Takes two values of a cycle: the torque r without the torque of the load, N m (N), and the time since the previous
-    /// cycle, s. Returns the ratio of the noise to the noise of the fitted logs, at least 1.
+    /// Takes two values of a cycle: the torque r without the torque of the load (N m or N) and the time since the previous
+    /// cycle (s). Returns the ratio of the noise to the noise of the fitted logs, at least 1.
     pub fn step(&mut self, torque: R, period: R) -> R {
         let change = torque - self.torque;
         self.torque = torque;

@@ -31,7 +31,7 @@ impl<R: Real> Drift<R> {
         self.recursion.push([speed, direction, R::ONE].map(|x| -x * weight), torque * weight);
     }
 
-    /// The changes of FV, N m s/rad, FS, N m, and OFF, N m, and their standard deviations.
+    /// The changes of FV (N m s/rad), FS (N m) and OFF (N m), and their standard deviations.
     pub fn changes(&self) -> ([R; 3], [R; 3]) {
         let sigma = self.recursion.inverse_triangle().map(|row| {
             let variance = row.iter().fold(R::ZERO, |sum, x| sum + *x * *x);

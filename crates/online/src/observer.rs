@@ -22,7 +22,7 @@ use crate::real::Real;
 pub enum Order<R> {
     /// First order, with its gain K, 1/s: time constant 1/K.
     First(R),
-    /// Second order, with its natural frequency w, rad/s, and damping 1/sqrt(2).
+    /// Second order, with its natural frequency w (rad/s) and damping 1/sqrt(2).
     Second(R),
 }
 

@@ -21,9 +21,9 @@ const LONGEST_CUT_RAD: f64 = 1e-4;
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
 /// A unit axis is replaced by a coordinate axis if its two other components are at most this value.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// A length below this value, m, in a file is a rounding error of the exporter.
+/// A length below this value (m) in a file is a rounding error of the exporter.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// If two angles differ by at most this value, rad, the difference is a rounding error of double precision. It is removed
+/// If two angles differ by at most this value (rad), the difference is a rounding error of double precision. It is removed
 /// without a note, even with [`AngleSnapping::AsGiven`].
 pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation matrix is set to a known value if the two differ by at most this tolerance. Products of three sines

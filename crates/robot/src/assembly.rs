@@ -27,10 +27,11 @@ pub(crate) enum Linkage {
     NoStart,
 }
 
-/// A loop counts as closed if its gap is at most this. Lengths are relative to the longest side, angles in rad. Start values in a
-/// file have six digits.
+/// A loop counts as closed if its gap is at most this value. Lengths are relative to the longest side, angles in rad. Start
+/// values in a file have six digits.
 const CLOSED_GAP: f64 = 1e-5;
-/// Opposite sides count as parallel and equal if their vectors differ by at most this, relative to the longest side.
+/// Opposite sides count as parallel and equal if the difference of their vectors is at most this value, relative to the longest
+/// side.
 const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
 /// The search ends if the gap is below this value. Lengths are relative to the longest side, angles in rad.
 const SEARCH_END_GAP: f64 = 1e-14;

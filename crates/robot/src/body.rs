@@ -33,7 +33,7 @@ pub(crate) struct Body {
     pub is_last: bool,
     /// Length of the longest chain of joints of the robot, m.
     pub reach: f64,
-    /// Mass of all other bodies, kg, and the number of other bodies that have a mass.
+    /// Mass of all other bodies (kg) and the number of other bodies that have a mass.
     pub others: (f64, usize),
 }
 

@@ -17,11 +17,11 @@ use crate::vector::{minus, norm};
 
 /// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of I, because files contain rounded digits.
 const EIGENVALUE_SLACK: f64 = 1e-4;
-/// A mass above this value, kg, is probably given in g.
+/// A mass above this value (kg) is probably given in g.
 const LARGE_MASS_KG: f64 = 3000.0;
-/// A centre of mass that is farther away than this value, m, is probably given in mm.
+/// A centre of mass that is farther away than this value (m) is probably given in mm.
 const FAR_CENTRE_M: f64 = 10.0;
-/// If a radius of gyration is above this value, m, the units are probably wrong.
+/// If a radius of gyration is above this value (m), the units are probably wrong.
 const LARGE_RADIUS_M: f64 = 10.0;
 /// Density of osmium, the densest metal, kg/m^3.
 const LARGEST_DENSITY: f64 = 22_600.0;

@@ -30,7 +30,7 @@ struct Solid {
     second: Vector3,
 }
 
-/// A function that reads the vertices of the mesh of a shape, m, in the frame of the shape. It returns `None` if that is not
+/// A function that reads the vertices of the mesh of a shape (m) in the frame of the shape. It returns `None` if that is not
 /// possible.
 pub type MeshPoints<'a> = &'a dyn Fn(&Collision) -> Option<Vec<Vector3>>;
 
@@ -76,7 +76,7 @@ impl Extent {
         norm([0, 1, 2].map(|i| (self.low[i] - point[i]).max(point[i] - self.high[i]).max(0.0)))
     }
 
-    /// Two matrices of second moments, divided by the mass, m^2, for constant density. Both are about the common centre of all
+    /// Two matrices of second moments for constant density, divided by the mass, m^2. Both are about the common centre of all
     /// shapes. First: of the shapes themselves; second: of point masses at the centres of the shapes. Entries xx xy xz yy yz
     /// zz.
     pub(crate) fn uniform(&self) -> ([f64; 6], [f64; 6]) {

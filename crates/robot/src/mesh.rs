@@ -50,7 +50,7 @@ enum Format {
     Registered(ReadVertices),
 }
 
-/// A function that reads the vertices, m, from the bytes of a file.
+/// A function that reads the vertices (m) from the bytes of a file.
 pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
 
 /// A mesh format that another package can read.

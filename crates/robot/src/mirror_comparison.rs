@@ -14,7 +14,7 @@ use crate::vector::{Matrix3, Vector3, dot, minus, norm};
 
 /// Masses of left and right may differ by this factor: one side has the computer or the cables.
 const MASS_FACTOR: f64 = 1.5;
-/// Largest usual distance, m, between the centre of mass of one side and the mirror image of the other centre.
+/// Largest usual distance (m) between the centre of mass of one side and the mirror image of the other centre.
 const CENTRE_SLACK_M: f64 = 0.01;
 /// A body is a copy of the body on the other side, and not its mirror image, if two distances have at most this ratio: from its
 /// centre of mass to the centre of the other body, and to the mirror image of that centre.

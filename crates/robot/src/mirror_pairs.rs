@@ -39,7 +39,7 @@ const SIDES: [(&str, &str); 11] = [
     ("lr", "rr"),
     ("lm", "rm"),
 ];
-/// Two frames are mirror images if their origins deviate from this by at most this length, m, plus a share (the next constant)
+/// Two frames are mirror images if their origins deviate from this by at most this length (m) plus a share (the next constant)
 /// of their distance from the plane. Files give lengths to the millimetre.
 const ORIGIN_SLACK_M: f64 = 2e-3;
 const ORIGIN_SLACK_SHARE: f64 = 0.02;
@@ -154,7 +154,7 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
     pairs
 }
 
-/// The largest difference between two poses: of a position coordinate, m, or of an entry of the rotation matrix.
+/// The largest difference between two poses: of a position coordinate (m) or of an entry of the rotation matrix.
 fn off_by(a: &Pose, b: &Pose) -> f64 {
     let rows = (0..3).flat_map(|i| minus(a.rotation[i], b.rotation[i])).chain(minus(a.position, b.position));
     rows.fold(0.0, |most, x| most.max(x.abs()))

@@ -101,7 +101,7 @@ impl<'a> DistanceBarrier<'a> {
     }
 
     /// The gap (limited distance) with the least ratio of room to reserve, where room is the distance minus its bound. Returns
-    /// this room, m, and the index of the gap. `None` if no two solids are near each other.
+    /// this room (m) and the index of the gap. `None` if no two solids are near each other.
     pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         let mut seen = self.seen(seen);
@@ -129,8 +129,8 @@ impl<'a> DistanceBarrier<'a> {
         });
     }
 
-    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance minus its bound,
-    /// m, and index of the gap; `None`: no bodies are near each other, so the distance is large enough.
+    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance minus its bound
+    /// (m) and index of the gap; `None`: no bodies are near each other, so the distance is large enough.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         nearest.is_none_or(|(room, gap)| room > INITIAL_RESERVES * self.surroundings.gaps()[gap].reserve)
     }

@@ -56,8 +56,8 @@ pub struct StartResult {
     /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: they are not
     /// limited.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The pair of bodies nearest to its bound: distance minus bound, m, and index of the pair (gap). `None`: no bodies are near
-    /// each other.
+    /// The pair of bodies nearest to its bound: distance minus bound (m) and index of the pair (gap). `None`: no bodies are
+    /// near each other.
     pub nearest: Option<(f64, usize)>,
 }
 
@@ -89,8 +89,8 @@ const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
 /// At this barrier weight, the values of the criterion J of all starts are compared, and poor starts are ended.
 const SELECTION_WEIGHT: f64 = 2e-3;
-/// A start ends at [`SELECTION_WEIGHT`] if its criterion J exceeds the best J at this weight by more than this (3 % of
-/// det^(1/p)). The further decrease is about the same for every start.
+/// A start ends at [`SELECTION_WEIGHT`] if its criterion J is worse than the best J at this weight by more than this margin (3
+/// % of det^(1/p)). The further decrease is about the same for every start.
 const SELECTION_MARGIN: f64 = 0.03;
 /// A start first descends through all barrier weights without prior information. Then it descends with the prior information,
 /// from the barrier weight with this index on.
@@ -376,7 +376,7 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// Cuts the range of a centre, rad, to one turn about zero. Other turns give the same torques, but wind up cables.
+/// Cuts the range of a centre (rad) to one turn about zero. Other turns give the same torques, but wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// Lowest allowed height of moving links: z in the base frame, m, or `none` (no floor). Not given: the plane z = 0 of the
+    /// Lowest allowed height of moving links: z in the base frame (m) or `none` (no floor). Not given: the plane z = 0 of the
     /// base, if no moving link is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,

@@ -47,7 +47,7 @@ pub struct StoppingMargin {
     pub subject: String,
     /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Least distance to the position limit, rad (m), or between bodies, m. Negative: stopping may violate the limit.
+    /// Least distance to the position limit (rad or m) or between bodies (m). Negative: stopping may violate the limit.
     pub room: f64,
 }
 

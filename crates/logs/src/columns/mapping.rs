@@ -30,7 +30,7 @@ pub struct Columns {
     pub coordinates: Vec<String>,
     /// The column of the clock.
     pub time: ColumnSource,
-    /// Rows per second, Hz, if the user gives them instead of a clock column.
+    /// Rows per second (Hz) if the user gives them instead of a clock column.
     pub rate: Option<f64>,
     /// The column that is added to `time`: the fractions of a second of a clock in two columns.
     pub time_fraction: Option<ColumnSource>,

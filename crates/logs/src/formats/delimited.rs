@@ -35,8 +35,8 @@ const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 /// If one of this number of first bytes is zero, the file is binary.
 const BINARY_CHECK_BYTES: usize = 4096;
 
-/// If most rows are ragged (have more or fewer cells than the header), the file is refused as soon as these rows have more
-/// cells than this.
+/// If most rows are ragged (have more or fewer cells than the header), the file is refused as soon as these rows have more than
+/// this number of cells.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
 /// Memory for one number in a table, bytes. A column grows by doubling, so the old and the new memory are in use together.

@@ -97,7 +97,7 @@ pub struct RobotDescription {
 }
 
 impl RobotDescription {
-    /// The pose of a frame from its position, m, and roll, pitch and yaw, rad. Rounded angles are replaced as the options say;
+    /// The pose of a frame from its position (m) and roll, pitch and yaw (rad). Rounded angles are replaced as the options say;
     /// each gets a note on `subject`.
     pub fn pose(&mut self, subject: &str, position: Vector3, rpy: Vector3, angles: AngleSnapping) -> Pose {
         let taken = rpy.map(|angle| angle_snap::given_angle(angle, angles));

@@ -42,7 +42,7 @@ const COINCIDENT_DISTANCE_M: f64 = 1e-11;
 /// along a whole robot chain have smaller rounding errors.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// If the angle between two axes, rad, is above [`PARALLEL_SINE`] and below this value, their common normal is far away. The
+/// If the angle between two axes (rad) is above [`PARALLEL_SINE`] and below this value, their common normal is far away. The
 /// origins of the frames are then at the joints of the file, with non-zero gamma, b and r.
 pub(in crate::format) const NEARLY_PARALLEL_RAD: f64 = 0.01;
 /// Two axes are made parallel if the angle between them is smaller than this value, rad. An axis with five digits has an error

@@ -78,7 +78,7 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
-    /// The value as an angle, rad, if it exceeds a full turn; otherwise `None`. Also `None` if it contains a symbol, because a
+    /// The value as an angle (rad) if it exceeds a full turn; otherwise `None`. Also `None` if it contains a symbol, because a
     /// large symbol may be intended.
     pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
         let angle = self.number(symbols);

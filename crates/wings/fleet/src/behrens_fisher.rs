@@ -46,7 +46,7 @@ pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estim
     if !(large.1 >= MIN_DEGREES_OF_FREEDOM && small.1 >= MIN_DEGREES_OF_FREEDOM) {
         return 1.0;
     }
-    // With more degrees of freedom than this, T_2 cannot be distinguished from a normal variable.
+    // With more degrees of freedom than `MAX_DEGREES_OF_FREEDOM`, T_2 cannot be distinguished from a normal variable.
     let freedom = small.1.min(MAX_DEGREES_OF_FREEDOM);
     let step = LARGEST_STEP.min(LARGEST_STEP_SIGMAS / freedom.sqrt());
     let end = (-NEGLIGIBLE_DENSITY_SHARE.ln() / freedom).exp().acosh();

@@ -137,7 +137,7 @@ mod tests {
         let found = block_deviation(&observation.parts, &weights, &solution);
         let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
-        // With eight blocks, a standard deviation has a relative uncertainty of a quarter. The limits are wider than this.
+        // With eight blocks, a standard deviation has a relative uncertainty of a quarter. The limits of the test are wider.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
         // Only the first block determines ZZ, so it has no degree of freedom. All blocks determine the other parameters equally
         // well.

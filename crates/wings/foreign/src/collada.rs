@@ -29,7 +29,7 @@ type Transform = ([[f64; 3]; 3], Vector3);
 
 const IDENTITY: Transform = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-/// Reads the vertices of a file, m, in the frame of the link that has the mesh.
+/// Reads the vertices of a file (m) in the frame of the link that has the mesh.
 ///
 /// Fails if it is no Collada file, or has elements that are not supported.
 pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {

@@ -15,17 +15,17 @@ use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
 /// Number of steps of the multiplicative algorithm, which prepares the start design of the root node.
 const MULTIPLICATIVE_STEPS: usize = 300;
-/// After the multiplicative algorithm, a candidate with a smaller number of runs than this gets zero runs.
+/// After the multiplicative algorithm, a candidate with less than this number of runs gets zero runs.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
 /// Largest number of Newton steps for one node. The steps start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
 /// Largest number of moves in the ascent that computes how much log det F decreases by a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
-/// A number of runs counts as an integer if it differs from an integer by less than this.
+/// A number of runs counts as an integer if it differs from an integer by less than this tolerance.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
 /// The multiplicative algorithm ends if log det F is within this distance of its optimum.
 const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
-/// A cut (a bound on the number of runs of a candidate) is not used if its number is larger than this.
+/// A cut (a bound on the number of runs of a candidate) is not used if its bound is larger than this value.
 const MAX_CUT_RUNS: f64 = 1e6;
 /// Smallest loss of log det F on a side of a split that counts, as a fraction of (bound of the node - known value).
 const LEAST_LOSS_SHARE: f64 = 1e-6;

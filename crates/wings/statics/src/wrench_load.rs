@@ -44,7 +44,7 @@ const REWEIGHTING_ROUNDS: usize = 4;
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Smallest standard deviation of one kind of equations (force or torque), as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
-/// Standard deviation of a torque in the first fit, N m, relative to 1 N for a force. The ratio corresponds to a lever arm of
+/// Standard deviation of a torque in the first fit (N m) relative to 1 N for a force. The ratio corresponds to a lever arm of
 /// 10 cm.
 const FIRST_TORQUE_DEVIATION: f64 = 0.1;
 /// Smallest relative singular value in the fit of a cubic polynomial to neighbouring samples. The slope of this polynomial is
@@ -71,7 +71,7 @@ pub struct WrenchLoad {
     pub sigma: Ten,
     /// For each of the ten parameters, whether the log determines it.
     pub determined: [bool; 10],
-    /// Offsets of the forces, N, and of the torques, N m, with their standard deviations. The entry of an offset that the log
+    /// Offsets of the forces (N) and of the torques (N m) with their standard deviations. The entry of an offset that the log
     /// does not determine is `None`.
     pub offsets: [Option<(f64, f64)>; 6],
     /// Whether the sensor measures the wrench that the load exerts on the sensor; otherwise it measures the opposite wrench.

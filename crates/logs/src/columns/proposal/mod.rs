@@ -24,7 +24,7 @@ use proposed::{factor_of, key, names_of, set_unit};
 use units::unit;
 use unnamed::{by_values, goals};
 
-/// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second, Hz, in place of a clock.
+/// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second (Hz) in place of a clock.
 pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
     let mut proposal = Proposal::default();
     let mut names = ColumnNames { rate, ..ColumnNames::default() };

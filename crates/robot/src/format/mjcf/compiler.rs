@@ -19,7 +19,7 @@ pub(super) enum InertiaFromGeom {
     Auto,
 }
 
-/// A quaternion has no direction if its squared norm is below this.
+/// A quaternion has no direction if its squared norm is below this value.
 const SMALLEST_QUATERNION_SQUARE: f64 = 1e-20;
 /// A vector has no direction if its norm is below this.
 const SMALLEST_DIRECTION_NORM: f64 = 1e-9;

@@ -197,8 +197,8 @@ impl Closing<'_, '_> {
         Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
     }
 
-    /// The two bodies of a `<connect>`. Each has its point in the base frame, m, with the joints at their positions in the file.
-    /// `None` if a body is not part of the robot.
+    /// The two bodies of a `<connect>`. Each has its point in the base frame (m) with the joints at their positions in the
+    /// file. `None` if a body is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
         let body = |key: &str| -> Result<usize, Error> {

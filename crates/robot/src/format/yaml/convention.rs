@@ -23,7 +23,7 @@ use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
 use gate::suggestion::did_you_mean;
 
-/// If a length in a table is larger than this value, m, its unit is probably mm.
+/// If a length in a table is larger than this value (m), its unit is probably mm.
 const LONGEST_LENGTH_M: f64 = 20.0;
 /// Number of millimetres per metre.
 const MM_PER_M: f64 = 1000.0;

@@ -80,7 +80,7 @@ impl<'a> Frames<'a> {
             .ok_or_else(|| Mistake { line, message: format!("there is no frame `{name}` in the model") })
     }
 
-    /// The pose of a frame in the frame of the model. Fails if the frame, or one that it is relative to, does not exist.
+    /// The pose of a frame in the frame of the model. Fails if this frame does not exist, or a frame to which it is relative.
     pub(super) fn pose(&self, name: &str) -> Result<Pose, Mistake> {
         let (mut pose, mut at, mut from) = (Pose::IDENTITY, name, None);
         for _ in 0..=self.stated.len() {

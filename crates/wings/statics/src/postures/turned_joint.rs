@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 const GRID_ANGLES: u32 = 24;
 /// The golden section search ends at this interval width, rad.
 const PRECISION_RAD: f64 = 1e-4;
-/// A zero error smaller than this value, rad, does not count as a mistake.
+/// A zero error smaller than this value (rad) does not count as a mistake.
 const LEAST_ANGLE_RAD: f64 = 0.1;
 /// The zero error must reduce the residual by at least this fraction.
 const LEAST_IMPROVEMENT: f64 = 0.02;
