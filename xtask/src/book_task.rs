@@ -183,7 +183,8 @@ fn screenshots(folder: &Path) -> Result<(), String> {
         let mut command = Command::new(browser);
         command
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-            // The scripts of a page draw after loading. Virtual time gives them the same time on any machine, however busy it is.
+            // The scripts of a page draw after loading. With virtual time, they get the same time on any machine, however busy
+            // the machine is.
             .arg("--virtual-time-budget=4000")
             .arg(format!("--window-size={},{}", SCREENSHOT_PIXELS.0, SCREENSHOT_PIXELS.1))
             .arg(format!("--screenshot={}", picture.display()))

@@ -23,8 +23,8 @@ pub(crate) struct Crowded {
     enough: f64,
 }
 
-/// Least ratio of the clearance after a cut to the clearance before. If it is smaller, the cut is undone, because more shapes
-/// slow down every proof.
+/// Least ratio of the clearance after a cut to the clearance before the cut. If the ratio is smaller, the cut is undone,
+/// because more shapes slow down every proof.
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {

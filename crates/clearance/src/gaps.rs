@@ -321,7 +321,7 @@ pub(crate) mod tests {
 
     #[test]
     fn links_that_touch_at_zero_are_looked_at() {
-        // If the arm is stretched out, the knob of the hand meets the forearm. If it is bent, it does not.
+        // If the arm is stretched out, the knob of the hand meets the forearm. If the arm is bent, the knob does not.
         let text = ARM.replace(
             "</robot>",
             r#"<joint name="fix" type="fixed"><parent link="hand"/><child link="knob"/><origin xyz="-0.1 0 0"/></joint>

@@ -313,8 +313,8 @@ mod tests {
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // Allowed difference: at a round surface, a search is accurate to a few micrometres without the cache, and to ten
-                // micrometres with it.
+                // Allowed difference: at a round surface, a search is accurate to a few micrometres without the cache, and to
+                // ten micrometres with the cache.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }
         }

@@ -100,7 +100,7 @@ impl Clearance {
         is_mesh(gap.body) || is_mesh(other)
     }
 
-    /// The distance of a pair, m. If it is above `enough`, the result is some value above `enough`.
+    /// The distance of a pair, m. If the true distance is above `enough`, the result is any value above `enough`.
     fn room_up_to(&self, gap: &Gap, poses: &[Pose], enough: f64) -> f64 {
         let Against::Body(other) = gap.against else { return f64::INFINITY };
         let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);

@@ -193,7 +193,7 @@ impl PackedLog {
         log
     }
 
-    /// Appends the samples in a range to a log. The log has the same series, or only the first of them.
+    /// Appends the samples in a range to a log. The log must have the same series, or only the first few of these series.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &PackedSeries)> = log.series_mut().zip(&self.series).collect();
         in_parallel_series(range.len(), pairs, |(all, series)| {

@@ -241,7 +241,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
-        // Computes four reflections. Each is applied to those of the four columns that follow it.
+        // Computes four reflections. Each reflection is also applied to the later ones of the four columns.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);

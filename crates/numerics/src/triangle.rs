@@ -1,8 +1,8 @@
 //! Streaming least squares: rows are folded into a triangle (QR decomposition) and not stored.
 //!
 //! [W y] = Q [R z; 0 rho] for all rows so far. Householder reflections annihilate a block of rows below R
-//! ([`reflection`](crate::reflection)). Two triangles are merged by folding the rows of one into the other. [Golub, Van Loan
-//! 2013]
+//! ([`reflection`](crate::reflection)). To merge two triangles, the rows of one triangle are folded into the other triangle.
+//! [Golub, Van Loan 2013]
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|

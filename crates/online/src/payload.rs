@@ -48,9 +48,9 @@ pub struct Load<R> {
 }
 
 impl<R: Real, const D: usize> Payload<R, D> {
-    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f, the
-    /// ratio of the variance of a mean of correlated errors to that of independent ones, (1 + a) / (1 - a) if successive errors
-    /// correlate by a.
+    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f,
+    /// the ratio of two variances of a mean of errors: for correlated and for independent errors. f = (1 + a) / (1 - a) if the
+    /// correlation of successive errors is a.
     pub fn new(start: [R; TEN], correlation: R) -> Payload<R, D> {
         Payload { recursion: Recursion::new(&start), shared: [[R::ZERO; D]; TEN], start, correlation }
     }

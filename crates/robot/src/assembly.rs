@@ -125,8 +125,8 @@ impl PolygonSearch<'_> {
     }
 }
 
-/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. The small mu keeps the matrix regular if the loop is
-/// singular; otherwise it has no visible effect.
+/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. If the loop is singular, the small mu keeps the
+/// matrix regular. Otherwise mu has no visible effect.
 fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     const MU: f64 = 1e-12;
     let mut a = [[0.0; 4]; 3];

@@ -49,8 +49,8 @@ const NARROWEST_SPREAD: f64 = 0.2;
 const MESH_SHARE: f64 = 0.5;
 /// The value that replaces `NARROWEST_SPREAD` for a body after a repair. It is stricter.
 const SOUND_SPREAD: f64 = 0.4;
-/// A body lighter than this fraction of the robot is not compared with shapes and other bodies if it is fixed to another body.
-/// The reason: many files have frames and sensors with masses that only have to be positive.
+/// A body that is fixed to another body and lighter than this fraction of the robot is not compared with shapes and other
+/// bodies. The reason: many files have frames and sensors with masses that only have to be positive.
 pub const NEGLIGIBLE_SHARE: f64 = 5e-3;
 /// A body without shapes is too large if a rod with its inertia is longer than this multiple of the robot's longest chain.
 const LONGEST_ROD: f64 = 2.0;

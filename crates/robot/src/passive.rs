@@ -6,8 +6,8 @@
 //!
 //! - two vectors: they are opposite;
 //! - four vectors with equal opposite lengths: if the loop nearest to the start values is a parallelogram, v_1 = -v_3 and v_2 =
-//!   -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal at every
-//!   value of the symbols. If they are equal only at the values of the file, the loop is a general four-bar.
+//!   -v_4. The other possible assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal
+//!   at every value of the symbols. If the lengths are equal only at the values of the file, the loop is a general four-bar.
 //!
 //! The loops are treated repeatedly as long as one of them gives a new relation, because parallelograms with common links are
 //! resolved one after the other. To make the constants of the relations exact, their changes with each symbol are computed: they
@@ -296,8 +296,8 @@ fn add(
     step: &EquationOrigin,
 ) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is `sum coefficient x = constant`. The substitution adds a constant on the left; it is moved to the right-hand
-    // side.
+    // The equation is `sum coefficient x = constant`. The substitution adds a constant on the left; this constant is moved to
+    // the right-hand side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;

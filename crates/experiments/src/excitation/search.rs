@@ -268,8 +268,8 @@ impl SharedSearch<'_> {
         Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// Completes a start with the descents at the remaining barrier weights. If there is prior information, these descents run
-    /// first without it, then with it.
+    /// Completes a start with the descents at the remaining barrier weights. If there is prior information, all these descents
+    /// run twice: first without the prior information, then with it.
     fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
         let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));

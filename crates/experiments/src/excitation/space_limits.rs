@@ -33,7 +33,8 @@ pub struct SpaceLimits {
     /// Pairs of links that may touch and are not checked, each with the reason: `[LINK, LINK, REASON]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Vec<String>>,
-    /// Pairs of links that motion files of an earlier version excluded from the check. In a limits file it is an error.
+    /// Pairs of links that motion files of an earlier version excluded from the check. In a limits file, such pairs are an
+    /// error.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
 }

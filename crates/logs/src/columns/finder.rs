@@ -189,7 +189,7 @@ impl<'a> Finder<'a> {
         places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
     }
 
-    /// The message if some joints have no column of a quantity: one line for all of them.
+    /// The error message if some joints have no column of a quantity. It has one line for all these joints.
     fn of_some_joints(&self, quantity: Quantity, joints: &[usize]) -> String {
         let name = |k: &usize| self.coordinates.get(*k).map_or("", String::as_str);
         let names: Vec<&str> = joints.iter().map(name).collect();

@@ -45,7 +45,7 @@ pub struct Columns {
     /// Torques; or currents if there are no torques; or goals of position servos. One column per coordinate. A coordinate without
     /// a torque has its position column with the factor zero.
     pub effort: Vec<ColumnSource>,
-    /// For each coordinate, the reason why it has no torque; `None` if it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has a torque.
     pub undriven: Vec<Option<NoTorqueReason>>,
     /// The quantity in the effort columns: torque, current or goal.
     pub effort_is: Quantity,

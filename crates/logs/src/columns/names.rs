@@ -69,7 +69,7 @@ impl ColumnNames {
         Ok((written(unit).to_string(), factor))
     }
 
-    /// For each coordinate, the reason why it has no torque; `None` if it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has a torque.
     ///
     /// Fails if a name is not a coordinate, or occurs twice.
     pub fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {

@@ -21,7 +21,7 @@ use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
 /// Largest number of bytes of a block, and of a row including the comment and empty lines before it. Ten thousand numbers of
-/// full length need only a quarter of it.
+/// full length need only a quarter of this size.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Largest number of blocks in a window.

@@ -101,7 +101,7 @@ impl<'de> Visitor<'de> for &mut Records<'_> {
     }
 }
 
-/// Adds a document of named values to the current row of records. Fails where it is damaged, or has too many values.
+/// Adds a document of named values to the current row of records. Fails if the document is damaged or has too many values.
 pub fn add_document<'de, D: Deserializer<'de>>(rows: &mut Records, document: D) -> Result<(), D::Error> {
     Place { rows, name: String::new() }.deserialize(document)
 }

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 use gate::suggestion::did_you_mean;
 
-/// Largest absolute value of a number, in SI units. With larger numbers, the other terms of a sum would be lost by rounding.
+/// Largest absolute value of a number, in SI units. In a sum with a larger number, the other terms would be lost by rounding.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
 /// Largest length of an expression. It also limits the depth of the recursion that evaluates an expression.

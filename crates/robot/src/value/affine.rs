@@ -96,7 +96,7 @@ impl Affine {
         self.offset.number(symbols) + self.rate(q)
     }
 
-    /// The linear part evaluated at `dq`: the velocity of the joint. With `ddq` it is the acceleration.
+    /// The linear part evaluated at `dq` is the velocity of the joint; evaluated at `ddq`, it is the acceleration.
     pub fn rate(&self, dq: &[f64]) -> f64 {
         self.terms.iter().map(|&(k, c)| c * dq[k.0]).sum()
     }

@@ -15,7 +15,8 @@
 
 use numerics::student::two_sided;
 
-/// The density f of T_2 is neglected where it is below this fraction of its value at the centre. No p that matters is that small.
+/// The density f of T_2 is neglected where it is below this fraction of its value at the centre. No relevant p-value is that
+/// small.
 const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
 
 /// Largest step of the integration variable x, if T_2 has few degrees of freedom.

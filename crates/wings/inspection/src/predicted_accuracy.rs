@@ -67,7 +67,8 @@ const MAX_NAMED: usize = 4;
 type Instants = Vec<Vec<[f64; 3]>>;
 
 /// Predicts the result of an identification from the motion in a file. `interpolation`: how points of a table are interpolated.
-/// If it is `None`, a table without accelerations is filtered and differentiated like the log of an identification.
+/// If `interpolation` is `None`, a table without accelerations is filtered and differentiated like the log of an
+/// identification.
 ///
 /// Fails if a number of the request is out of range, if the file belongs to another model, or if its points lack derivatives that
 /// the interpolation needs.

@@ -123,8 +123,8 @@ impl TreeSearch {
         self.best.0 + self.tolerance
     }
 
-    /// Takes the open nodes with the largest bounds from the queue, at most `most` of them. Nodes with a bound of at most `known`
-    /// are not taken.
+    /// Takes at most `most` open nodes from the queue, the nodes with the largest bounds first. Nodes with a bound of at most
+    /// `known` are not taken.
     fn next(&mut self, most: usize) -> Vec<OpenNode> {
         let known = self.known();
         let mut batch = Vec::new();

@@ -147,7 +147,8 @@ impl RemainingCandidates {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The tangent of the parent node may give a smaller upper bound than the design of this node. Then it is kept.
+        // The tangent of the parent node may give a smaller upper bound than the design of this node. Then the tangent of the
+        // parent is kept.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {

@@ -1,5 +1,5 @@
-//! Tests other interpretations of the numbers in a force-torque log, for example other units. If one of them makes the residual
-//! of the fitted load small, it is reported.
+//! Tests other interpretations of the numbers in a force-torque log, for example other units. An interpretation is reported if
+//! it makes the residual of the fitted load small.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;

@@ -93,7 +93,7 @@ pub(super) fn clock_unit(clock: &[f64], proposal: &mut Proposal, names: &mut Col
     factor
 }
 
-/// Proposes the rows per second of a log without a clock, where it has velocities.
+/// Proposes the rows per second for a log without a clock, if the log has velocities.
 pub(super) fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
     // Any rate serves to find the columns.

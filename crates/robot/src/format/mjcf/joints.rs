@@ -63,7 +63,7 @@ fn kind(view: View) -> Result<MjcfJointType, Error> {
 }
 
 /// Reads the joints of the bodies. `floats`: whether a floating base was requested. `root`: the child of the world that is the
-/// robot; `None`: all of them.
+/// robot; `None`: all children of the world.
 pub(super) fn moved<'a>(
     bodies: &[MjcfBody<'a>],
     compiler: &Compiler,

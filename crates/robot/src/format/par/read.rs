@@ -162,7 +162,8 @@ const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// For each frame, whether its variable is a coordinate: it has a motor, or it has no motor but is outside of all loops.
+    /// For each frame, whether its variable is a coordinate. This is so if the joint has a motor, or if it has no motor and is
+    /// outside of all loops.
     is_coordinate: Vec<bool>,
 }
 

@@ -6,7 +6,8 @@ use crate::format::shown::shown;
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether the default is `^`: the parameter gets the value that this name has at the caller, if it has one there.
+    /// Whether the default is `^`. Then the parameter gets the value that a name equal to its own has at the caller, if there
+    /// is such a name.
     pub forwards: bool,
     pub default: Option<String>,
 }

@@ -56,8 +56,8 @@ const CONVENTIONS: [(&str, DhTable); 7] = [
 ];
 
 impl Convention {
-    /// Reads the `convention` of a description. Units are SI until [`Convention::with_units`] is called. Fails if it is
-    /// missing or unknown.
+    /// Reads the `convention` of a description. Units are SI until [`Convention::with_units`] is called. Fails if the
+    /// convention is missing or unknown.
     pub(super) fn of(source: DescriptionFile, root: &Node) -> Result<Convention, Error> {
         let entries = root.map(source, "a robot description")?;
         let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {

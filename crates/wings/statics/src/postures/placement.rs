@@ -217,7 +217,7 @@ impl PlacementSearch<'_> {
             }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
-        // Gauss-Newton. If a step increases the residual, it is halved.
+        // Gauss-Newton. A step that increases the residual is halved.
         for _ in 0..MAX_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
             let [first, second] = axes(&gravity).map(|(_, axis)| axis);
