@@ -197,8 +197,7 @@ fn room_of_bodies(
             }
         }
     }
-    // The error margin of a distance is reserved for errors, so stopping must not use this margin (the room above is without
-    // it).
+    // The error margin of a distance is reserved for errors, so stopping must not use this margin. It was subtracted above.
     let covered = least.iter().filter(|(room, _)| *room >= 0.0).count();
     let (gap, (room, at_s)) = gaps.iter().zip(least).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some(StopBodies {

@@ -6,8 +6,7 @@ use crate::format::shown::shown;
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether the default is `^`. Then the parameter gets the value that a name equal to its own has at the caller, if there
-    /// is such a name.
+    /// Whether the default is `^`: if the name of the parameter has a value at the caller, the parameter gets this value.
     pub forwards: bool,
     pub default: Option<String>,
 }
