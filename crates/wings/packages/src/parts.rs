@@ -7,7 +7,7 @@ use rist::{Error, Model};
 use crate::drive_units::DriveUnits;
 use crate::names::{comment, filled, numbers};
 
-/// Number of cycles for which the last safe torque is kept when states are late or contain NaN. At 1 kHz these are 10 ms. In
+/// Number of cycles for which the last safe torque is kept when states are late or are not finite. At 1 kHz these are 10 ms. In
 /// this time, a joint in free fall (10 rad/s^2) gains 0.1 rad/s.
 pub(crate) const HOLD_CYCLES: usize = 10;
 
