@@ -1,9 +1,9 @@
 //! The task `book`: makes an mdBook of the pages in docs/. The book also contains interactive HTML pages that `rist` writes (live
 //! pages).
 //!
-//! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which has
-//! the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked, and a
-//! message tells this.
+//! The table in docs/README.md determines the order of the chapters. The pages are copied unchanged to target/book/src, which
+//! has the same folders as the repository, so that links stay valid. If mdbook is not installed, the pages are only checked,
+//! and a message says so.
 //!
 //! `book --check` only checks the pages. `book --screenshots` also takes screenshots of the live pages with Chromium.
 
@@ -183,7 +183,8 @@ fn screenshots(folder: &Path) -> Result<(), String> {
         let mut command = Command::new(browser);
         command
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-            // The scripts of a page draw after loading. Virtual time gives them the same time on any machine, however busy it is.
+            // The scripts of a page draw after loading. With virtual time, they get the same time on any machine, however busy
+            // the machine is.
             .arg("--virtual-time-budget=4000")
             .arg(format!("--window-size={},{}", SCREENSHOT_PIXELS.0, SCREENSHOT_PIXELS.1))
             .arg(format!("--screenshot={}", picture.display()))

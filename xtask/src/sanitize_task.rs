@@ -2,8 +2,8 @@
 //! decomposition in registers of `numerics`, the tape (list of operations) of `expr`, and the functions with wide registers of
 //! `logs` and `identification`.
 //!
-//! Miri and the address sanitizer need a nightly compiler; Miri also needs its component and `rust-src`. If a tool is missing, a
-//! message tells this, and the task does not fail.
+//! Miri and the address sanitizer need a nightly compiler; Miri also needs its component and `rust-src`. If a tool is missing,
+//! a message says so, and the task does not fail.
 //!
 //! | tool | tests that it runs | not covered |
 //! |---|---|---|

@@ -123,7 +123,7 @@ pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, St
     }
 }
 
-/// The vertices of a mesh, m, in the frame of its shape. `directory`: folder of the description.
+/// The vertices of a mesh (m) in the frame of its shape. `directory`: folder of the description.
 ///
 /// Fails if the file cannot be found or read, or if a coordinate exceeds 100 m.
 pub fn mesh_points(file: &str, scale: &Vector3, directory: &Path) -> Result<Vec<Vector3>, String> {

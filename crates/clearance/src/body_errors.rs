@@ -1,4 +1,4 @@
-//! Position errors of bodies and joints, and the distance (gap) between bodies that they can take away.
+//! How much position errors of bodies and joints can reduce the distance (gap) between two bodies.
 //!
 //! Position errors reduce the distance between two bodies by at most 2 c + sum of R_j e_j, and the distance between a body and a
 //! half-space by at most c + sum of R_j e_j. c: largest error of a point of a body. e_j: largest error of joint j. R_j: largest
@@ -25,9 +25,9 @@ impl BodyErrors {
 }
 
 impl Clearance {
-    /// Computes the largest rate of change of each gap (distance of a body) with each coordinate. Then raises the bound of each
-    /// gap by the position errors: the errors of the bodies, plus each joint error times this rate. The bound of a constant gap
-    /// is not raised.
+    /// Computes the largest rate of change of each gap (distance of a body) with each coordinate. Then raises the least allowed
+    /// distance of each gap by the position errors: the errors of the bodies, plus each joint error times this rate. A constant
+    /// gap keeps its least allowed distance.
     pub(crate) fn with_rates(mut self, errors: &BodyErrors) -> Clearance {
         self.rates = self.rates(&self.given_ranges);
         let far = |k: usize| errors.farthest.get(k).copied().unwrap_or(0.0) + errors.joints.get(k).unwrap_or(&0.0);
@@ -74,7 +74,8 @@ mod tests {
                 most = most.max(lost / gap.margin);
             }
         }
-        // The margin is of the same order as the largest loss of distance that the errors cause: `most` is their greatest ratio.
+        // `most`: greatest ratio of the loss of distance to the margin. A margin is not much larger than the loss that the
+        // errors cause.
         assert!(most > 0.3, "{most}");
         assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
     }

@@ -62,7 +62,7 @@ pub(crate) enum Against {
 pub struct GapRange {
     /// Distance at the configuration, m; negative if the bodies overlap.
     pub reached: f64,
-    /// Lower bound of the distance, m, while each coordinate stays within a given distance (spread) of the configuration.
+    /// Lower bound of the distance (m) while each coordinate stays within a given distance (spread) of the configuration.
     pub at_least: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct Clearance {
     pub(crate) gaps: Vec<Gap>,
     /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m): `rates[gap][coordinate]`.
     pub(crate) rates: Vec<Vec<f64>>,
-    /// Largest absolute value of each coordinate, rad (m), for which the bounds in `rates` hold.
+    /// Largest absolute value of each coordinate (rad or m) for which the bounds in `rates` hold.
     pub(crate) given_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
@@ -109,7 +109,8 @@ impl Clearance {
         self.floor
     }
 
-    /// Height of the lowest point of the moving bodies at configuration q, m, and the name of its body. `None` if no body moves.
+    /// Height (m) of the lowest point of the moving bodies at configuration `q`, and the name of the body with this point.
+    /// `None` if no body moves.
     pub fn lowest(&self, q: &[f64]) -> Option<(f64, &str)> {
         let poses = self.tree.poses(q);
         let heights = self.bodies.iter().filter(|b| b.link.is_some()).flat_map(|body| {
@@ -124,8 +125,8 @@ impl Clearance {
         &self.cut_bodies
     }
 
-    /// Largest distance by which a body exceeds the convex hull of its mesh, m, and the name of the body. `None` if there is no
-    /// mesh.
+    /// Largest distance (m) by which a body extends beyond the convex hull of its mesh, and the name of the body. `None` if
+    /// there is no mesh.
     pub fn mesh_error(&self) -> Option<(f64, &str)> {
         let of = |body: &FileLink| {
             let hulls = body.shapes.iter().filter(|shape| matches!(shape.solid.core, Core::Hull(_)));
@@ -135,8 +136,8 @@ impl Clearance {
         all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The links with joints that move `a` relative to `b`: first the chain of links from `a` towards the base, then the chain
-    /// from `b`. Each has the outermost link first; links that carry both `a` and `b` are left out. `None`: the base.
+    /// Two chains of links whose joints move `a` relative to `b`: the chain of `a`, then the chain of `b`. Each chain runs from
+    /// its outermost link towards the base and ends before the first link that carries both `a` and `b`. `None`: the base.
     pub(crate) fn between(&self, a: Option<usize>, b: Option<usize>) -> [Vec<usize>; 2] {
         let (a, b) = (self.tree.inward(a), self.tree.inward(b));
         let common = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
@@ -153,7 +154,7 @@ impl Clearance {
         body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
-    /// Largest displacement of a shape, m, if each coordinate moves by at most its value in `spread`. With `normal`: largest
+    /// Largest displacement of a shape (m) if each coordinate moves by at most its value in `spread`. With `normal`: largest
     /// displacement along this unit vector.
     fn displacement(
         &self,
@@ -172,7 +173,8 @@ impl Clearance {
                 JointKind::Fixed => continue,
                 JointKind::Prismatic => by,
                 JointKind::Revolute => {
-                    // The distance of a shape from the axis of the joint that carries it is constant.
+                    // Joint k = 0 carries the shape directly, so the distance of the shape from the axis of this joint is
+                    // constant.
                     let from_axis = norm(cross(z, minus(centre, poses[j].position))) + shape.ball;
                     let radius = if k == 0 { shape.max_axis_distance.min(from_axis) } else { from_axis + moved };
                     by * radius

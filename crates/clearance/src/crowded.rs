@@ -19,16 +19,16 @@ use crate::solid::Solid;
 pub(crate) struct Crowded {
     gap: Gap,
     found: SampledRoom,
-    /// If the clearance of a pair is at least this, m, the pair is not crowded (its clearance is not little).
+    /// Threshold, m: a pair with at least this clearance is not crowded (its clearance is not little).
     enough: f64,
 }
 
-/// Least ratio of the clearance after a cut to the clearance before. If it is smaller, the cut is undone, because more shapes
-/// slow down every proof.
+/// Least ratio of the clearance after a cut to the clearance before the cut. If the ratio is smaller, the cut is undone,
+/// because more shapes slow down every proof.
 const MIN_ROOM_RATIO: f64 = 1.25;
 
 impl Crowded {
-    /// Returns the pair if it is crowded. A pair is crowded if its clearance is below `enough`, m, or if its bodies touch in
+    /// Returns the pair if it is crowded. A pair is crowded if its clearance is below `enough` (m) or if its bodies touch in
     /// nearly every pose although several joints are between them.
     pub(crate) fn of(gap: &Gap, found: SampledRoom, enough: f64) -> Option<Crowded> {
         let is_it = match found {

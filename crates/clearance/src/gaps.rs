@@ -22,9 +22,9 @@ pub const DEFAULT_DISTANCE_M: f64 = 0.01;
 /// If no distance is requested, the least distance of a pair is at most this share of its room. Room: the distance that the pair
 /// exceeds in a tenth of the sampled poses (see `sampled_room`).
 pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
-/// Additional distance (reserve) above the bound of a gap that a search for motions keeps if there is enough room, m.
+/// Reserve, m: additional distance above the bound of a gap. A search for motions keeps it if there is enough room.
 pub(crate) const RESERVE_M: f64 = 0.004;
-/// If there is less room, the reserve is this share of the distance by which the room exceeds the bound.
+/// With less room, the reserve is this share of the difference between room and bound.
 const RESERVE_SHARE: f64 = 0.25;
 /// Smallest reserve (additional distance that a search keeps) of a gap, m.
 const LEAST_RESERVE_M: f64 = 1e-7;
@@ -146,8 +146,7 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // If the pair exceeds the distance `enough` in a tenth of the sampled poses, this distance need not be known
-                // exactly: the bound is the same.
+                // A room above `enough` need not be known exactly, because the bound is the same for all such rooms.
                 let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
                 // The distance between the bodies on the two sides of one joint is equal at every angle, so no motion can
@@ -181,8 +180,9 @@ impl Clearance {
     }
 }
 
-/// The least distance that a pair must keep, m. `room`: the distance that it exceeds in a tenth of the sampled poses, m. The
-/// least distance is at most a share of the room if no distance is requested, or if the distance of the pair is constant.
+/// The least distance that a pair must keep, m. `room`: the distance that the pair exceeds in a tenth of the sampled poses, m.
+/// The least distance is at most a share of the room in two cases: no distance is requested, or the distance of the pair is
+/// constant.
 fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     let share = DEFAULT_SHARE_OF_ROOM * room;
     match rules.distance {
@@ -191,8 +191,8 @@ fn bound_of(room: f64, is_constant: bool, rules: &ClearanceRules) -> f64 {
     }
 }
 
-/// If the room of a pair (the distance that it exceeds in a tenth of the sampled poses) is above this value, m, the exact room
-/// does not change the least distance.
+/// Room of a pair (m) above which its exact value does not change the least distance of the pair. Room: the distance that the
+/// pair exceeds in a tenth of the sampled poses.
 fn enough_room(rules: &ClearanceRules) -> f64 {
     match rules.distance {
         Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
@@ -311,7 +311,7 @@ pub(crate) mod tests {
                     // one-sided slopes.
                     let one_sided = [(moved(1e-5) - room) / 1e-5, (room - moved(-1e-5)) / 1e-5];
                     let off = one_sided.into_iter().chain([difference]).map(|d| (slope[k] - d).abs());
-                    // Distances have an error of 1e-9 m; divided by the step of 1e-5 this is an error of 1e-4 in the slope.
+                    // Distances have an error of 1e-9 m. Divided by the step of 1e-5, this gives an error of 1e-4 in the slope.
                     assert!(off.fold(f64::INFINITY, f64::min) < 1e-3, "{g} {k}: {} {difference}", slope[k]);
                 }
             }
@@ -321,7 +321,7 @@ pub(crate) mod tests {
 
     #[test]
     fn links_that_touch_at_zero_are_looked_at() {
-        // If the arm is stretched out, the knob of the hand meets the forearm. If it is bent, it does not.
+        // If the arm is stretched out, the knob of the hand meets the forearm. If the arm is bent, the knob does not.
         let text = ARM.replace(
             "</robot>",
             r#"<joint name="fix" type="fixed"><parent link="hand"/><child link="knob"/><origin xyz="-0.1 0 0"/></joint>

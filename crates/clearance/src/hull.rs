@@ -110,7 +110,7 @@ impl Hull {
         &self.points
     }
 
-    /// The point of the hull that is farthest along a direction. If several are equally far, the first of them.
+    /// The point of the hull that is farthest along a direction; if several points are equally far, the first of them.
     pub(crate) fn support(&self, along: Vector3) -> Vector3 {
         let size = along.map(f64::abs);
         let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else { 1 + usize::from(size[2] > size[1]) };

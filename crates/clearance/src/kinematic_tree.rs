@@ -85,14 +85,14 @@ impl KinematicTree {
         &self.places[link].terms
     }
 
-    /// The axis of the joint of a link in the base frame, if it is fixed there, because the antecedent of the link is the base.
-    /// Otherwise `None`.
+    /// The joint axis of a link whose antecedent is the base. This axis does not move; it is given in the base frame. `None`
+    /// for all other links.
     pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
         let place = &self.places[link];
         place.antecedent.is_none().then(|| axis(&place.fixed))
     }
 
-    /// Largest distance between the frame of a link and the frame of its antecedent, m, if the absolute value of each
+    /// Largest distance (m) between the frame of a link and the frame of its antecedent, if the absolute value of each
     /// coordinate is at most its value in `ranges`.
     pub(crate) fn length(&self, link: usize, ranges: &[f64]) -> f64 {
         let place = &self.places[link];
@@ -103,7 +103,7 @@ impl KinematicTree {
         norm(place.fixed.position) + slid
     }
 
-    /// Largest motion of the joint of a link, rad (m), if each coordinate moves by at most its value in `spread`.
+    /// Largest motion of the joint of a link (rad or m) if each coordinate moves by at most its value in `spread`.
     pub fn spread(&self, link: usize, spread: &[f64]) -> f64 {
         self.places[link].terms.iter().map(|(k, m)| m.abs() * spread[*k]).sum()
     }

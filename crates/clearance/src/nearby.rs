@@ -41,17 +41,16 @@ struct NearestPoints {
     seed: Seed,
 }
 
-/// Rates of change of the distances are computed for coordinates up to this factor times their largest absolute value in the
-/// sampled poses.
+/// The rates of change of the distances hold for |coordinate| up to this factor times its largest value in the sampled poses.
 const SAMPLED_RANGE_FACTOR: f64 = 2.0;
 
-/// If the cached room (distance minus bound) exceeds this share of the requested room, the lower bound along the cached direction
-/// is tried before a search for the nearest points.
+/// If the cached room (distance minus bound) exceeds this share of the requested room, a cheap bound is tried first: the lower
+/// bound along the cached direction. Otherwise the nearest points are searched at once.
 const HOPEFUL_SHARE: f64 = 0.5;
 
 impl Clearance {
-    /// Largest rate of change of each gap (distance) with each coordinate, m/rad (m/m), while |coordinate| is at most its value
-    /// in `ranges`.
+    /// Largest rate of change of each gap (distance) with each coordinate (m/rad or m/m) while |coordinate| is at most its
+    /// value in `ranges`.
     pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
         let of_gap = |gap: &Gap| {
             let mut by_coordinate = vec![0.0; ranges.len()];
@@ -123,7 +122,7 @@ impl Clearance {
 
     /// Calls `each` for every pair of solids whose room (distance minus the bound of its gap) is less than `within`, m.
     ///
-    /// `known`: the cache of this instant. Arguments of `each`: index of the gap, room, m, and derivative of the room by each
+    /// `known`: the cache of this instant. Arguments of `each`: index of the gap; room, m; derivative of the room by each
     /// coordinate, m/rad (m/m).
     pub fn near(&self, q: &[f64], within: f64, known: &mut InstantCache, each: &mut dyn FnMut(usize, f64, &[f64])) {
         self.recall(q, known);
@@ -226,8 +225,8 @@ impl Clearance {
     }
 }
 
-/// The room (distance minus `bound`) of two solids, m, with the unit vector from b to a and the nearest points. `None` if the
-/// room is not below `within`. `room`, `look`: cached results, which are updated.
+/// The room (distance minus `bound`, m) of two solids, the unit vector from b to a, and the nearest points. `None` if the room
+/// is not below `within`. `room`, `look`: cached results, which are updated.
 fn near_pair(
     [a, b]: [PosedSolid; 2],
     towards: Vector3,
@@ -237,7 +236,7 @@ fn near_pair(
     look: &mut Option<Box<NearestPoints>>,
 ) -> Option<(f64, Vector3, [Vector3; 2])> {
     // The lower bound of the distance along the cached direction, or else along the line of centres, is tested first. For most
-    // pairs it proves that they are far from each other.
+    // pairs this bound proves that the two solids are far apart.
     let along = look.as_ref().map_or(towards, |look| look.along);
     if look.is_none() || *room > HOPEFUL_SHARE * within {
         *room = apart_along(a, b, along) - bound;
@@ -314,8 +313,8 @@ mod tests {
             let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
             assert_eq!(gaps(&again), gaps(&afresh), "{step}");
             for (a, b) in again.iter().zip(&afresh) {
-                // Allowed difference: at a round surface, a search is accurate to a few micrometres without the cache, and to ten
-                // micrometres with it.
+                // Allowed difference: at a round surface, a search is accurate to a few micrometres without the cache, and to
+                // ten micrometres with the cache.
                 assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
             }
         }

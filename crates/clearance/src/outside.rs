@@ -10,8 +10,9 @@ use crate::hull::Hull;
 use crate::separation::{PosedSolid, separation};
 use crate::solid::{Core, Solid};
 
-/// Distance of a point from the hull of all shapes of a body, m, and the diagonal of the hull's bounding box, m. The point is
-/// given in the frame of the link that carries the body. `None` if a shape is missing, or if no shape is a mesh.
+/// Two lengths, m: the distance of a point from the hull of all shapes of a body, and the diagonal of the bounding box of this
+/// hull. The point is given in the frame of the link that carries the body. `None` if a shape is missing, or if no shape is a
+/// mesh.
 pub fn outside(body: &FileLink, point: Vector3) -> Option<(f64, f64)> {
     let is_mesh = body.shapes.iter().any(|shape| matches!(shape.solid.core, Core::Hull(_)));
     if !body.has_geometry || !body.missing.is_empty() || !is_mesh {

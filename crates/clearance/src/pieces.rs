@@ -209,7 +209,7 @@ pub(crate) mod tests {
         assert_eq!(pieces(vec![]).len(), 1);
     }
 
-    /// The volume of a cuboid, and the volume of a cuboid without a corner that has a sixth of its volume.
+    /// The volumes of a cuboid, and of the same cuboid without one corner. The corner has a sixth of the volume.
     #[test]
     fn volumes_are_known_roughly() {
         let whole = cuboid([1.0, 2.0, 3.0], [2.0, 4.0, 3.5]);

@@ -9,7 +9,7 @@ use crate::half_space::HalfSpace;
 pub struct ClearanceRules {
     /// Whether the distances between the links of the robot are checked.
     pub own_links: bool,
-    /// Least distance between two links, m. `None`: `spacing`, or half of the room of the pair if this is less. Room: the
+    /// Least distance between two links, m. `None`: the smaller of `spacing` and half of the room of the pair. Room: the
     /// distance that the pair exceeds in a tenth of the sampled poses.
     pub distance: Option<f64>,
     /// Pairs of links that are not checked, each with the reason: (link, link, reason).
@@ -33,8 +33,8 @@ pub struct ClearanceRules {
 /// The rule that determines the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloorRule {
-    /// The plane z = 0 of the base, if no moving body is below it at the zero pose. With a height, m: the higher one of this
-    /// plane and the height, or the height alone if a body is below the plane.
+    /// The plane z = 0 of the base is a floor if no moving body is below it at the zero pose. A height (m) may be given: then
+    /// the floor is the higher of this height and the plane, or the height alone if a body is below the plane.
     OfBase(Option<f64>),
     /// No floor, because the user requests none.
     Nowhere,
@@ -61,9 +61,10 @@ impl Default for ClearanceRules {
 /// The poses and the moving coordinates from which the distances (gaps) that a robot must keep are determined.
 #[derive(Clone, Debug)]
 pub struct Situation {
-    /// Rest position of each coordinate, rad (m): its locked position, or else zero or the value in its limits nearest to zero.
+    /// Rest position of each coordinate, rad (m). A locked coordinate: its locked position. Any other coordinate: zero, or the
+    /// position within its limits that is nearest to zero.
     pub rest: Vec<f64>,
-    /// The zero pose, rad (m): each coordinate at zero or at the value in its limits nearest to zero.
+    /// The zero pose, rad (m): each coordinate at zero, or at the position within its limits that is nearest to zero.
     pub zero: Vec<f64>,
     /// For each coordinate, whether it moves (is not locked).
     pub moves: Vec<bool>,

@@ -13,8 +13,8 @@ use robot::vector::{minus, norm};
 
 /// Two bodies count as touching if their distance is less than this, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
-/// If one body of a pair is a mesh, the pair is near if its distance is less than this, m. The meshes of the two sides of a joint
-/// are some tenths of a millimetre apart at every angle, and no motion can increase this distance.
+/// A pair with a mesh counts as near if its distance is less than this value, m. The meshes of the two sides of a joint are
+/// some tenths of a millimetre apart at every angle, and no motion can increase this distance.
 const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
 /// Links that touch in at least this share of the poses count as always touching.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
@@ -23,7 +23,8 @@ pub(crate) const ROOMY_SHARE: f64 = 0.1;
 /// If fewer than [`ROOMY_SHARE`] of the poses have a distance above zero, this share is used instead.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
-/// The room of a pair of links: the distance that it exceeds in a tenth of the sampled poses; or the reason why it has none.
+/// The room of a pair of links, or the reason why the pair has none. Room: the distance that the pair exceeds in a tenth of the
+/// sampled poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SampledRoom {
     /// The links touch in nearly every pose.
@@ -34,12 +35,12 @@ pub(crate) enum SampledRoom {
     Room(f64),
 }
 
-/// A distance is constant if it changes by less than this over all poses, m. Computed distances of round surfaces are not more
-/// accurate.
+/// A distance counts as constant if it varies by less than this value (m) over all poses. Computed distances of round surfaces
+/// are not more accurate.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
-/// The assumption about pairs that are the two sides of one joint and have a constant distance. `poses`: number of sampled poses.
-/// `None` without pairs.
+/// The note that no margin is kept for some pairs. Each pair consists of the two sides of one joint and has a constant
+/// distance. `poses`: number of sampled poses. `None` without pairs.
 pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<LeftOut> {
     let what = format!(
         "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
@@ -86,7 +87,7 @@ impl Clearance {
             return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
-        // If too few poses have a distance for both shares of poses, the smallest of these distances is the room.
+        // If fewer poses are apart than both shares require, the room is the smallest distance of the poses that are apart.
         let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
         let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
         (SampledRoom::Room(room), is_constant)
@@ -99,7 +100,7 @@ impl Clearance {
         is_mesh(gap.body) || is_mesh(other)
     }
 
-    /// The distance of a pair, m. If it is above `enough`, the result is some value above `enough`.
+    /// The distance of a pair, m. If the true distance is above `enough`, the result is any value above `enough`.
     fn room_up_to(&self, gap: &Gap, poses: &[Pose], enough: f64) -> f64 {
         let Against::Body(other) = gap.against else { return f64::INFINITY };
         let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);

@@ -16,8 +16,9 @@ use robot::Pose;
 use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
-/// Required accuracy of the nearest points if a search starts from a seed, m. At the round side of a cylinder, any search stops
-/// some micrometres early. If the accuracy is not reached, the search is repeated without the seed.
+/// Required accuracy (m) of the nearest points if a search starts from a seed (the result of an earlier search). If the
+/// accuracy is not reached, the search is repeated without the seed. A smaller value is not possible, because at the round side
+/// of a cylinder any search stops some micrometres early.
 const FOUND_WITHIN_M: f64 = 1e-5;
 
 /// A solid together with its pose.
@@ -56,7 +57,7 @@ impl PosedSolid<'_> {
     }
 }
 
-/// A lower bound of the distance between `a` and `b`, m, from one direction from b to a. It is far faster than [`separation`].
+/// A lower bound of the distance between `a` and `b` (m) from one direction from b to a. It is far faster than [`separation`].
 pub(crate) fn apart_along(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> f64 {
     let length = norm(towards_a);
     if length <= f64::EPSILON {
@@ -78,7 +79,7 @@ pub fn separation(a: PosedSolid, b: PosedSolid, towards_a: Vector3) -> Separatio
     }
 }
 
-/// A lower bound of the distance between a and b, m, and the two support points that prove it. n: unit vector from b to a.
+/// A lower bound of the distance between a and b (m) and the two support points that prove it. n: unit vector from b to a.
 fn proved(a: PosedSolid, b: PosedSolid, n: Vector3) -> (f64, [Vector3; 2]) {
     let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
     (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
@@ -94,7 +95,7 @@ pub(crate) struct Seed {
 
 /// The result of a search for the nearest points of two solids.
 pub(crate) enum Nearest {
-    /// The distance is larger than requested. Fields: a lower bound of it, m, and the unit vector from b to a.
+    /// The distance is larger than requested. Fields: a lower bound of the distance (m) and the unit vector from b to a.
     Beyond(f64, Vector3),
     /// The distance of the solids, which is not larger than requested.
     At(Separation),

@@ -2,7 +2,7 @@
 
 /// Number of decimals of a length in m: the last one is a tenth of a millimetre.
 const DECIMALS: usize = 4;
-/// Lengths below this are printed with a power of ten, m, because four decimals would show one digit or none.
+/// Lengths below this value (m) are printed with a power of ten, because four decimals would show one digit or none.
 const FOUR_DECIMALS_FROM_M: f64 = 1e-3;
 
 /// A length in m as text with four decimals, without a unit. A length below a millimetre has two digits and a power of ten,

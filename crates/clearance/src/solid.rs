@@ -64,11 +64,11 @@ const MAX_KEPT: usize = 1000;
 /// In one step, vertices are added to the core for all points whose distance from the core exceeds this share of the largest
 /// distance.
 const WORST_SHARE: f64 = 0.7;
-/// Two directions are equal if the cosine of the angle between them is larger than this. Then vertices are added for one of them
-/// only.
+/// Two directions count as equal if the cosine of the angle between them is larger than this value. Then vertices are added for
+/// only one of the two.
 const SAME_DIRECTION: f64 = 0.995;
 
-/// If all coordinates of a mesh are below this, m, it is scaled up before distances are measured.
+/// A mesh is scaled up before distances are measured if all its coordinates are below this value, m.
 const RESCALED_MESH_SIZE_M: f64 = 1e-3;
 
 impl Solid {
@@ -143,7 +143,7 @@ impl Solid {
         Some(Solid { radius, ..solid })
     }
 
-    /// A ball that contains the solid: its centre in the frame of the solid, m, and its radius, m.
+    /// A ball that contains the solid: its centre in the frame of the solid (m) and its radius (m).
     pub fn ball(&self) -> (Vector3, f64) {
         let (centre, reach) = match &self.core {
             Core::Point => ([0.0; 3], 0.0),
@@ -265,7 +265,7 @@ fn standing_out(points: &[Vector3], kept: &[usize], outside: &[Outside], by: f64
     added
 }
 
-/// Distance of a point from a core, m, and the vector from the nearest point of the core to the point (not normalised). The
+/// Distance of a point from a core (m) and the vector from the nearest point of the core to the point (not normalised). The
 /// distance is never too small, because it is measured to a point of the core.
 fn from_point(core: &Core, point: Vector3) -> (f64, Vector3) {
     let here = ParryPose::from_translation(Vector::from_array(point));
@@ -335,8 +335,8 @@ mod tests {
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
             let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
             assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
-            // 1000 points on a ball: the diagonal of four neighbours is about 0.16 rad, so the uncovered part between them has a
-            // half angle below 0.1 rad, and a height below 0.2 (1 - cos 0.1) = 1 mm.
+            // 1000 points on a ball: the diagonal of four neighbours is about 0.16 rad. So the uncovered cap between them has a
+            // half angle below 0.1 rad and a height below 0.2 (1 - cos 0.1) = 1 mm.
             assert!(held < outermost + 1e-3 * norm(along), "{k}: {held} {outermost}");
         }
         // If the core has not reached its greatest number of vertices, no vertex is outside of it by more than a tenth of a

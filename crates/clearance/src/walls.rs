@@ -8,12 +8,13 @@ use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
 use claims::{LeftOut, LeftOutTopic};
 
-/// A gap (distance to a half-space) is constant if it changes by less than this, m, while every moving coordinate changes by at
-/// most 1 rad (m).
+/// Threshold, m: a gap (distance to a half-space) counts as constant if it cannot shrink by more than this while each moving
+/// coordinate stays within 1 rad (m) of the rest position.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
 /// Allowance for the rounding of the height of the lowest point, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
-/// A robot stands on the plane of its base if its base mesh is below this plane by at most this, m. Meshes are not more accurate.
+/// A robot stands on the plane of its base if its base mesh is below this plane by at most this length, m. Meshes are not more
+/// accurate.
 const STANDING_TOLERANCE_M: f64 = 5e-3;
 /// The name of the floor; names of gaps (distances to a half-space) end with it.
 const FLOOR: &str = "the floor";
@@ -47,8 +48,8 @@ impl Clearance {
         Ok(())
     }
 
-    /// The height of the base plane, 0 m, if no moving body is below it at the zero pose. Otherwise the reason why it is no
-    /// floor.
+    /// The height of the base plane, 0 m, if no moving body is below this plane at the zero pose. Otherwise the reason why the
+    /// plane is not a floor.
     fn floor_of_base(&self, situation: &Situation) -> Result<f64, String> {
         let has_geometry = self.bodies.iter().any(|b| b.link.is_some() && b.has_geometry && !b.shapes.is_empty());
         match (has_geometry, self.lowest(&situation.zero)) {
@@ -61,7 +62,7 @@ impl Clearance {
         }
     }
 
-    /// Least distance between a body and an assumed floor, m: `spacing`, or half of the room if this is less. Room: the distance
+    /// Least distance between a body and an assumed floor, m: the smaller of `spacing` and half of the room. Room: the distance
     /// that the body exceeds in a tenth of the sampled poses. 0 for other gaps.
     fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &ClearanceRules) -> f64 {
         let is_floor = gap.subject.ends_with(FLOOR);
@@ -90,8 +91,8 @@ impl Clearance {
         self.apart(gap, &self.tree.poses(&situation.rest), Some(&unit))
     }
 
-    /// Adds the distances (gaps) between a half-space and the bodies that must stay in it, if a joint can change their distance
-    /// to its plane.
+    /// Adds the distances (gaps) between a half-space and the bodies that must stay in it. A body gets no gap if no joint can
+    /// change its distance to the plane of the half-space.
     pub(crate) fn add_wall(
         &mut self,
         wall: usize,

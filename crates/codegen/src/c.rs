@@ -1,5 +1,5 @@
-//! Writes a Module as C99: a header and a source file. They include only headers of the C standard. From the C library they call
-//! `sqrt` and `tanh` if these are used, and with some compilers or options `fma`, `sin` and `cos`.
+//! Writes a Module as C99: a header and a source file. They include only headers of the C standard. If the functions need
+//! `sqrt` or `tanh`, they call the C library for it; with some compilers or options also for `fma`, `sin` and `cos`.
 //!
 //! ```text
 //! void race_base_regressor(const race_real q[3], ..., race_real y[3][18])
@@ -31,8 +31,8 @@ pub struct CFiles {
     pub source: String,
 }
 
-/// Writes the C header and source of `module`. The source includes `header_name`. The comment at the top of both names `made_by`,
-/// the command that generates the files. `monitor`: numbers of the monitor that the files get, if any.
+/// Writes the C header and source of `module`. The source includes `header_name`. The comment at the top of both names
+/// `made_by`, the command that generates the files. `monitor`: numbers of the monitor; `None`: the files get no monitor.
 pub fn c_files(module: &Module, made_by: &str, header_name: &str, monitor: Option<&Monitor>) -> CFiles {
     let prefix = &module.name;
     let upper = prefix.to_ascii_uppercase();
@@ -145,9 +145,10 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool,
 
 /// C text that defines the macro `MUL_ADD`.
 ///
-/// For clang it is the expression a b + c with contraction allowed: clang fuses it if this is faster on the target. clang does
-/// not get `fmaf`, because this is a library call if errno may be set, as on processors without an operating system; the call may
-/// compute with doubles. Other compilers get `fma` only if one of the macros tested here says that it is one instruction.
+/// The definition of `MUL_ADD`, a b + c. For clang it is this expression with contraction allowed: clang fuses it if this is
+/// faster on the target. clang does not get `fmaf`: if errno may be set, as on processors without an operating system, `fmaf`
+/// is a library call, which may compute with doubles. Other compilers get `fma` only if one of the macros tested here says that
+/// `fma` is one instruction.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
 #if defined(__clang__)

@@ -1,8 +1,8 @@
-//! The monitor of a generated C file: external torque, contact and load, one call a cycle.
+//! The monitor of a generated C file. It estimates the external torque, contact and the load, with one call per cycle.
 //!
-//! The text is in online.c. It has the operations of the crate `online` in the same order, with the state in a struct of the caller.
-//! It calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the same file, and reads its constants X
-//! and F.
+//! The text is in online.c. The text has the operations of the crate `online` in the same order, with the state in a struct of
+//! the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the same file,
+//! and reads the constants X and F of the file.
 
 /// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,17 +17,18 @@ pub struct Monitor {
     pub gain: f64,
     /// Rate of the control loop, Hz.
     pub rate: f64,
-    /// Ratio of the variance of a mean of errors to that of independent ones.
+    /// A ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the
+    /// variance for independent errors.
     pub correlation: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
     /// The external torque of a joint is significant beyond this number of standard deviations.
     pub significant: f64,
-    /// Time below half of the threshold after which contact ends, s.
+    /// Contact ends after the torques have stayed below half of the threshold for this time, s.
     pub hold: f64,
-    /// Constants of each joint: standard deviation of the external torque at speed, what it has more at standstill, dry friction,
-    /// the speed at which half of both remains, the speed below which friction changes its direction smoothly, and the standard
-    /// deviation of the change from cycle to cycle.
+    /// Constants of each joint, in this order: standard deviation of the external torque at speed; additional standard
+    /// deviation at standstill; dry friction; speed at which half of the two previous values remains; speed below which
+    /// friction changes its direction smoothly; standard deviation of the change from cycle to cycle.
     pub bands: Vec<[f64; 6]>,
     /// Limit of the torque of each joint, N m (N); infinite where there is none.
     pub efforts: Vec<f64>,
@@ -35,12 +36,12 @@ pub struct Monitor {
     pub factor: Vec<Vec<f64>>,
     /// Number of columns of `factor`.
     pub directions: usize,
-    /// Standard deviations of the parameters of the loads that are possible.
+    /// Standard deviation of each load parameter before the first row, for the loads that are possible.
     pub load_start: [f64; 10],
-    /// Time for which a contact lasts before it may be a load, s; time without rows at its beginning, s; memory of the misfit, s;
-    /// largest misfit.
+    /// Four constants: time for which a contact must last before it may be a load, s; time at the beginning of the contact in
+    /// which no rows are used, s; memory of the misfit, s; largest misfit.
     pub decision: [f64; 4],
-    /// Memory of the scale of the noise, s.
+    /// Memory (averaging time) of the scale of the noise, s.
     pub scale_memory: f64,
 }
 

@@ -67,8 +67,8 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     }
 }
 
-/// Tokens of the method `mul_add` of f64 or f32. `core` does not have it, and in `std` it is a slow call if the target has no
-/// instruction for it.
+/// Tokens of the method `mul_add` of f64 or f32. `core` does not have this method. In `std`, it is a slow call if the target
+/// has no instruction for it.
 fn mul_add(number: TokenStream) -> TokenStream {
     quote! {
         #[cfg(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows)))]

@@ -28,9 +28,10 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries in the order in which they are computed: block by block, each block row by row. Adjacent columns form a block
-    /// if their last non-zero entries are in the same row. In a regressor, these are the columns of one link. All entries of a
-    /// block use the motion of this link, and each row uses the twist of one coordinate. So few values must be kept in registers.
+    /// The entries in the order in which they are computed: block by block, each block row by row. Adjacent columns form a
+    /// block if their last non-zero entries are in the same row. In a regressor, these are the columns of one link. All entries
+    /// of a block use the motion of this link, and each row uses the twist of one coordinate. Therefore only few values must be
+    /// kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();

@@ -95,7 +95,7 @@ impl Fusion {
         self.operations[node]
     }
 
-    /// `e` expressed by the value stored at its node: the sign is changed if the node stores its negative.
+    /// `e` in terms of the value that is stored at its node. If the node stores its negative, the sign of `e` is changed.
     pub fn held(&self, e: Expr) -> Expr {
         signed(e, e.is_negative() ^ self.negated[e.node()])
     }
@@ -196,7 +196,8 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// All operations except `None`, and the first output entry as the value stored at its node, with a sign.
+    /// Two results for a test: all operations of `f` except `None`; and the first output entry in terms of the value that is
+    /// stored at its node.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);

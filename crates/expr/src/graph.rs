@@ -35,7 +35,7 @@ impl Expr {
         self.0 & 1 == 1
     }
 
-    /// Whether the expression is the constant 0. Zero has one node and no minus.
+    /// Whether the expression is the constant 0. Zero is always the same node, without a sign.
     pub fn is_zero(self) -> bool {
         self == Expr::ZERO
     }
@@ -70,7 +70,7 @@ pub enum SymbolKind {
     Constant(f64),
 }
 
-/// An operation on expressions, or a leaf of the graph. The sign of a value is on its handle, not here.
+/// An operation on expressions, or a leaf of the graph. The sign of a value is stored in the handle (`Expr`), not in the node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Node {
     /// A constant, zero or positive.
@@ -104,7 +104,7 @@ pub struct Graph {
     names: Option<FxHashMap<u32, (String, bool)>>,
 }
 
-/// A node with its numbers as bits, as the key of a hash map.
+/// The key of a node in the hash map. It contains the numbers of the node as bits.
 type Key = (u8, u64, u32);
 
 fn key(node: Node) -> Key {

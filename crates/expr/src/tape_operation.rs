@@ -65,7 +65,8 @@ pub(crate) enum Code {
     SinCos,
 }
 
-/// The slots of the constants 1 and -0. With them sums and products have one form: a + c is a 1 + c, and a b is a b + -0.
+/// The slots of the constants 1 and -0. With these constants, sums and products have one form: a + c is computed as a 1 + c, and
+/// a b as a b + -0.
 pub(crate) struct Units {
     pub one: u32,
     pub minus_zero: u32,

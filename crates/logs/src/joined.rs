@@ -22,7 +22,7 @@ const SEPARATOR: char = '+';
 const MAX_FILES: usize = 128;
 /// Largest number of joints in a file with a single number per line.
 const MAX_JOINTS_A_FILE: usize = 64;
-/// Two clocks are the same if their times differ by less than this, as a fraction of the step of the first clock.
+/// Two clocks are the same if their times differ by less than this value, as a fraction of the step of the first clock.
 const SAME_CLOCK_STEPS: f64 = 1e-3;
 
 /// The files that a path names. `None` if it names a single file, even if the name of this file contains the separator.

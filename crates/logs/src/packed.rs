@@ -42,7 +42,7 @@ enum RowIndices {
 /// The code for -0, which no integer can represent.
 const MINUS_ZERO: i32 = i32::MIN;
 
-/// If this is added to a number below 2^31, the lower half of the sum is the nearest integer.
+/// If this number is added to a number below 2^31, the lower half of the sum is the nearest integer.
 const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 
 /// The powers of ten that are tried as divisors.
@@ -193,7 +193,7 @@ impl PackedLog {
         log
     }
 
-    /// Appends the samples in a range to a log. The log has the same series, or only the first of them.
+    /// Appends the samples in a range to a log. The log must have the same series, or only the first few of these series.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &PackedSeries)> = log.series_mut().zip(&self.series).collect();
         in_parallel_series(range.len(), pairs, |(all, series)| {

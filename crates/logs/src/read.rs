@@ -111,7 +111,8 @@ fn indexed(file: &str, content: FileFormat, pieces: RandomAccessFile) -> Result<
     }
 }
 
-/// Number of copies of bytes that are decompressed as a whole: an array that grows by doubling, and the table.
+/// Number of copies in memory of a content that is decompressed as a whole. The copies are in an array that grows by doubling,
+/// and in the table.
 const COPIES_OF_DECOMPRESSED_BYTES: usize = 4;
 
 /// Opens the content of a gzip or zstd stream: a table of text is read on demand.

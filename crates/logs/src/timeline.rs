@@ -27,7 +27,7 @@ pub(crate) struct Timeline {
     start: f64,
     /// Number of samples of the episode so far.
     samples: usize,
-    /// Clock of the previous row, s, if it was before the last sample; otherwise `None`.
+    /// Clock of the previous row (s) if it was before the last sample; otherwise `None`.
     behind: Option<f64>,
     /// The current episode number; `None` if there is none.
     episode: Option<f64>,

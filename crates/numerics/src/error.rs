@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The error of a computation that has no result. It does not name a file or a quantity; the caller adds them.
+/// The error of a computation that has no result. The message does not name a file or a quantity; the caller adds both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
     message: &'static str,

@@ -166,8 +166,8 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 
 /// The autocorrelation sums sum_i x_i x_(i-l) for the lags l = 0 ..= `lags`, by the Wiener-Khinchin theorem.
 ///
-/// x is divided into blocks, because a block stays in the cache. For each block, its cross spectrum with the samples from `lags`
-/// before its start to its end is computed. The sum of the cross spectra is transformed back once.
+/// x is divided into blocks, because a block stays in the cache. For each block, the cross spectrum of two signals is computed:
+/// the block, and the block with the `lags` samples before it. The sum of the cross spectra is transformed back once.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     // Each block is preceded by the last `lags` samples of the previous block. Without them, the circular correlation would
     // multiply the end of a block by its start.

@@ -221,7 +221,7 @@ fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
 const ROWS_PER_PASS: usize = 4;
 
 /// Adds the sum of weight(r) row_r row_r' over all rows r to the lower triangle of a p x p matrix. Each entry is summed in the
-/// order of the rows, so the result does not depend on the blocks.
+/// order of the rows, so the result does not depend on the number of rows in one pass.
 #[inline(always)]
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
     let whole = rows.len() / p.max(1) / ROWS_PER_PASS * ROWS_PER_PASS;

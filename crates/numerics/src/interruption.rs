@@ -1,8 +1,8 @@
 //! A flag that ends long work early. The caller that waits for the work raises it, and the work checks it between its steps.
 //!
 //! Functions do not take the flag as an argument. [`Interruption::during`] sets the flag of the current thread, and work that
-//! starts its own threads passes it on with [`Interruption::here`]. Without a flag, work reads one that is never raised. No
-//! result of complete work depends on the flag.
+//! starts its own threads passes it on with [`Interruption::here`]. A thread without a flag uses a default flag, which is never
+//! raised. No result of complete work depends on the flag.
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -19,11 +19,11 @@ pub struct Interval {
 /// Assumed error bound of sine and cosine of `libm`: twice the distance between neighbouring f64 near 1.
 const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
-/// If the distance from an interval to a peak of the sine is below this value, in turns (2 pi rad), the interval counts as
-/// containing the peak. The value is far above the rounding of angle / 2 pi.
+/// An interval counts as containing a peak of the sine if it is nearer to the peak than this value, in turns (of 2 pi rad). The
+/// value is far above the rounding error of angle / 2 pi.
 const PEAK_DISTANCE_TURNS: f64 = 1e-9;
-/// Largest angle, rad, of which a sine is enclosed more tightly than by [-1, 1]. For larger angles the rounding of angle / 2 pi
-/// comes near [`PEAK_DISTANCE_TURNS`].
+/// For angles above this value (rad), the enclosure of the sine is [-1, 1], because the rounding error of angle / 2 pi comes
+/// near [`PEAK_DISTANCE_TURNS`].
 const MAX_ANGLE_RAD: f64 = 1e6;
 
 impl Interval {
@@ -68,7 +68,7 @@ impl Interval {
         self.high - self.low
     }
 
-    /// The largest absolute value of its numbers.
+    /// The largest absolute value of the numbers in the interval.
     #[inline]
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
@@ -88,7 +88,7 @@ impl Interval {
         if low <= high { Interval { low, high } } else { self }
     }
 
-    /// An interval that contains the squares of its numbers, with a lower end of at least zero.
+    /// An interval that contains the squares of all numbers in this interval. Its lower end is at least zero.
     #[inline]
     pub fn square(self) -> Interval {
         let product = self * self;
@@ -115,18 +115,18 @@ impl Interval {
         Interval { low: self.low.sqrt().next_down().max(0.0), high: self.high.sqrt().next_up() }
     }
 
-    /// An interval that contains the sines of its numbers, rad.
+    /// An interval that contains the sines of all angles in this interval, rad.
     pub fn sin(self) -> Interval {
         self.sine_with_peaks_at(FRAC_PI_2, libm::sin)
     }
 
-    /// An interval that contains the cosines of its numbers, rad.
+    /// An interval that contains the cosines of all angles in this interval, rad.
     pub fn cos(self) -> Interval {
         self.sine_with_peaks_at(0.0, libm::cos)
     }
 
-    /// An interval that contains `f` of all its numbers. `f` is 1 at `peak` + 2 k pi, -1 half a turn later, and monotonic in
-    /// between.
+    /// An interval that contains the values of `f` for all numbers in this interval. `f` is 1 at `peak` + 2 k pi, -1 half a
+    /// turn later, and monotonic in between.
     fn sine_with_peaks_at(self, peak: f64, f: fn(f64) -> f64) -> Interval {
         let unit = Interval::around_zero(1.0);
         // For larger angles the rounding of angle / 2 pi would come near PEAK_DISTANCE_TURNS.

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// If the ratio of a singular value to the largest one is below this, the singular value is rounding. Columns of filtered signals
+/// A singular value is rounding error if its ratio to the largest singular value is below this. Columns of filtered signals
 /// have about nine correct digits, and fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
@@ -125,8 +125,8 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     }
 }
 
-/// The decomposition U diag(s) V'. A matrix with a NaN or an infinity is replaced by zeros, because its iteration would never
-/// end.
+/// The decomposition U diag(s) V'. A matrix with a NaN or an infinity is replaced by zeros, because the iteration of the
+/// decomposition would never end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let is_finite = matrix.iter().all(|x| x.is_finite());
     let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
@@ -176,8 +176,8 @@ mod tests {
         assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
     }
 
-    /// One of two parallel columns is a hundred thousand times smaller. The solution must not give a large value to its
-    /// parameter.
+    /// One of two parallel columns is a hundred thousand times smaller than the other. The solution must not give a large value
+    /// to the parameter of the small column.
     #[test]
     fn a_column_that_hardly_shows_gets_no_large_value() {
         let mut random = Random::new(9);

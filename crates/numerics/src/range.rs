@@ -1,11 +1,12 @@
 //! The smallest and largest values of functions of one variable on an interval, proven by subdivision.
 //!
-//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval is
-//! divided until no function can exceed its largest known value there by more than its tolerance. The smallest value is found in
-//! the same manner (branch and bound in a fixed order). The known values are proven by enclosures at single instants.
+//! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval
+//! is divided until, for every function, its upper bound there exceeds the largest known value by at most the tolerance. The
+//! smallest value is found in the same manner (branch and bound in a fixed order). The known values are proven by enclosures at
+//! single instants.
 //!
-//! If it is enough to know that functions stay within bounds, this is proven first, with its own number of enclosures, because
-//! the exact range may need too many enclosures.
+//! Often it is enough to know that functions stay within bounds. This is proven first, with its own number of enclosures,
+//! because the exact range may need too many enclosures.
 
 use crate::interruption::Interruption;
 use crate::interval::Interval;
@@ -54,8 +55,8 @@ impl RangeGoal {
 pub struct Subdivision {
     /// Number of subintervals at the start.
     pub parts: usize,
-    /// Maximum number of enclosures for the exact ranges. When they are used up, the remaining subintervals give the bounds
-    /// undivided.
+    /// Maximum number of enclosures for the exact ranges. When they are used up, the remaining subintervals are not divided
+    /// further, and the bounds follow from their enclosures.
     pub enclosures: usize,
     /// Maximum number of enclosures for the first proof, that functions stay within `enough`. If a function exceeds `enough`,
     /// only `enclosures` are used.
@@ -71,9 +72,10 @@ pub struct Enclosed {
     pub middle: Vec<Interval>,
 }
 
-/// Least tolerance, divided by the width of an enclosure at an instant. If the bound on a subinterval exceeds the reached value
-/// by less, the excess is rounding, and the subinterval is not divided. The reached value is the end of an enclosure on the safe
-/// side, and the bound contains a few more roundings.
+/// Least tolerance, as a multiple of the width of an enclosure at one instant (the rounding error). If the bound on a
+/// subinterval exceeds the reached value by less than this tolerance, the excess is only rounding, and the subinterval is not
+/// divided. The factor is above one for two reasons: the reached value is the end of an enclosure on the safe side, and the
+/// bound contains a few more roundings.
 const ROUNDING_WIDTHS: f64 = 4.0;
 
 /// Number of subintervals that are enclosed in parallel at a time.
@@ -134,7 +136,8 @@ enum SubdivisionGoal {
 struct RangeSearch<'a> {
     sought: &'a [RangeGoal],
     found: Vec<Range>,
-    /// For each function, the largest width of its enclosures at single instants. It is the rounding of the function.
+    /// For each function, the largest width of its enclosures at single instants. This width is the rounding error of the
+    /// function.
     rounding: Vec<f64>,
 }
 
@@ -167,7 +170,7 @@ impl RangeSearch<'_> {
     }
 
     /// Halves subintervals round by round until the goal `aim` is met or `enclosures` are used up. `beyond`: the maximum number
-    /// of enclosures instead if a function exceeds `enough`.
+    /// of enclosures that applies instead of `enclosures` if a function exceeds `enough`.
     fn divided(
         &mut self,
         parts: Vec<SpanPart>,

@@ -241,7 +241,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: ColumnPlaces, mut row
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
-        // Computes four reflections. Each is applied to those of the four columns that follow it.
+        // Computes four reflections. Each reflection is also applied to the later ones of the four columns.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
@@ -338,8 +338,8 @@ fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight],
     }
 }
 
-/// Applies one reflection to columns of the triangle and of the rows. It is given by `lead` = R_kk - beta_k, `factor` = T_kk, and
-/// column x of the rows. `columns`: index of each column in R and in the rows.
+/// Applies one reflection to columns of the triangle and of the rows. The reflection is given by `lead` = R_kk - beta_k,
+/// `factor` = T_kk, and column x of the rows. `columns`: index of each column in R and in the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
     r: &mut [f64],
@@ -361,7 +361,7 @@ fn reflect_columns<V: Four, const Y: usize>(
     subtract::<V, 1, Y>(rows, [x], y, f);
 }
 
-/// Four reflections: R_kk - beta_k, T, and the columns x_k of the rows.
+/// Four combined reflections. `lead`: R_kk - beta_k; `t`: T; `x`: places in a row of the columns x_k.
 struct Reflections {
     lead: [f64; 4],
     t: [[f64; 4]; 4],

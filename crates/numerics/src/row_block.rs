@@ -43,7 +43,7 @@ impl RowBlock {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
-    /// The entries of the eight rows from row number `row` on, which must be a multiple of eight.
+    /// The entries of eight rows, from row number `row` on. `row` must be a multiple of eight.
     #[inline]
     pub fn rows_from(&self, row: usize) -> &[Eight] {
         &self.numbers[row / 8 * self.stride..][..self.stride]

@@ -118,7 +118,7 @@ mod tests {
         for t in [0.1, 0.9, 2.0, 7.5, 40.0] {
             let one = 1.0 - 2.0 / std::f64::consts::PI * f64::atan(t);
             let two = 1.0 - t / (2.0_f64 + t * t).sqrt();
-            // One and two degrees of freedom have closed forms. They lose digits in the subtraction from 1.
+            // One and two degrees of freedom have closed forms. These closed forms lose digits in the subtraction from 1.
             assert!((two_sided(t, 1.0) - one).abs() < 1e-13, "{t}");
             assert!((two_sided(t, 2.0) - two).abs() < 1e-13, "{t}");
             assert!((two_sided(-t, 2.0) - two).abs() < 1e-13, "{t}");

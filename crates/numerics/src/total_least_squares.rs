@@ -1,8 +1,8 @@
 //! Solves mixed least squares and total least squares: some columns are exact, others noisy.
 //!
-//! [W_1 | W_2] [X_1; X_2] = y; W_1: exact columns, W_2, y: noisy. A QR decomposition eliminates the exact columns and gives [R_22
-//! S, r_2], with the scaling S = diag(s). The right singular vector of its smallest singular value gives X_2, and X_1 follows by
-//! back substitution [Golub, Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
+//! [W_1 | W_2] [X_1; X_2] = y; W_1: exact columns, W_2, y: noisy. A QR decomposition eliminates the exact columns and gives
+//! [R_22 S, r_2], with the scaling S = diag(s). The right singular vector of the smallest singular value of [R_22 S, r_2] gives
+//! X_2, and X_1 follows by back substitution [Golub, Van Loan 1980; Van Huffel, Vandewalle 1991, 3.6].
 //!
 //! Each noisy column is divided by the ratio of the standard deviation of its noise to the standard deviation of the noise of y,
 //! both after projection. Unscaled columns with different noise give biased results.
@@ -17,8 +17,8 @@ use crate::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// The parameters, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Singular values of the noisy columns with the right-hand side, largest first. The last one comes from the noise. If it is
-    /// not much smaller than the value before it, the solution is meaningless.
+    /// Singular values of the noisy columns with the right-hand side, largest first. The last value comes from the noise. If it
+    /// is not much smaller than the value before it, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
 /// If the entry of the right-hand side in the last singular vector is below this, the data do not determine the solution.

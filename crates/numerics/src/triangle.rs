@@ -1,15 +1,16 @@
 //! Streaming least squares: rows are folded into a triangle (QR decomposition) and not stored.
 //!
 //! [W y] = Q [R z; 0 rho] for all rows so far. Householder reflections annihilate a block of rows below R
-//! ([`reflection`](crate::reflection)). Two triangles are merged by folding the rows of one into the other. [Golub, Van Loan
-//! 2013]
+//! ([`reflection`](crate::reflection)). To merge two triangles, the rows of one triangle are folded into the other triangle.
+//! [Golub, Van Loan 2013]
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
 //! | R, z, rho | `entries` | upper, column by column; of m columns m x m | the unit of y per unit of the parameter |
 //!
-//! A column that has held only zeros takes neither time nor memory, because in a robot with many limbs the torque of a joint
-//! depends on few parameters. Weights are not stored here: the whole triangle of a joint is scaled when it is merged.
+//! In a robot with many limbs, the torque of a joint depends on few parameters, so most columns are zero. A column that has
+//! held only zeros so far takes neither time nor memory. Weights are not stored here: the whole triangle of a joint is scaled
+//! when it is merged.
 
 use std::ops::Range;
 
@@ -36,7 +37,8 @@ pub struct Triangle {
 /// Marks a column that has had only zeros.
 const NOT_LIVE: u32 = u32::MAX;
 
-/// If the pivot of a column is below this share of its norm, it is rounding, and the column depends on the earlier columns.
+/// If the pivot of a column is below this share of the column's norm, the pivot is rounding error, and the column depends on
+/// the earlier columns.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
 /// Collects rows in a block, and updates a triangle (R of a QR decomposition) with each full block.
@@ -94,8 +96,8 @@ impl ColumnTriangle {
         ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    /// Updates the triangle with the rows of a block. `rows`: number of rows that are not zero. The entries of these columns in
-    /// the block are overwritten.
+    /// Updates the triangle with the rows of a block. `rows`: number of rows that are not zero. In the block, the entries of
+    /// the triangle's columns are overwritten.
     #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;

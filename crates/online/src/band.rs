@@ -4,11 +4,12 @@
 //! ratio = sign(r) max(|r| - dry w, 0) / s,   s^2 = noise^2 + (low_speed w)^2 + y C y'
 //! w = 1 / (1 + (dq / speed)^2), through the filter of the observer
 //! ```
-//! noise: standard deviation of the observer's torque at speed; low_speed: the part that is only there at low speed, where friction
-//! is least certain; dry: dry friction, which at standstill may be anywhere within +-dry, so this interval is no evidence of a
-//! contact. w passes the filter of the observer as an error of friction does, so the interval also holds after a reversal. y: row of
-//! the regressor of the joint; C: covariance of the parameters. C is given by its factor G with C = G G', so y C y' is the squared
-//! length of y G. Few columns of G suffice: its largest principal components over the states of the fitted log.
+//! noise: standard deviation of the observer's torque at speed; low_speed: additional part at low speed, where friction is
+//! least certain; dry: dry friction. At standstill, dry friction may have any value within +-dry, so a torque in this interval
+//! is no evidence of a contact. An error of friction passes the filter of the observer; w passes the same filter, so the
+//! interval also holds after a reversal. y: row of the regressor of the joint; C: covariance of the parameters. C is given by
+//! its factor G with C = G G', so y C y' is the squared length of y G. Few columns of G suffice: the largest principal
+//! components over the states of the fitted log.
 
 use crate::real::Real;
 
@@ -50,11 +51,11 @@ impl<R: Real> Band<R> {
     }
 }
 
-/// How much larger the noise of a joint is than in the fitted logs. A load makes it larger, because the noise of the velocity is
-/// multiplied by the inertia.
+/// Ratio of the noise of a joint to the noise in the fitted logs. A load increases this ratio, because the noise of the
+/// velocity is multiplied by the inertia.
 ///
-/// The changes of r from cycle to cycle are mainly noise. Their mean square over a memory is compared with that of the fitted logs.
-/// A contact changes r for a short time only, and each change counts as three standard deviations at most.
+/// The changes of r from cycle to cycle are mainly noise. Their mean square over a memory is compared with the mean square in
+/// the fitted logs. A contact changes r for a short time only, and each change counts as three standard deviations at most.
 #[derive(Clone, Copy, Debug)]
 pub struct NoiseScale<R> {
     /// Standard deviation of the changes in the fitted logs, N m (N).
@@ -68,14 +69,14 @@ pub struct NoiseScale<R> {
 const LARGEST_CHANGE_SQUARED: f64 = 9.0;
 
 impl<R: Real> NoiseScale<R> {
-    /// Starts at the noise of the fitted logs. `reference`: standard deviation of r's change from cycle to cycle there, N m (N);
-    /// `memory`: s.
+    /// Starts at the noise of the fitted logs. `reference`: standard deviation of the change of r from cycle to cycle in these
+    /// logs, N m (N); `memory`: s.
     pub fn new(reference: R, memory: R) -> NoiseScale<R> {
         NoiseScale { reference, memory, square: reference * reference, torque: R::ZERO }
     }
 
-    /// Takes the torque r of a cycle, beyond that of a load, N m (N), and the time since the cycle before, s. Returns the ratio of
-    /// the noise to that of the fitted logs, at least 1.
+    /// Takes two values of a cycle: the torque r without the torque of the load (N m or N) and the time since the previous
+    /// cycle (s). Returns the ratio of the noise to the noise of the fitted logs, at least 1.
     pub fn step(&mut self, torque: R, period: R) -> R {
         let change = torque - self.torque;
         self.torque = torque;

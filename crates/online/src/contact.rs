@@ -1,11 +1,11 @@
 //! Detection of contact from the external torques of all joints.
 //!
-//! Contact begins when the external torque of one joint exceeds z standard deviations. It ends when all joints have stayed below
-//! half of that for a hold time. z follows from the rate of false alarms that is accepted (`rist replay` computes it from the
-//! residual of the fitted log).
+//! Contact begins when the external torque of one joint exceeds z standard deviations. It ends when all joints have stayed
+//! below half of this threshold for a hold time. z follows from the rate of false alarms that is accepted (`rist replay`
+//! computes it from the residual of the fitted log).
 //!
 //! A force on a link moves only the joints before this link. So the last joint with a significant torque is before the touched
-//! link, and the touched link is this joint's or one after it.
+//! link. The touched link is the link of this joint or a later one.
 
 use crate::real::Real;
 
@@ -41,8 +41,8 @@ impl<R: Real> ContactDetector<R> {
         ContactDetector { threshold, significant, hold, quiet: R::ZERO, is_contact: false }
     }
 
-    /// Takes one cycle. `ratios`: external torque of each joint divided by its standard deviation, in the order of the joints from
-    /// the base; `period`: time since the cycle before, s. A ratio that is NaN counts as no contact.
+    /// Takes one cycle. `ratios`: external torque of each joint divided by its standard deviation, in the order of the joints
+    /// from the base; `period`: time since the previous cycle, s. A ratio that is NaN counts as no contact.
     pub fn step(&mut self, ratios: impl IntoIterator<Item = R>, period: R) -> Contact {
         let (mut largest, mut last_joint) = (R::ZERO, None);
         for (k, ratio) in ratios.into_iter().enumerate() {
@@ -81,7 +81,7 @@ mod tests {
         // The last joint is not moved by the push, so the second joint moves the touched link.
         assert_eq!(of([7.0, -6.0, 1.0]), Contact { is_contact: true, begins: true, last_joint: Some(1) });
         for k in 0..20 {
-            // It falls below the threshold now and then, but never for 0.1 s below half of it.
+            // The ratio falls below the threshold now and then, but it never stays below half of the threshold for 0.1 s.
             let now = if k % 5 == 0 { 5.1 } else { 2.0 };
             assert!(of([now, 0.0, 0.0]).is_contact, "{k}");
         }

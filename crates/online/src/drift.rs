@@ -24,14 +24,14 @@ impl<R: Real> Drift<R> {
     }
 
     /// Takes one update. `speed`, `direction`: dq and its sign, both through the filter of the observer; `torque`: r, N m (N);
-    /// `deviation`: its standard deviation without contact.
+    /// `deviation`: standard deviation of r without contact.
     pub fn push(&mut self, speed: R, direction: R, torque: R, deviation: R) {
         let weight = R::ONE / deviation;
         self.recursion.forget(self.root_of_weight);
         self.recursion.push([speed, direction, R::ONE].map(|x| -x * weight), torque * weight);
     }
 
-    /// The changes of FV, N m s/rad, FS, N m, and OFF, N m, and their standard deviations.
+    /// The changes of FV (N m s/rad), FS (N m) and OFF (N m), and their standard deviations.
     pub fn changes(&self) -> ([R; 3], [R; 3]) {
         let sigma = self.recursion.inverse_triangle().map(|row| {
             let variance = row.iter().fold(R::ZERO, |sum, x| sum + *x * *x);

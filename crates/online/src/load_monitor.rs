@@ -1,24 +1,25 @@
 //! Finds by itself when a load is picked up or put down, and distinguishes it from contact.
 //!
-//! Both begin as external torque. When contact begins, a new estimate of the load starts. If contact lasts for a decision time,
-//! the new load explains the torques, and the motion determines its mass, then the load has changed, and the former estimate is
-//! dropped. If contact ends earlier, the former load is kept. A person who leans on a robot at rest is not distinguishable from a load; motion distinguishes both.
+//! At first, a load looks like a contact: both cause an external torque. When contact begins, a new estimate of the load
+//! starts. The load has changed if three conditions hold: contact lasts for a decision time, the new load explains the torques,
+//! and the motion determines its mass. Then the former estimate is dropped. If contact ends earlier, the former load is kept.
+//! If the robot is at rest, a person who leans on it cannot be distinguished from a load; if it moves, this is possible.
 
 use crate::contact::Contact;
 use crate::payload::{Load, Payload};
 use crate::real::Real;
 
-/// When a contact is taken for a change of the load.
+/// The conditions for taking a contact for a change of the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadDecision<R> {
     /// Time for which the contact must last, s.
     pub time: R,
-    /// Time after the beginning of contact in which torques are not used, s: a load that appears at once is not yet filtered as its
-    /// columns are. Five time constants of the observer.
+    /// Time after the beginning of contact in which torques are not used, s. In this time, the torque of a load that appears at
+    /// once is not yet filtered in the same way as the columns of the load. Usual: five time constants of the observer.
     pub settling: R,
     /// Time constant of the mean square of the normalised residual after the new load, s.
     pub memory: R,
-    /// Largest mean square for which the new load explains the torques; 1 is expected.
+    /// The new load explains the torques if the mean square of the normalised residual is at most this; 1 is expected.
     pub largest_misfit: R,
 }
 
@@ -32,7 +33,7 @@ enum Phase {
     Settling,
 }
 
-/// The load that the robot carries, and a new one under test. D: as for [`Payload`].
+/// The load that the robot carries, and a new load under test. D: as for [`Payload`].
 #[derive(Clone, Copy, Debug)]
 pub struct LoadMonitor<R, const D: usize> {
     decision: LoadDecision<R>,
@@ -44,7 +45,7 @@ pub struct LoadMonitor<R, const D: usize> {
     /// Parameters of `current` at the beginning of the update.
     candidate: [R; 10],
     phase: Phase,
-    /// Whether a load was found at all. Before, noise is not taken for a small load.
+    /// Whether a load has been found so far. Before that, noise is not taken for a small load.
     has_load: bool,
     age: R,
     misfit: R,
@@ -80,11 +81,12 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.carried.parameters.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h)
     }
 
-    /// The variance of that torque by the noise of the estimate, N^2 m^2 (N^2); zero before a load was found.
+    /// The variance of the torque of [`LoadMonitor::explained`], from the noise of the estimate, N^2 m^2 (N^2); zero before a
+    /// load was found.
     pub fn variance(&self, row: &[R; 10]) -> R {
         let mut sum = R::ZERO;
         for c in 0..row.len() {
-            // The triangle is upper, so only the first entries of a column count.
+            // `inverse` is an upper triangle, so only the first entries of a column count.
             let product =
                 self.inverse.iter().zip(row).take(c + 1).fold(R::ZERO, |sum, (inverse, h)| sum + inverse[c] * *h);
             sum = sum + product * product;
@@ -92,7 +94,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.current.correlation() * sum
     }
 
-    /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the update before, s.
+    /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the previous
+    /// update, s.
     pub fn begin(&mut self, contact: Contact, period: R) {
         let is_late = self.age > self.decision.time;
         match (contact.is_contact, self.phase) {
@@ -124,7 +127,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.current.push(row, torque, deviation, shared);
     }
 
-    /// Ends an update. Returns whether the load has changed with it; [`LoadMonitor::carried`] is the new load.
+    /// Ends an update. Returns whether the load has changed in this update; then [`LoadMonitor::carried`] is the new load.
     pub fn end(&mut self) -> bool {
         let load = self.current.load();
         let is_explained = self.age > self.decision.time && self.misfit < self.decision.largest_misfit;
@@ -194,7 +197,8 @@ mod tests {
         }
         let [(up, mass, sigma), (down, left, of_left)] = changes[..] else { panic!("{changes:?}") };
         assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
-        // One draw: four standard deviations are allowed. In a second, ten waves of similar frequency leave 0.15.
+        // Only one random sequence is tested, so the limit is four standard deviations. The ten columns are waves of similar
+        // frequency. After the decision time of one second they leave a standard deviation of 0.15 kg.
         assert!((mass - 2.0).abs() < 4.0 * sigma && left.abs() < 4.0 * of_left && sigma < 0.2, "{changes:?}");
     }
 }

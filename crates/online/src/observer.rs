@@ -5,8 +5,8 @@
 //! first order     r = K / (s + K) tau_ext                           [De Luca, Albu-Schaeffer, Haddadin, Hirzinger 2006]
 //! second order    r = w^2 / (s^2 + 2 z w s + w^2) tau_ext,  z = 1/sqrt(2)
 //! ```
-//! Neither accelerations nor the inverse of the inertia matrix are needed. The joints are independent of each other, so one
-//! observer is one joint. The integration is implicit, so it is stable for every gain and period:
+//! Neither accelerations nor the inverse of the inertia matrix are needed. The joints are independent of each other, so each
+//! joint has its own observer. The integration is implicit, so it is stable for every gain and period:
 //!
 //! ```text
 //! first order     r' = (r + K (p' - p - known T)) / (1 + K T)
@@ -22,7 +22,7 @@ use crate::real::Real;
 pub enum Order<R> {
     /// First order, with its gain K, 1/s: time constant 1/K.
     First(R),
-    /// Second order, with its natural frequency w, rad/s, and damping 1/sqrt(2).
+    /// Second order, with its natural frequency w (rad/s) and damping 1/sqrt(2).
     Second(R),
 }
 
@@ -55,8 +55,8 @@ impl<R: Real> Observer<R> {
         self.torque
     }
 
-    /// Takes the sample of a cycle and returns the external torque, N m (N). `momentum`: p, kg m^2/s (kg m/s); `known`: torque of
-    /// the motor minus friction plus b, N m (N); `period`: time since the sample before, s.
+    /// Takes the sample of a cycle and returns the external torque, N m (N). `momentum`: p, kg m^2/s (kg m/s); `known`: torque
+    /// of the motor minus friction plus b, N m (N); `period`: time since the previous sample, s.
     ///
     /// A sample that contains NaN or infinity, and a period that is not positive, are not used: the observer starts again with the
     /// next sample.

@@ -5,16 +5,17 @@
 //! ```text
 //! r = -H x + e          H: the columns of P and B through the same filter as r (n x 10)
 //! ```
-//! e has the standard deviation of the band without its part from the parameters. This part is an error of the robot's own
-//! parameters, which is the same in every cycle. It is not averaged out, so it is kept apart: if r = -H x + e + Z d with constant d
-//! of unit covariance (Z = y G, see [`crate::Band`]), the error of the estimate is the least-squares solution for e and for Z d
-//! [Schmidt 1966, consider states]:
+//! e has the standard deviation of the band without the part from the parameters. That part is an error of the robot's own
+//! parameters. It is the same in every cycle, so averaging does not reduce it, and it is treated separately: if r = -H x + e +
+//! Z d with constant d of unit covariance (Z = y G, see [`crate::Band`]), the error of the estimate is the least-squares
+//! solution for e and for Z d [Schmidt 1966, consider states]:
 //!
 //! ```text
 //! cov(x) = f inv(R) inv(R)' + K K',   K = inv(R) inv(R)' sum H' Z / s^2
 //! ```
-//! f corrects for the correlation of e from update to update. Parameters start at zero with given standard deviations (what a
-//! gripper may hold). A parameter of which more than a tenth of this deviation remains is reported as not determined by the motion.
+//! f corrects for the correlation of e from update to update. The estimate starts with parameters of zero and given standard
+//! deviations (of the loads that a gripper may hold). If more than a tenth of this standard deviation remains, the parameter is
+//! reported as not determined by the motion.
 
 use crate::real::Real;
 use crate::recursion::Recursion;
@@ -22,7 +23,7 @@ use crate::recursion::Recursion;
 /// Number of inertial parameters of a rigid body: XX XY XZ YY YZ ZZ MX MY MZ M.
 const TEN: usize = 10;
 
-/// A parameter is determined by the motion if less than this share of its deviation at the start remains.
+/// A parameter is determined by the motion if its standard deviation has fallen below this share of the value at the start.
 const DETERMINED_SHARE: f64 = 0.1;
 
 /// Recursive estimate of a load. D: number of directions d of the error of the robot's own parameters.
@@ -47,9 +48,9 @@ pub struct Load<R> {
 }
 
 impl<R: Real, const D: usize> Payload<R, D> {
-    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f, the
-    /// ratio of the variance of a mean of correlated errors to that of independent ones, (1 + a) / (1 - a) if successive errors
-    /// correlate by a.
+    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f,
+    /// the ratio of two variances of a mean of errors: for correlated and for independent errors. f = (1 + a) / (1 - a) if the
+    /// correlation of successive errors is a.
     pub fn new(start: [R; TEN], correlation: R) -> Payload<R, D> {
         Payload { recursion: Recursion::new(&start), shared: [[R::ZERO; D]; TEN], start, correlation }
     }
@@ -59,8 +60,8 @@ impl<R: Real, const D: usize> Payload<R, D> {
         *self = Payload::new(self.start, self.correlation);
     }
 
-    /// Takes the torque of one joint. `row`: its row of H; `torque`: external torque r of the observer of the unloaded robot, N m
-    /// (N); `deviation`: standard deviation of e; `shared`: its row of Z. Other rows than finite ones are not used.
+    /// Takes the torque of one joint. `row`: its row of H; `torque`: external torque r of the observer of the unloaded robot, N
+    /// m (N); `deviation`: standard deviation of e; `shared`: its row of Z. A row with an infinite number or NaN is not used.
     pub fn push(&mut self, row: &[R; TEN], torque: R, deviation: R, shared: &[R; D]) {
         let weight = R::ONE / deviation;
         let is_usable = weight.is_finite() && torque.is_finite();
@@ -83,10 +84,10 @@ impl<R: Real, const D: usize> Payload<R, D> {
         self.shared.iter_mut().flatten().for_each(|x| *x = *x * root_of_weight * root_of_weight);
     }
 
-    /// The load with its standard deviations. It need not be physically possible; [`possible`] makes it so.
+    /// The load with its standard deviations. The load need not be physically possible; [`possible`] gives a possible one.
     pub fn load(&self) -> Load<R> {
         let inverse = self.recursion.inverse_triangle();
-        // inv(R)' times the sums, then inv(R) times that: K.
+        // K = inv(R) (inv(R)' S), S: the sums in `shared`. `halfway`: inv(R)' S.
         let mut sigma = [R::ZERO; TEN];
         let mut halfway = [[R::ZERO; D]; TEN];
         for (k, half) in halfway.iter_mut().enumerate() {
@@ -229,7 +230,8 @@ mod tests {
                 squares[k] += ((load.parameters[k] - truth[k]) / load.sigma[k]).powi(2) / f64::from(draws);
             }
         }
-        // The mean of 300 squares of unit normals is 1 with a standard deviation of 0.08. Four of them are allowed.
+        // The mean of 300 squares of unit normals is 1 with a standard deviation of 0.08. The limit is four standard
+        // deviations.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.33), "{squares:?}");
     }
 
@@ -244,7 +246,8 @@ mod tests {
         }
         let load = payload.load();
         assert_eq!(load.is_determined.map(u8::from), [0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
-        // The start at zero with a deviation of 1 kg pulls by the ratio of the variances, (0.2 / 9.81)^2 / 100.
+        // The estimate starts at zero with a standard deviation of 1 kg. This biases the mass by the ratio of the variances,
+        // (0.2 / 9.81)^2 / 100.
         assert!((load.parameters[9] - 0.5).abs() < 1e-5, "{load:?}");
         payload.reset();
         assert_eq!(payload.load().parameters, [0.0; TEN]);
@@ -252,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_possible_load_stays_and_an_impossible_one_keeps_mass_and_centre() {
-        // Two point masses and a third: a body with positive second moments.
+        // Three point masses: a body with positive second moments.
         let mut body = [0.0; TEN];
         for (m, [x, y, z]) in [(1.0, [0.1, 0.0, 0.2]), (0.5, [-0.1, 0.3, 0.0]), (0.7, [0.0, -0.1, -0.2])] {
             let ten = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0];

@@ -36,7 +36,8 @@ pub trait Real:
     }
 }
 
-/// Half of the exponent bias, in the position of the exponent. Half of the bits of a number plus this is a square root within 4 %.
+/// Half of the exponent bias, in the position of the exponent. This value plus half of the bit pattern of a number is the bit
+/// pattern of the square root within 4 %.
 const HALF_BIAS_F64: u64 = 0x1ff8_0000_0000_0000;
 const HALF_BIAS_F32: u32 = 0x1fc0_0000;
 

@@ -1,8 +1,9 @@
 //! Recursive least squares with forgetting, in square-root form.
 //!
-//! The rows h x = z + noise (unit variance) are held as the triangle R and the right side Q z of their QR decomposition. A new row
-//! is rotated into the triangle by Givens rotations [Golub, Van Loan 2013, chapter 5]. Forgetting multiplies both by
-//! sqrt(lambda), so old rows lose weight. The covariance inv(R) inv(R)' is positive definite for every rounding, also in f32.
+//! The rows h x = z + noise (unit variance) are stored as the triangle R and the right side Q z of their QR decomposition. A
+//! new row is rotated into the triangle by Givens rotations [Golub, Van Loan 2013, chapter 5]. Forgetting multiplies R and Q z
+//! by sqrt(lambda), so old rows lose weight. The covariance inv(R) inv(R)' is positive definite for every rounding, also in
+//! f32.
 
 use crate::real::Real;
 
@@ -110,7 +111,8 @@ mod tests {
                 squares[k] += (x[k] - truth[k]).powi(2) / variance / f64::from(draws);
             }
         }
-        // The mean of 400 squares of unit normals is 1 with a standard deviation of 0.07. Four of them are allowed.
+        // The mean of 400 squares of unit normals is 1 with a standard deviation of 0.07. The limit is four standard
+        // deviations.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.28), "{squares:?}");
     }
 
@@ -131,7 +133,7 @@ mod tests {
         let (x, y) = (slow.solution(), single.solution());
         // The weight of the rows before the change is 0.99^2000 = 2e-9.
         assert!((x[0] - 3.0).abs() < 1e-6 && (x[1] + 1.0).abs() < 1e-6, "{x:?}");
-        // Single precision has 6e-8, and the memory is a hundred rows.
+        // Rounding in single precision is 6e-8, and the memory is a hundred rows.
         assert!((f64::from(y[0]) - 3.0).abs() < 1e-4 && (f64::from(y[1]) + 1.0).abs() < 1e-4, "{y:?}");
     }
 

@@ -10,10 +10,10 @@ use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// Two lengths, m, count as equal if they differ by at most this. An angle that is rounded to seven decimals causes at most half
-/// of this error over 1 m.
+/// Two lengths count as equal if they differ by at most this value, m. An angle that is rounded to seven decimals causes at
+/// most half of this error over 1 m.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
-/// A change of at most this, rad or m, only removes a rounding error of this program, so it gets no note.
+/// A change of at most this value, rad or m, only removes a rounding error of this program, so the change gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
 /// Sets angles, and lengths, that nearly agree to one common value, and adds a note to the robot for each change.

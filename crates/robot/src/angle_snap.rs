@@ -13,23 +13,24 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// A cut-off decimal is replaced by a multiple of pi/2 if it differs by at most this, rad. 3.1415 differs from pi by 9.3e-5
-/// and is replaced. 1.57 differs from pi/2 by 8e-4 and is kept.
+/// A cut-off decimal is replaced by a multiple of pi/2 if the two differ by at most this value, rad. 3.1415 differs from pi by
+/// 9.3e-5 and is replaced. 1.57 differs from pi/2 by 8e-4 and is kept.
 const LONGEST_CUT_RAD: f64 = 1e-4;
-/// An angle is replaced by a round angle if it differs by at most this (one arc second), rad. 0.7854 differs from pi/4 by
-/// 1.8e-6, and 1.5708 differs from pi/2 by 3.67e-6.
+/// An angle is replaced by a round angle if the two differ by at most this value, rad (one arc second). 0.7854 differs from
+/// pi/4 by 1.8e-6, and 1.5708 differs from pi/2 by 3.67e-6.
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
-/// A unit axis is replaced by a coordinate axis if its two other components are at most this.
+/// A unit axis is replaced by a coordinate axis if its two other components are at most this value.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// A length in a file, m, that is below this is a rounding error of the exporter.
+/// A length below this value (m) in a file is a rounding error of the exporter.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// A difference between two angles of at most this, rad, is a rounding error of double precision. It is removed without a
-/// note, even with [`AngleSnapping::AsGiven`].
+/// If two angles differ by at most this value (rad), the difference is a rounding error of double precision. It is removed
+/// without a note, even with [`AngleSnapping::AsGiven`].
 pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
-/// An entry of a rotation matrix is set to a known value if it differs by at most this. Products of three sines or cosines
-/// have an error of a few units in the last place, 2e-16.
+/// An entry of a rotation matrix is set to a known value if the two differ by at most this tolerance. Products of three sines
+/// or cosines have an error of a few units in the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
-/// An axis with all components below this has no direction, and counts as the zero vector: the axes in files are unit vectors.
+/// An axis with all components below this value has no direction, and counts as the zero vector: the axes in files are unit
+/// vectors.
 const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
 /// A value that this program computes from exact values has at most this rounding error, rad or m. The values are below 10,
 /// and the computation has only a few operations.

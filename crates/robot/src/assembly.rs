@@ -27,12 +27,13 @@ pub(crate) enum Linkage {
     NoStart,
 }
 
-/// A loop counts as closed if its gap is at most this. Lengths are relative to the longest side, angles in rad. Start values in a
-/// file have six digits.
+/// A loop counts as closed if its gap is at most this value. Lengths are relative to the longest side, angles in rad. Start
+/// values in a file have six digits.
 const CLOSED_GAP: f64 = 1e-5;
-/// Opposite sides count as parallel and equal if their vectors differ by at most this, relative to the longest side.
+/// Opposite sides count as parallel and equal if the difference of their vectors is at most this value, relative to the longest
+/// side.
 const PARALLEL_SIDES_GAP: f64 = 10.0 * CLOSED_GAP;
-/// The search ends if the gap is below this. Lengths are relative to the longest side, angles in rad.
+/// The search ends if the gap is below this value. Lengths are relative to the longest side, angles in rad.
 const SEARCH_END_GAP: f64 = 1e-14;
 /// Largest number of steps of the search. Near a solution, a few steps are enough for two or three unknowns.
 const MAX_SEARCH_STEPS: usize = 60;
@@ -124,8 +125,8 @@ impl PolygonSearch<'_> {
     }
 }
 
-/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. The small mu keeps the matrix regular if the loop is
-/// singular; otherwise it has no visible effect.
+/// The solution x of J x = e with the smallest norm: J' (J J' + mu 1)^-1 e. If the loop is singular, the small mu keeps the
+/// matrix regular. Otherwise mu has no visible effect.
 fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
     const MU: f64 = 1e-12;
     let mut a = [[0.0; 4]; 3];

@@ -6,33 +6,34 @@ use crate::inertial::{Part, Pose, turned_inertia};
 use crate::robot::{JointKind, Link, LinkId, Robot};
 use crate::vector::{Vector3, norm};
 
-/// A rigid body, its six numbers as they stand in the file.
+/// A rigid body with the six numbers of its inertia as the file gives them.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     pub name: String,
     /// The moving link that carries the body; `None`: the base.
     pub link: Option<LinkId>,
-    /// Whether it is the body of the moving link or of the root itself, not one that is fixed to it.
+    /// Whether this body is the moving link or the root itself, and not a body that is fixed to one of them.
     pub own: bool,
     pub mass: f64,
     /// The six numbers of the file: xx xy xz yy yz zz.
     pub given: [f64; 6],
     /// Whether `given` is about the origin of the frame; otherwise it is about the centre of mass.
     pub about_origin: bool,
-    /// Pose of the inertial frame in the frame of the body in the file. Its origin is the centre of mass.
+    /// Pose of the inertial frame in the frame that the file gives the body. The origin of the inertial frame is the centre of
+    /// mass.
     pub pose: Pose,
-    /// The room of its shapes, in the frame of the body in the file; `None` if it is not known.
+    /// The extent of the body's collision shapes, in the frame that the file gives the body; `None` if it is not known.
     pub extent: Option<Extent>,
     pub has_shape: bool,
-    /// The room of its visual shapes where it has no collision shapes; they often show a part of the body alone.
+    /// If the body has no collision shapes: the extent of its visual shapes, which often show only a part of the body.
     pub drawn: Option<Extent>,
-    /// Whether a joint turns it, so that its inertia has an effect. The base counts as turning.
+    /// Whether a joint rotates the body, so that its inertia has an effect. The base counts as rotating.
     pub turns: bool,
-    /// Whether no other link is behind its link.
+    /// Whether the link of this body carries no other link.
     pub is_last: bool,
     /// Length of the longest chain of joints of the robot, m.
     pub reach: f64,
-    /// Mass of all other bodies, kg, and the number of those with a mass.
+    /// Mass of all other bodies (kg) and the number of other bodies that have a mass.
     pub others: (f64, usize),
 }
 
@@ -49,13 +50,14 @@ impl Body {
         [half_trace - x[0], -x[1], -x[2], half_trace - x[3], -x[4], half_trace - x[5]].map(|s| s / self.mass)
     }
 
-    /// The centre of mass, seen from the inertial frame, relative to the origin of the frame of the file.
+    /// The vector from the origin of the frame that the file gives the body to the centre of mass, in the axes of the inertial
+    /// frame.
     pub(crate) fn centre_from_origin(&self) -> Vector3 {
         self.pose.inverse().position.map(|x| -x)
     }
 }
 
-/// Six numbers with m (c.c E - c c^T) added.
+/// The six numbers of an inertia plus the parallel-axis term m (c.c E - c c^T), for a shift by c.
 pub(crate) fn shifted(six: &[f64; 6], mass: f64, [x, y, z]: Vector3) -> [f64; 6] {
     let shift = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
     std::array::from_fn(|k| six[k] + mass * shift[k])
@@ -90,8 +92,8 @@ pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     found
 }
 
-/// `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link's own. `shapes`: collision
-/// shapes of the link, and visual shapes of the robot.
+/// Makes the body of a part. `frame`: pose of the frame of the body in the frame of the link, and whether the body is the link
+/// itself. `shapes`: collision shapes of the link, and visual shapes of the robot.
 fn body(
     part: &Part,
     link: Option<LinkId>,
@@ -129,12 +131,12 @@ fn about_origin(link: &Link, x: &[f64; 10], j: usize) -> Body {
     Body { about_origin: true, ..body(&part, Some(LinkId(j)), (&Pose::IDENTITY, true), [&[], &[]], &|_| None) }
 }
 
-/// Length of the longest chain of joints, m: the sum of the distances between the origins of their frames, and of the travel of
-/// prismatic joints; infinite without their limits.
+/// Length of the longest chain of joints, m. It is the sum of the distances between the origins of the joint frames, and of the
+/// travel of prismatic joints; infinite if a prismatic joint has no limits.
 fn reach(robot: &Robot) -> f64 {
     let mut so_far: Vec<f64> = Vec::new();
     for link in &robot.links {
-        // The frame of the file is at the joint; Khalil's frame may be anywhere on its axis.
+        // The frame of the file is at the joint; Khalil's frame may be anywhere on the joint axis.
         let own = link.geometry.pose(&robot.symbols, 0.0, 0.0).compose(&link.file_frame);
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| robot.link(i).file_frame);
         let step = norm(before.inverse().compose(&own).position);

@@ -1,8 +1,9 @@
-//! Judges the inertial parameters of one body: what is impossible, and what is possible but hardly meant.
+//! Judges the inertial parameters of one body: finds values that are impossible, and values that are possible but probably not
+//! intended.
 //!
-//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part
-//! of the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of
-//! the principal moments. S/m is the matrix of second moments about the centre of mass, which the room of the shapes bounds.
+//! For a body with inertia I_C about its centre of mass, the matrix S = (tr(I_C)/2) E - I_C must be positive definite (part of
+//! the pseudo-inertia) [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the margins of the triangle inequalities of the
+//! principal moments. S/m is the matrix of second moments about the centre of mass. The extent of the shapes bounds S/m.
 //!
 //! A body of mass m and density of at most rho has at least the radius of gyration of a ball with the same mass and the
 //! density rho: sqrt(2/5) (3 m/(4 pi rho))^(1/3). rho is the density of the densest metal.
@@ -16,11 +17,11 @@ use crate::vector::{minus, norm};
 
 /// A negative eigenvalue of S is allowed up to this magnitude, relative to the trace of I, because files contain rounded digits.
 const EIGENVALUE_SLACK: f64 = 1e-4;
-/// If a mass is above this, kg, its unit is probably g.
+/// A mass above this value (kg) is probably given in g.
 const LARGE_MASS_KG: f64 = 3000.0;
-/// If a centre of mass is farther away than this, m, its unit is probably mm.
+/// A centre of mass that is farther away than this value (m) is probably given in mm.
 const FAR_CENTRE_M: f64 = 10.0;
-/// If a radius of gyration is above this, m, the units are probably wrong.
+/// If a radius of gyration is above this value (m), the units are probably wrong.
 const LARGE_RADIUS_M: f64 = 10.0;
 /// Density of osmium, the densest metal, kg/m^3.
 const LARGEST_DENSITY: f64 = 22_600.0;
@@ -29,36 +30,39 @@ const POSSIBLE_RADIUS_SHARE: f64 = 0.5;
 /// The inertia counts as zero if the radius of gyration is below this fraction of the smallest possible one: exporters write
 /// 1e-20 for zero.
 const ZERO_RADIUS_SHARE: f64 = 1e-4;
-/// A body without inertia is suspicious if its mass is above this, kg. A lighter one is often only a marker of a frame.
+/// A body without inertia is suspicious if its mass is above this value, kg. A lighter body is often only a marker of a frame.
 const POINT_MASS_KG: f64 = 0.05;
 /// Lowest and highest usual mean density of a whole link, kg/m^3: the lightest foam and solid lead.
 const LINK_DENSITIES: (f64, f64) = (10.0, 12_000.0);
-/// Largest usual distance of a centre of mass from the box of the shapes, as a multiple of its diagonal: some files give the
-/// shapes of a part of a link only.
+/// Largest usual distance of a centre of mass from the bounding box of the shapes, as a multiple of the diagonal of this box.
+/// The factor allows for files that give the shapes of only a part of a link.
 const CENTRE_MARGIN: f64 = 1.0;
-/// Largest usual distance of the mass from its centre (root of the mean square), as a multiple of half the diagonal of the box of
-/// the shapes. The limit for exact shapes is one; collision shapes leave out motors and cables.
+/// Largest usual radius of the mass distribution (root mean square distance from the centre of mass), as a multiple of half the
+/// diagonal of the bounding box of the shapes. For exact shapes the limit would be one; but collision shapes leave out motors
+/// and cables.
 const WIDEST_SPREAD: f64 = 2.0;
-/// Smallest usual distance of the mass from its centre, as a fraction of that of constant density: one heavy motor in a long
-/// link.
+/// Smallest usual radius of the mass distribution (root mean square distance from the centre of mass), as a fraction of the
+/// radius for constant density. An example of a small radius is one heavy motor in a long link.
 const NARROWEST_SPREAD: f64 = 0.2;
-/// Factor of the latter bound for meshes, of which only the box is known: the arms of a multicopter fill little of it.
+/// `NARROWEST_SPREAD` is multiplied by this factor for meshes, of which only the bounding box is known: for example, the arms
+/// of a multicopter fill little of their box.
 const MESH_SHARE: f64 = 0.5;
-/// The same for a body after a repair, whose bound is stricter.
+/// The value that replaces `NARROWEST_SPREAD` for a body after a repair. It is stricter.
 const SOUND_SPREAD: f64 = 0.4;
-/// A body lighter than this fraction of the robot is not compared with shapes and other bodies if it is fixed to another one:
-/// many files have frames and sensors with masses that only have to be positive.
+/// A body that is fixed to another body and lighter than this fraction of the robot is not compared with shapes and other
+/// bodies. The reason: many files have frames and sensors with masses that only have to be positive.
 pub const NEGLIGIBLE_SHARE: f64 = 5e-3;
 /// A body without shapes is too large if a rod with its inertia is longer than this multiple of the robot's longest chain.
 const LONGEST_ROD: f64 = 2.0;
-/// The last body of a branch is too heavy if its mass is this multiple of the mass of all others together.
+/// The last body of a branch is too heavy if its mass exceeds this multiple of the mass of all other bodies together.
 const HEAVIEST_SHARE: f64 = 5.0;
-/// Number of other bodies from which on masses are compared.
+/// Masses are compared if there are at least this number of other bodies.
 const FEWEST_OTHERS: usize = 3;
-/// A repaired body has at least this fraction of the mean mass of the others: a factor of 1000 moves a body much farther.
+/// A repaired body must have at least this fraction of the mean mass of the other bodies. A wrong factor of 1000 would make it
+/// much lighter.
 const LIGHTEST_REPAIR: f64 = 1.0 / 30.0;
 
-/// A moment below this fraction of the largest is a rounding error.
+/// A moment below this fraction of the largest moment is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// One reason to doubt a body.
@@ -69,21 +73,22 @@ pub(crate) struct Doubt {
     pub evidence: String,
 }
 
-/// Whether the distance of the mass from its centre is between that of a heavy core and that of a hollow shell, as it is for a
-/// repaired body.
+/// Whether the radius of the mass distribution of a repaired body is plausible: above the radius of a heavy core, and below the
+/// radius of a hollow shell.
 fn fits_well(body: &Body) -> bool {
     let Some(extent) = &body.extent else { return true };
     let [given, even] = [body.variance(), extent.uniform().0].map(|second| spread(&second));
     given <= 0.5 * extent.diagonal() && given >= SOUND_SPREAD * even
 }
 
-/// Root of the mean square of the distance of the mass from its centre, m, from the matrix of second moments.
+/// Radius of the mass distribution (root mean square distance from the centre of mass), m. `second`: matrix of second moments
+/// divided by the mass.
 pub(crate) fn spread(second: &[f64; 6]) -> f64 {
     (second[0] + second[3] + second[5]).max(0.0).sqrt()
 }
 
-/// Whether a repaired body is plausible. It is judged by stricter bounds than a body of the file, because a repair that only
-/// just fits is no evidence.
+/// Whether a repaired body is plausible. Its bounds are stricter than the bounds for a body of the file, because a repair that
+/// only just fits is no evidence.
 pub(crate) fn is_sound(body: &Body) -> bool {
     let (others, count) = body.others;
     let is_light = count >= FEWEST_OTHERS && body.mass * (count as f64) < LIGHTEST_REPAIR * others;
@@ -150,14 +155,15 @@ pub(crate) fn doubts(body: &Body) -> Vec<Doubt> {
     if !body.own && mass < NEGLIGIBLE_SHARE * (mass + body.others.0) {
         return found;
     }
-    // Shapes that are too small for the mass are those of a part of the body, or a point for the sake of a shape.
+    // If the shapes are too small for the mass, they show only a part of the body, or they are a mere placeholder. Then the
+    // size is not compared.
     if !mass_doubts(body, &mut doubt) {
         size_doubts(body, radius, &mut doubt);
     }
     found
 }
 
-/// Why no body has the moments.
+/// The reason why no body can have these principal moments, as a clause.
 fn impossible([least, middle, most]: [f64; 3]) -> String {
     let size = most.abs().max(least.abs());
     let [a, b, c] = [least, middle, most].map(|x| if x.abs() < ROUNDING * size { 0.0 } else { shown(x, 5) });
@@ -169,7 +175,8 @@ fn impossible([least, middle, most]: [f64; 3]) -> String {
     format!("about the centre of mass {a}, {b}, {c} kg m^2, {why}")
 }
 
-/// Compares the spread of the mass with the room of the shapes, or with the robot if there is none.
+/// Compares the radius of the mass distribution with the extent of the shapes, or with the size of the robot if there are no
+/// shapes.
 fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'static str, String)) {
     let variance = body.variance();
     let Some(extent) = &body.extent else {
@@ -202,12 +209,14 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
     }
 }
 
-/// Compares the mass with the volume of the shapes and with the other bodies. Returns whether the shapes are too small.
+/// Compares the mass with the volume of the shapes and with the other bodies. Returns whether the shapes are too small for the
+/// mass.
 fn mass_doubts(body: &Body, doubt: &mut impl FnMut(Mistake, &'static str, String)) -> bool {
     let mut is_small = false;
     if let Some((extent, volume)) = body.extent.as_ref().and_then(|e| Some((e, e.volume?))) {
         let density = body.mass / volume;
-        // Shapes may be a few points of contact; their box is as large as the body.
+        // Shapes may be a few points of contact. Their bounding box is as large as the body, so its volume is used for the
+        // upper limit.
         let box_volume: f64 = minus(extent.high, extent.low).iter().product();
         let text = || format!("{} kg in {volume:.2e} m^3 are {:?} kg/m^3", shown(body.mass, 4), shown(density, 3));
         if density < LINK_DENSITIES.0 {

@@ -8,7 +8,7 @@
 use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
 
-/// The two frames of a loop coincide if their distance, m, and their angle, rad, are at most this.
+/// The two frames of a loop coincide if their distance (m) and their angle (rad) are at most this value.
 pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-9;
 
 /// Number of configurations at which the closure of a loop is tested.
@@ -64,7 +64,7 @@ pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     Ok(())
 }
 
-/// Distance between the origins of two frames, m, and angle of the rotation between them, rad.
+/// Distance between the origins of two frames (m) and angle of the rotation between them (rad).
 pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     let between = a.inverse().compose(b);
     let [x, y, z] = between.position;

@@ -52,7 +52,7 @@ pub enum CollisionShape {
     },
     /// A shape that could not be read from the description.
     Unread {
-        /// Why it could not be read: the place, what was found, and what was expected.
+        /// The reason why the shape could not be read: the place, what was found, and what was expected.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The room that the shapes of a body take up, for a comparison with its inertial parameters.
+//! The extent of the shapes of a body (bounding box, volume and second moments), for a comparison with its inertial parameters.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use crate::inertial::Pose;
 use crate::principal::principal_axes;
 use crate::vector::{Matrix3, Vector3, dot, minus, norm, plus_scaled, transposed};
 
-/// The room of the shapes of one body, in the frame of the body.
+/// The extent of the shapes of one body, in the frame of the body.
 #[derive(Clone, Debug)]
 pub(crate) struct Extent {
     /// Lowest corner of the bounding box, m.
@@ -16,7 +16,7 @@ pub(crate) struct Extent {
     pub high: Vector3,
     /// Sum of the volumes of the shapes, m^3; `None` if a shape is a mesh.
     pub volume: Option<f64>,
-    /// The same with the boxes of the meshes, m^3.
+    /// Sum of the volumes of the shapes, m^3, where a mesh counts with the volume of its bounding box.
     pub outer_volume: f64,
     solids: Vec<Solid>,
 }
@@ -26,11 +26,12 @@ pub(crate) struct Extent {
 struct Solid {
     pose: Pose,
     volume: f64,
-    /// Mean of x^2, y^2 and z^2 in its own frame, m^2.
+    /// Mean of x^2, y^2 and z^2 over the solid, in the solid's own frame, m^2.
     second: Vector3,
 }
 
-/// Reads the vertices of the mesh of a shape, m, in the frame of the shape. `None` if that is not possible.
+/// A function that reads the vertices of the mesh of a shape (m) in the frame of the shape. It returns `None` if that is not
+/// possible.
 pub type MeshPoints<'a> = &'a dyn Fn(&Collision) -> Option<Vec<Vector3>>;
 
 impl Extent {
@@ -75,8 +76,9 @@ impl Extent {
         norm([0, 1, 2].map(|i| (self.low[i] - point[i]).max(point[i] - self.high[i]).max(0.0)))
     }
 
-    /// The matrix of second moments of constant density about the centre of all shapes, divided by the mass, m^2: of all
-    /// shapes, and of the distances of their centres alone. Entries xx xy xz yy yz zz.
+    /// Two matrices of second moments for constant density, divided by the mass, m^2. Both are about the common centre of all
+    /// shapes. First: of the shapes themselves; second: of point masses at the centres of the shapes. Entries xx xy xz yy yz
+    /// zz.
     pub(crate) fn uniform(&self) -> ([f64; 6], [f64; 6]) {
         let total = self.outer_volume;
         let centre = self.solids.iter().fold([0.0; 3], |sum, s| plus_scaled(sum, s.pose.position, s.volume / total));
@@ -106,7 +108,8 @@ fn primitive(shape: &CollisionShape) -> Option<Measures> {
             ([0.0; 3], half, half.map(|x| x * x / 3.0), size.iter().product())
         }
         CollisionShape::Cylinder { radius: r, length } => round(r, length / 2.0, PI * r * r * length),
-        // The second moments of a capsule are those of the cylinder around it, which is near enough for a comparison.
+        // The second moments of a capsule are approximated by the second moments of the cylinder around it. This is accurate
+        // enough for a comparison.
         CollisionShape::Capsule { radius: r, length } => {
             round(r, length / 2.0 + r, PI * r * r * (length + 4.0 / 3.0 * r))
         }
@@ -115,8 +118,8 @@ fn primitive(shape: &CollisionShape) -> Option<Measures> {
     })
 }
 
-/// The bounding box of the vertices of a mesh as a solid. Its volume is that of a box along the principal axes of the vertices if
-/// this is smaller: for oblique links.
+/// The bounding box of the vertices of a mesh as a solid. Its volume is the smaller of two: the volume of this box, and the
+/// volume of a box along the principal axes of the vertices, which is smaller for oblique links.
 fn hull_box(points: &[Vector3]) -> Option<Measures> {
     let far = |axis: Vector3, sign: f64| points.iter().map(|p| sign * dot(*p, axis)).fold(f64::NEG_INFINITY, f64::max);
     let across = |axes: &Matrix3| axes.map(|axis| 0.5 * (far(axis, 1.0) + far(axis, -1.0)));

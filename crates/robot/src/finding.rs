@@ -15,7 +15,7 @@ pub struct Finding {
     pub fact: String,
     /// The numbers of the first subject; may be empty.
     pub evidence: String,
-    /// The only repair that makes every subject plausible; `None` if none does, or if several do.
+    /// The only repair that makes every subject plausible; `None` if there is no such repair, or more than one.
     pub repair: Option<Repair>,
 }
 
@@ -24,7 +24,7 @@ pub struct Finding {
 pub struct Repair {
     /// The change as a clause.
     pub text: String,
-    /// The bodies with the change. Empty if the values are not determined by those of the file.
+    /// The bodies after the change. Empty if the numbers of the file do not determine all new values.
     pub bodies: Vec<RepairedBody>,
 }
 
@@ -37,7 +37,7 @@ pub struct RepairedBody {
     pub mass: f64,
     /// Pose of the inertial frame in the frame that the file gives the body.
     pub pose: Pose,
-    /// Whether the pose is another one than in the file.
+    /// Whether the pose differs from the pose in the file.
     pub is_moved: bool,
     /// Inertia about the centre of mass, in the axes of the inertial frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
@@ -48,9 +48,9 @@ pub struct RepairedBody {
 pub enum Severity {
     /// No robot can have the values, or the whole file is useless for dynamics.
     Error,
-    /// The values are possible, but were hardly meant.
+    /// The values are possible, but probably not intended.
     Warning,
-    /// The values may be right. They are worth knowing.
+    /// The values may be right, but the user should know them.
     Note,
 }
 
@@ -120,13 +120,13 @@ pub enum Mistake {
     Size,
     /// The mass does not fit the masses of the other bodies.
     MassBesideOthers,
-    /// The mass of all bodies together is not that of the data sheet.
+    /// The total mass of all bodies differs from the mass in the data sheet.
     TotalMass,
     /// The left body and the right body are not mirror images.
     NotMirrored,
-    /// The torque that gravity asks for in some posture is larger than the limit of the effort.
+    /// In some posture, the torque against gravity is larger than the effort limit.
     Effort,
-    /// Gravity never asks for a torque of the joint.
+    /// Gravity causes no torque about this joint in any posture.
     NoGravity,
     /// The file gives an entry of the symmetric inertia matrix twice, with two values.
     NotSymmetric,

@@ -1,8 +1,9 @@
-//! The torque that gravity asks of each joint at its worst posture, beside the limit of its effort.
+//! The largest torque that each joint needs against gravity, over the postures of the robot, compared with the effort limit of
+//! the joint.
 //!
-//! tau_j = -dU/dq_j. As a function of one revolute coordinate that moves the links by +-q, tau_j is A cos q + B sin q + C, so three
-//! values give its extremes within the limits. The search goes through the coordinates in turn. Its result is the torque of a
-//! posture, and so a lower bound of the largest one.
+//! tau_j = -dU/dq_j, U: potential energy. As a function of one revolute coordinate q that rotates the links by +q or -q, tau_j
+//! is A cos q + B sin q + C, so three values give its extremes within the limits. The search treats one coordinate after the
+//! other. Its result is the torque of one posture, and so a lower bound of the largest torque.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,15 +15,17 @@ use crate::vector::{Vector3, cross, dot, minus, plus_scaled, scaled, turned};
 
 /// Number of passes through the coordinates.
 const PASSES: usize = 3;
-/// Largest angle between gravity and a vertical axis, rad: angles in files have nine digits and more.
+/// An axis counts as vertical if its angle to gravity is at most this value, rad. Angles in files have at least nine digits.
 const UPRIGHT_SLACK: f64 = 1e-9;
-/// The limit counts as exceeded from this factor on: limits are rounded.
+/// A torque exceeds the limit only if it is above this multiple of the limit, because limits are rounded.
 const EXCEEDED: f64 = 1.05;
 
-/// Adds the findings on the joints. `is_doubted`: whether a body is doubted, so that no torque is compared.
+/// Adds the findings on the joints. `is_doubted`: whether there is a finding on a mass; then torques are not compared with
+/// their limits.
 pub(crate) fn gravity_load(robot: &Robot, is_doubted: bool, findings: &mut Vec<Finding>) {
     let is_weightless = !robot.links.iter().any(|link| link.inertial.is_some_and(|x| x[9] > 0.0));
-    // A robot that floats stands in no posture without contacts; in a loop, joints share a load.
+    // A floating robot cannot hold a posture without contacts, and in a loop several joints share a load. Such robots are not
+    // checked.
     if is_weightless || robot.massless > 0 || !robot.loops.is_empty() {
         return;
     }
@@ -47,7 +50,8 @@ pub(crate) fn gravity_load(robot: &Robot, is_doubted: bool, findings: &mut Vec<F
     }
 }
 
-/// Whether the axis of a revolute joint stays parallel to gravity: so are all revolute axes before it.
+/// Whether the axis of a revolute joint is parallel to gravity in every posture. This is so if it and all revolute axes before
+/// it are parallel to gravity at zero.
 fn is_upright(robot: &Robot, j: LinkId) -> bool {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     let g = robot.gravity_number();
@@ -61,11 +65,11 @@ fn is_upright(robot: &Robot, j: LinkId) -> bool {
     robot.link(j).joint.kind == JointKind::Revolute && turning.all(is_parallel)
 }
 
-/// The largest absolute torque that was found, N m (N).
+/// The largest absolute torque of joint j against gravity that the search found, N m (N).
 fn worst(robot: &Robot, j: LinkId) -> f64 {
     let mut posture = start(robot);
     let mut best = torque(robot, j, &posture).abs();
-    // Only the joints before and behind it change its torque.
+    // Only the joints before joint j and the joints after it change its torque.
     let mut related = vec![false; robot.n_variables()];
     for i in robot.link_ids().filter(|&i| is_before(robot, i, j) || is_before(robot, j, i)) {
         robot.link(i).joint.variable.terms.iter().for_each(|(k, _)| related[k.0] = true);
@@ -91,7 +95,8 @@ fn is_before(robot: &Robot, i: LinkId, j: LinkId) -> bool {
     std::iter::successors(Some(j), |&j| robot.link(j).antecedent).any(|j| i == j)
 }
 
-/// Zero, or the nearest position within the limits.
+/// The posture at which the search starts: each coordinate at zero, or at the position within its limits that is nearest to
+/// zero.
 fn start(robot: &Robot) -> Vec<f64> {
     let mut posture = vec![0.0; robot.n_variables()];
     for (q, coordinate) in posture.iter_mut().zip(&robot.coordinates) {
@@ -155,8 +160,8 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Mistake, lint};
 
-    /// Two rods of 1 m and 2 kg in one plane. The worst torque of the first joint is (1 + 3) 2 9.81/2 = 39.24 N m, of the second
-    /// 9.81 N m, where both are level.
+    /// Two rods of 1 m and 2 kg in one plane. The worst torque of the first joint is (1 + 3) 2 9.81/2 = 39.24 N m, and of the
+    /// second joint 9.81 N m; both occur where the rods are level.
     fn found(axis: &str, first: &str, second: &str) -> Vec<(String, Mistake)> {
         let joint = |name: &str, parent: &str, child: &str, at: &str, limit: &str| {
             format!(
@@ -177,7 +182,7 @@ mod tests {
     #[test]
     fn the_worst_posture_within_the_limits_counts() {
         let of = |effort: f64, low: f64, high: f64| format!("effort=\"{effort}\" lower=\"{low}\" upper=\"{high}\"");
-        // At zero both rods are level; the search has to find that from hanging rods too.
+        // At the zero position both rods are level. The search must also find this posture if it starts with hanging rods.
         for (effort, low, wanted) in [(36.0, -1.0, true), (39.0, -1.0, false), (36.0, 1.4, false), (36.0, -3.0, true)] {
             let found = found("0 1 0", &of(effort, low, 1.6), &of(20.0, -3.0, 3.0));
             let wanted = if wanted { vec![("j1".to_string(), Mistake::Effort)] } else { vec![] };
@@ -185,7 +190,7 @@ mod tests {
         }
         let other = found("0 1 0", &of(50.0, 1.0, 3.0), &of(9.0, -3.0, 3.0));
         assert_eq!(other, [("j2".to_string(), Mistake::Effort)]);
-        // An effort of 0 is no limit; another finding says so.
+        // An effort limit of 0 does not count as a limit here; another finding reports it.
         let none = found("0 1 0", &of(0.0, -1.0, 1.0), &of(20.0, -3.0, 3.0));
         assert_eq!(none, [("j1".to_string(), Mistake::Limits)]);
     }

@@ -7,17 +7,17 @@ use crate::body_doubt::shown;
 use crate::finding::{Finding, Mistake};
 use crate::robot::{Drive, JointKind, LinkId, Robot};
 
-/// A limit of at least this absolute value means that there is no limit, rad or m.
+/// A position limit of at least this absolute value, rad or m, means that there is no limit.
 const NO_LIMIT: f64 = 1e5;
 /// If at least this number of bodies have the same mass and inertia, they count as copies of one body.
 const FEWEST_COPIES: usize = 3;
 /// Two full turns, rad. A larger position limit is probably in degrees, unless it is a number of half turns in rad.
 pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
-/// A last body is too light if its mass is below this fraction of the mass of the body before it.
+/// The last body of a branch is too light if its mass is below this fraction of the mass of the body before it.
 const LIGHT_SHARE: f64 = 0.01;
-/// Rounding of a number of half turns in a file, half turns: 31.4 is ten of them.
+/// Tolerance, in half turns, for a limit that is a rounded number of half turns: 31.4 rad is ten of them.
 const HALF_TURN_SLACK: f64 = 0.01;
-/// Largest usual deviation from the mass of the data sheet, as a fraction of it.
+/// Largest usual deviation of the total mass from the mass in the data sheet, as a fraction of the mass in the data sheet.
 const SHEET_SHARE: f64 = 0.05;
 
 /// Adds the findings on masses and copies, and then the findings on the limits. `sheet`: mass of the data sheet, kg.
@@ -40,7 +40,8 @@ pub(crate) fn inertial_conventions(robot: &Robot, bodies: &[Body], sheet: Option
     limits(robot, findings);
 }
 
-/// Finds rows of zeros. A link without mass in the middle of a branch is usual: several joints may turn about one point.
+/// Finds bodies whose mass and inertia are all zero. A link without mass in the middle of a branch is usual, because several
+/// joint axes may pass through one point.
 fn no_mass(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     let is_empty = |body: &Body| body.mass == 0.0 && body.given == [0.0; 6];
     let mut find = |body: &Body, mistake, fact| findings.push(Finding::new(&body.name, mistake, fact, ""));
@@ -70,7 +71,8 @@ fn no_mass(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Finds last bodies that are far lighter than the body before them, though their motor is as strong: lighter than its screws.
+/// Finds the last bodies of branches that are far lighter than the body before them although their motor is as strong. Such a
+/// body would be lighter than its screws.
 fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     let mass = |j: LinkId| bodies.iter().filter(|body| body.link == Some(j)).map(|body| body.mass).sum::<f64>();
     let effort = |j: LinkId| match robot.link(j).joint.variable.terms[..] {
@@ -93,7 +95,8 @@ fn light(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Finds out whether most bodies have the same mass and inertia. Equal bodies in different branches are usual: rotors, fingers.
+/// Finds out whether most bodies have the same mass and inertia. Equal bodies in different branches, such as rotors or fingers,
+/// are usual.
 fn copied(robot: &Robot, bodies: &[Body], findings: &mut Vec<Finding>) {
     let heavy: Vec<&Body> = bodies.iter().filter(|body| body.mass > 0.0).collect();
     let alike = |a: &Body| heavy.iter().filter(|b| (b.mass, b.given) == (a.mass, a.given)).count();
@@ -153,7 +156,7 @@ mod tests {
         sorted(&text)
     }
 
-    /// The mistakes that are no notes.
+    /// The kinds of all findings on a URDF, without findings that are only notes.
     fn sorted(text: &str) -> Vec<Mistake> {
         let found = lint(&read_urdf(text, "r.urdf").unwrap());
         found.into_iter().map(|f| f.mistake).filter(|m| m.severity() != Severity::Note).collect()
@@ -215,7 +218,8 @@ mod tests {
         assert_eq!(urdf([2.0, 2.0, 3.0, 5.0]), []);
     }
 
-    /// An arm of four bodies with these masses and one inertia that fits them; the base comes first. Efforts are 9 and 5 N m.
+    /// An arm of four bodies with these masses, the base first. All bodies have the same inertia, which fits the masses.
+    /// Efforts are 9 and 5 N m.
     fn arm(masses: [f64; 4], efforts: [f64; 3]) -> String {
         let mut text = "<robot name=\"r\">".to_string();
         for (k, mass) in masses.into_iter().enumerate() {
@@ -238,11 +242,11 @@ mod tests {
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.8], strong)), []);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 42.9], strong)), [Mistake::MassBesideOthers]);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], strong)), [Mistake::MassBesideOthers]);
-        // The motor of a finger is weak.
+        // The last body is a finger with a weak motor, so its small mass is no mistake.
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.007], [200.0, 200.0, 1.0])), []);
         assert_eq!(sorted(&arm([0.0; 4], strong)), [Mistake::NoMassAtAll]);
         assert_eq!(sorted(&arm([3.0, 2.0, 1.5, 0.0], strong)), [Mistake::NoMass]);
-        // A link without mass in the middle is usual, and so is a base without mass that does not float.
+        // A link without mass in the middle of a branch is usual. A base without mass is usual too if it does not float.
         assert_eq!(sorted(&arm([0.0, 2.0, 0.0, 0.8], strong)), []);
     }
 

@@ -1,5 +1,5 @@
-//! Tries the usual slips of files on a body that is impossible or implausible. A slip is named only if undoing it makes the
-//! body plausible and undoing no other one does.
+//! Tries usual mistakes of descriptions (slips) on a body that is impossible or implausible. A slip is named only if its
+//! correction, and no other one, makes the body plausible.
 
 use crate::body::{Body, shifted};
 use crate::body_doubt::{doubts, is_sound, shown};
@@ -7,17 +7,17 @@ use crate::finding::{Mistake, Repair, RepairedBody};
 use crate::robot::Format;
 use crate::vector::{norm, scaled};
 
-/// Least distance of a centre of mass that may be in mm, m.
+/// A centre of mass can be in mm only if its distance from the origin is at least this value, m.
 const NEAREST_CENTRE_IN_MM: f64 = 2.0;
-/// Least mass of a body that may be in g.
+/// A mass can be in g only if it is at least this value.
 const LEAST_MASS_IN_G: f64 = 10.0;
-/// Results closer than this, relative to the largest moment, are one result.
+/// Two corrections have the same result if the results differ by less than this, relative to the largest moment.
 const SAME_SHARE: f64 = 1e-6;
 
-/// What undoing a slip does to a body; `None` where the slip cannot have been made.
+/// The function that corrects a slip of a body; it returns `None` if this body cannot have the slip.
 type Undo = Box<dyn Fn(&Body) -> Option<Body>>;
 
-/// A slip, and the clause that names its repair.
+/// A slip (usual mistake of a description), and the clause that names its correction.
 struct Slip {
     text: String,
     undo: Undo,
@@ -25,18 +25,18 @@ struct Slip {
     is_determined: bool,
 }
 
-/// Orders in which the numbers may have been written into the slots of the file: for each of xx xy xz yy yz zz, the slot of the
-/// file (in the same order) that has it.
+/// Orders in which the six numbers may have been written into the file by mistake. Entry k belongs to the k-th of xx xy xz yy
+/// yz zz. It is the index of the place in the file (in the order xx xy xz yy yz zz) that contains this number.
 const ORDERS: [(&str, [usize; 6]); 3] = [
     ("Ixz and Iyz exchanged", [0, 1, 4, 3, 2, 5]),
     ("the six taken in Pinocchio's order, xx xy yy xz yz zz", [0, 1, 3, 2, 4, 5]),
     ("the six taken in MuJoCo's order, xx yy zz xy xz yz", [0, 3, 4, 1, 5, 2]),
 ];
-/// The order of a URDF written into the slots of an MJCF, which are xx yy zz xy xz yz.
+/// As in `ORDERS`: a file writer used the order of a URDF for an MJCF, whose order is xx yy zz xy xz yz.
 const URDF_IN_MJCF: (&str, [usize; 6]) =
     ("the six taken in the order of a URDF, xx xy xz yy yz zz", [0, 3, 5, 1, 2, 4]);
 
-/// Factors of mass, of lengths and of inertia by which units are confused.
+/// Usual confusions of units. The three numbers are the factors for mass, lengths and inertia.
 const UNITS: [(&str, [f64; 3]); 10] = [
     ("the mass in g", [1e-3, 1.0, 1.0]),
     ("1000 times the mass (it may be in t)", [1e3, 1.0, 1.0]),
@@ -50,7 +50,7 @@ const UNITS: [(&str, [f64; 3]); 10] = [
     ("all in g and mm", [1e-3, 1e-3, 1e-9]),
 ];
 
-/// The only repair that makes a body plausible; `None` if none does, or if several do.
+/// The only repair that makes a body plausible; `None` if there is no such repair, or more than one.
 pub(crate) fn repair(body: &Body, format: Format) -> Option<Repair> {
     if doubts(body).first().is_none_or(|doubt| doubt.mistake == Mistake::Placeholder) {
         return None;
@@ -103,12 +103,13 @@ fn slip(text: &str, undo: impl Fn(&Body) -> Option<Body> + 'static) -> Slip {
     Slip { text: text.into(), undo: Box::new(undo), is_determined: true }
 }
 
-/// The body with other numbers; `None` if they are the same.
+/// The body with other inertia numbers; `None` if these numbers are the same as before.
 fn with(body: &Body, given: [f64; 6]) -> Option<Body> {
     (given != body.given).then(|| Body { given, ..body.clone() })
 }
 
-/// xx xy xz yx yy yz in the six slots: the two numbers xy and yx are equal. The missing zz is set to a value that is possible.
+/// Corrects this slip: the file has xx xy xz yx yy yz (the first two rows of the matrix) in the places of the six numbers. It
+/// is recognised by two equal numbers, xy and yx. The missing zz is set to a value that is possible.
 fn two_rows(body: &Body) -> Option<Body> {
     let [xx, xy, xz, yx, yy, yz] = body.given;
     (xy == yx && xy != yy).then(|| Body { given: [xx, xy, xz, yy, yz, xx.max(yy)], ..body.clone() })
@@ -119,18 +120,18 @@ fn positive_moments(body: &Body) -> Option<Body> {
     with(body, [xx.abs(), xy, xz, yy.abs(), yz, zz.abs()])
 }
 
-/// The numbers of a file that wants them about the centre of mass are about the origin.
+/// Corrects this slip: the format needs numbers about the centre of mass, but the file gives them about the origin.
 fn about_origin(body: &Body) -> Option<Body> {
     if body.about_origin { None } else { moved(body, -1.0) }
 }
 
-/// The numbers of a file that wants them about the origin are about the centre of mass.
+/// Corrects this slip: the format needs numbers about the origin, but the file gives them about the centre of mass.
 fn about_centre(body: &Body) -> Option<Body> {
     if body.about_origin { moved(body, 1.0) } else { None }
 }
 
-/// The shift to the centre of mass was made twice. Where half of the shift already makes the body sound, many shifts do, and
-/// the numbers do not show which.
+/// Corrects this slip: the shift to the centre of mass was made twice. If half of the shift already makes the body plausible,
+/// many shifts do so, and the numbers do not show which shift is right. Then the result is `None`.
 fn taken_off_twice(body: &Body) -> Option<Body> {
     let is_shown = !body.about_origin && !moved(body, 0.5).is_some_and(|half| is_sound(&half));
     if is_shown { moved(body, 1.0) } else { None }
@@ -143,7 +144,8 @@ fn moved(body: &Body, times: f64) -> Option<Body> {
     with(body, shifted(&body.given, times * body.mass, body.centre_from_origin()))
 }
 
-/// The moments of the shapes are about their own centres: the distances between them are missing.
+/// Corrects this slip: the moments are about the centres of the single shapes, so the parallel-axis terms for the distances
+/// between the centres are missing.
 fn of_shapes(body: &Body) -> Option<Body> {
     let [xx, xy, xz, yy, yz, zz] = body.extent.as_ref()?.uniform().1;
     let is_parallel = body.pose.rotation == crate::inertial::Pose::IDENTITY.rotation;
@@ -152,10 +154,11 @@ fn of_shapes(body: &Body) -> Option<Body> {
 }
 
 fn in_units(body: &Body, mass: f64, length: f64, inertia: f64) -> Option<Body> {
-    // Parameters about the origin have first moments: another mass moves the centre, unless they have the same factor.
+    // Parameters about the origin contain first moments. So a changed mass moves the centre of mass, unless mass and inertia
+    // have the same factor.
     let is_moved = body.about_origin && mass != inertia;
     let position = scaled(body.pose.position, if is_moved { length / mass } else { length });
-    // A centre in mm is as far away as no body is; one that is only outside its shapes is another mistake.
+    // A centre of mass in mm is at a distance that no body has. A centre that is only outside its shapes has another cause.
     let is_far = length == 1.0 || (body.own && norm(body.pose.position) > NEAREST_CENTRE_IN_MM);
     let is_new = is_far && (mass >= 1.0 || body.mass > LEAST_MASS_IN_G);
     let pose = crate::inertial::Pose { position, ..body.pose };
@@ -172,7 +175,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Finding, Mistake, lint};
 
-    /// The findings on the last body of an arm of sound bodies: 3, 2 and 1.5 kg, and joints 0.7 m apart.
+    /// The findings on the last body of an arm whose other bodies are plausible: 3, 2 and 1.5 kg, with joints 0.7 m apart.
     fn found(inertial: &str, shapes: &str) -> Vec<Finding> {
         let sound = |mass: f64| inertial_of(mass, "0.1 0.02 0.05", [0.02, 0.001, 0.002, 0.03, 0.0005, 0.025]);
         let link = |name: &str, inertial: &str, shapes: &str| {
@@ -201,7 +204,7 @@ mod tests {
 
     const CUBE: &str = "<collision><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision>";
 
-    /// Each slip was made on a sound body; undoing it gives that body again.
+    /// Each slip was made on a plausible body. Its correction must give the plausible body again.
     #[test]
     fn the_slip_that_was_made_is_named_and_undone() {
         let two = "<collision><geometry><box size=\"0.06 0.06 0.06\"/></geometry></collision><collision><origin xyz=\"0.4 0 0\"/>\
@@ -248,17 +251,17 @@ mod tests {
         }
     }
 
-    /// The numbers do not tell the cause where none or several repairs are plausible.
+    /// If no repair or several repairs are plausible, the numbers do not show the cause.
     #[test]
     fn no_repair_is_named_where_the_values_do_not_determine_one() {
         let nearly = [0.01, 0.0, 0.0, 0.02, 0.0, 0.0327];
         let cube = [0.002, 0.0, 0.0, 0.002, 0.0, 0.002];
         for (mass, centre, given, shapes) in [
-            // The triangle is missed by a little: nearly any shift of the centre would do.
+            // The triangle inequality is violated by a small amount: nearly any shift of the centre would satisfy it.
             (2.0, "0.1 0.02 0.05", nearly, ""),
-            // No factor of a unit brings 1.5 kg m^2 to the 0.0125 of the box.
+            // No wrong unit explains 1.5 kg m^2 instead of the 0.0125 kg m^2 of the box.
             (7.5, "0 0 0", [1.5, 0.0, 0.0, 1.5, 0.0, 1.5], CUBE),
-            // A placeholder is no number of another unit.
+            // A placeholder is not a number in a wrong unit.
             (0.6, "0 0 0", [1.0, 0.0, 0.0, 1.0, 0.0, 1.0], CUBE),
             (42.9, "0 0 0", cube.map(|i| 150.0 * i), ""),
         ] {

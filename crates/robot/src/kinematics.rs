@@ -11,7 +11,7 @@ use crate::robot::{JointKind, LoopFrame, ModifiedDh, Robot};
 use crate::value::{Symbol, Value};
 
 impl ModifiedDh {
-    /// The transform iTj. `angle`, rad, is added to theta, and `length`, m, is added to r.
+    /// The transform iTj. `angle` (rad) is added to theta, and `length` (m) is added to r.
     pub fn pose(&self, symbols: &[Symbol], angle: f64, length: f64) -> Pose {
         let (sg, cg) = sin_cos(&self.gamma, symbols);
         let (sa, ca) = sin_cos(&self.alpha, symbols);
@@ -66,7 +66,7 @@ impl Robot {
     }
 }
 
-/// The part of a joint variable that is added to theta, rad, and the part that is added to r, m.
+/// The part of a joint variable that is added to theta (rad) and the part that is added to r (m).
 fn split(kind: JointKind, variable: f64) -> (f64, f64) {
     match kind {
         JointKind::Revolute => (variable, 0.0),

@@ -1,5 +1,5 @@
-//! Finds usual mistakes in the inertial parameters of a description: values that no real body can have, values that were hardly
-//! meant, and the repair of both where it is unique.
+//! Finds usual mistakes in the inertial parameters of a description: values that no real body can have, and values that were
+//! probably not intended. If there is only one plausible repair, it is given.
 //!
 //! Whether the values are correct for the real robot is not checked here; this is the task of identification.
 
@@ -19,7 +19,7 @@ pub use crate::body_doubt::NEGLIGIBLE_SHARE;
 pub use crate::extent::MeshPoints;
 pub use crate::finding::{Finding, Mistake, Repair, RepairedBody, Severity};
 
-/// What is known besides the description.
+/// What the user knows in addition to the description.
 #[derive(Clone, Copy)]
 pub struct LintOptions<'a> {
     /// Reads the vertices of meshes.
@@ -44,7 +44,8 @@ pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
     compare(robot, &mirror_pairs(robot), &bodies, &mut findings);
     relative_density(&bodies, &mut findings);
     bodies.iter().for_each(|body| turned_frame(body, &mut findings));
-    // A wrong mass is one fact; the torque that it asks for is its consequence.
+    // If a mass is wrong, the gravity torque that follows from it is wrong too. So this torque is not reported as a second
+    // fact.
     let is_mass = |f: &Finding| f.subjects.iter().any(|name| bodies.iter().any(|body| body.name == *name));
     let is_doubted = findings.iter().any(|f| is_mass(f) && f.severity() != Severity::Note);
     gravity_load(robot, is_doubted, &mut findings);
@@ -52,7 +53,8 @@ pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
     grouped(findings)
 }
 
-/// Adds what is doubtful of one body: with the repair if it is unique, otherwise each doubt.
+/// Adds the findings on one body: one finding with the repair if there is a unique repair, otherwise one finding for each
+/// doubt.
 fn judged(robot: &Robot, body: &Body, findings: &mut Vec<Finding>) {
     let doubts = doubts(body);
     let Some(worst) = doubts.first() else { return };
@@ -66,7 +68,8 @@ fn judged(robot: &Robot, body: &Body, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Joins the findings of one fact, the worst facts first; the first subject is that of the first finding.
+/// Joins findings with the same fact into one finding. The worst facts come first, and the first subject is the subject of the
+/// first finding.
 pub fn grouped(findings: Vec<Finding>) -> Vec<Finding> {
     let mut groups: Vec<Finding> = Vec::new();
     let clause = |finding: &Finding| finding.repair.as_ref().map(|repair| repair.text.clone());

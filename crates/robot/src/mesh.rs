@@ -50,7 +50,7 @@ enum Format {
     Registered(ReadVertices),
 }
 
-/// A function that reads the vertices, m, from the bytes of a file.
+/// A function that reads the vertices (m) from the bytes of a file.
 pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
 
 /// A mesh format that another package can read.
@@ -153,8 +153,9 @@ fn triangle(bytes: &[u8]) -> [Vector3; 3] {
     corners
 }
 
-/// The vertices and triangles of MuJoCo's .msh: the numbers of vertices, normals, texture coordinates and faces, as integers of
-/// 32 bits; then three, three and two floats of 32 bits and three indices from 0 for each of them; little-endian.
+/// The vertices and triangles of MuJoCo's .msh, which is little-endian. It begins with the numbers of vertices, normals,
+/// texture coordinates and faces, as integers of 32 bits. Then come three floats of 32 bits for each vertex, three for each
+/// normal, two for each texture coordinate, and three indices from 0 for each face.
 fn msh(bytes: &[u8]) -> Result<(Vec<Vector3>, Vec<[Vector3; 3]>), String> {
     const FLOATS_EACH: [usize; 4] = [3, 3, 2, 3];
     let (words, rest) = bytes.as_chunks::<4>();

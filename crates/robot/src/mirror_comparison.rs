@@ -1,6 +1,6 @@
 //! Compares the bodies of left and right limbs: mass, centre of mass, inertia and axis.
 //!
-//! The mirror image of the inertia I of the left body, in the axes of the frame of the right link, is M I M with M of
+//! I: inertia of the left body. Its mirror image, in the axes of the frame of the right link, is M I M with M of
 //! [`crate::mirror_pairs`]: the products across the plane change their sign.
 
 use crate::body::Body;
@@ -14,24 +14,26 @@ use crate::vector::{Matrix3, Vector3, dot, minus, norm};
 
 /// Masses of left and right may differ by this factor: one side has the computer or the cables.
 const MASS_FACTOR: f64 = 1.5;
-/// Largest usual distance of a centre of mass from the image of the other, m.
+/// Largest usual distance (m) between the centre of mass of one side and the mirror image of the other centre.
 const CENTRE_SLACK_M: f64 = 0.01;
-/// Largest deviation, relative to the distance of the two candidates, up to which a body is the copy of the other one.
+/// A body is a copy of the body on the other side, and not its mirror image, if two distances have at most this ratio: from its
+/// centre of mass to the centre of the other body, and to the mirror image of that centre.
 const COPY_SHARE: f64 = 0.1;
-/// Inertias of left and right differ if one of the six numbers does by more than this fraction of the largest moment: one side
-/// has the computer or the cables.
+/// Inertias of left and right count as different if at least one of the six numbers differs by more than this fraction of the
+/// largest moment. Small differences are usual: one side has the computer or the cables.
 const INERTIA_SHARE: f64 = 0.1;
-/// The same after a repair, which has to fit better than by chance.
+/// `INERTIA_SHARE` for a body after a repair. It is smaller, because a repair must fit better than by chance.
 const REPAIRED_SHARE: f64 = 0.02;
-/// The same where no slip explains the difference: the factor between two moments per mass.
+/// If no slip (usual mistake) explains the difference, it is reported only if two moments per mass differ by at least this
+/// factor.
 const INERTIA_FACTOR: f64 = 3.0;
-/// The six numbers of an inertia: their names and the two axes of each.
+/// The six numbers of an inertia: the name and the two axes of each number.
 const SIX: [(&str, usize, usize); 6] =
     [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
-/// Axes of left and right differ if their angle is above about this, rad.
+/// Axes of left and right differ if the angle between them is above about this value, rad.
 const AXIS_SLACK: f64 = 0.05;
 
-/// Compares all pairs. Bodies that are the only implausible one of a pair get the mirror image of the other as their repair.
+/// Compares all pairs. If only one body of a pair is implausible, the mirror image of the other body is its repair.
 pub(crate) fn compare(robot: &Robot, pairs: &[MirrorPair], bodies: &[Body], findings: &mut Vec<Finding>) {
     for pair in pairs {
         let own = |link| bodies.iter().find(|body| body.own && body.link == Some(link));
@@ -46,12 +48,12 @@ pub(crate) fn compare(robot: &Robot, pairs: &[MirrorPair], bodies: &[Body], find
     }
 }
 
-/// Whether a body has a mass and an inertia that can exist and fit the body.
+/// Whether a body has a mass, an inertia and no doubts, so that it can be compared.
 fn is_usable(body: &Body) -> bool {
     body.mass > 0.0 && principal_axes(&body.inertia()).0[2] > 0.0 && doubts(body).is_empty()
 }
 
-/// Adds the mirror image of the good body as the repair of the findings on the other one.
+/// Uses the mirror image of the good body as the repair in the findings on the bad body.
 fn take_over(bad: &Body, good: &Body, signs: Vector3, findings: &mut [Finding]) {
     let image = image(good, signs);
     for finding in findings.iter_mut().filter(|finding| finding.subjects[0] == bad.name && finding.repair.is_none()) {
@@ -60,7 +62,7 @@ fn take_over(bad: &Body, good: &Body, signs: Vector3, findings: &mut [Finding]) 
     }
 }
 
-/// The mirror image of a body, with the axes of its frame of the file.
+/// The mirror image of a body. Its inertial frame has the axes of the frame that the file gives the body.
 fn image(body: &Body, signs: Vector3) -> RepairedBody {
     let in_file = turned_inertia(&body.inertia(), &body.pose.rotation);
     let inertia = std::array::from_fn(|k| in_file[k] * signs[SIX[k].1] * signs[SIX[k].2]);
@@ -124,7 +126,7 @@ fn inertias(subject: &str, left: &Body, right: &Body, signs: Vector3) -> Option<
         .filter(|slip| differ(&slip.1, REPAIRED_SHARE).is_empty());
     let repair = match (agreeing.next(), agreeing.next()) {
         (Some((text, _)), None) => Some(Repair { text: format!("with {text} they are"), bodies: vec![] }),
-        // Parts of both sides differ a little; without a slip that explains it, only large differences count.
+        // Parts of both sides differ a little. If no slip explains the difference, only large differences count.
         _ if [0, 3, 5].into_iter().all(|k| given[k].max(wanted[k]) < INERTIA_FACTOR * given[k].min(wanted[k])) => {
             return None;
         }
@@ -133,7 +135,8 @@ fn inertias(subject: &str, left: &Body, right: &Body, signs: Vector3) -> Option<
     Some(Finding { repair, ..Finding::new(subject, Mistake::NotMirrored, fact, evidence) })
 }
 
-/// Usual slips on one side: their names, and the six numbers of the right body per mass with the slip undone.
+/// Usual mistakes (slips) on one side. Each has its name, and the six numbers of the right body per mass after the slip is
+/// corrected.
 fn slips(left: &Body, right: &Body, signs: Vector3, given: &[f64; 6], wanted: &[f64; 6]) -> Vec<(String, [f64; 6])> {
     let name = |k: usize| SIX[k].0;
     let mut found = Vec::new();
@@ -190,7 +193,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Finding, Mistake, lint};
 
-    /// A body of a leg: mass, centre and products; the moments are those of a box.
+    /// A body of a leg: mass, centre of mass, and one product of inertia. The moments are the moments of a box.
     type Part = (f64, [f64; 3], f64);
 
     fn legs([left, right]: [[Part; 2]; 2], right_axis: &str) -> Vec<Finding> {
@@ -232,7 +235,8 @@ mod tests {
         assert_eq!(legs([[THIGH, SHANK], MIRRORED], "0 -1 0"), []);
     }
 
-    /// Each slip on one side is named with the numbers that differ; without a slip that explains it, only a large difference is.
+    /// Each slip on one side is named, with the numbers that differ. A difference that no slip explains is reported only if it
+    /// is large.
     #[test]
     fn inertias_are_compared_with_the_mirror_image() {
         let legs = |right: [f64; 6], rpy: [&str; 2]| {
@@ -293,9 +297,9 @@ mod tests {
             assert!(text.contains(named), "{named}: {text}");
             assert_eq!(text.contains("; with "), six[0] == 0.02, "{text}");
         }
-        // The same frame turned the other way is the mirror image.
+        // The inertial frame that is rotated in the opposite direction is the mirror image.
         assert_eq!(legs(mirrored, ["0.4 0 0", "-0.4 0 0"]), "");
-        // Half of the moments is the other motor.
+        // Half of the moments is no finding, because the two sides may have different motors.
         assert_eq!(legs(mirrored.map(|i| 0.5 * i), none), "");
     }
 
@@ -323,7 +327,7 @@ mod tests {
         let zero = |part: Part| (part.0, part.1, 0.0);
         let text = legs([[THIGH, SHANK], MIRRORED], "0 1 0");
         assert_eq!(text, []);
-        // A mass of 0 on both bodies of one side is one sentence with both names.
+        // If both bodies of one side have the mass 0, this is one sentence with both names.
         let findings = legs([[THIGH, SHANK], [(0.0, [0.0; 3], 0.0), (0.0, [0.0; 3], 0.0)]], "0 1 0");
         let [finding] = &findings[..] else { panic!("{findings:#?}") };
         assert_eq!(

@@ -1,8 +1,9 @@
 //! Finds the left and the right limbs of a robot: pairs of links that are mirror images by their names, their place in the tree
 //! and their frames at q = 0.
 //!
-//! M_i = diag(+-1, +-1, +-1) with det M_i = -1 takes a vector of the frame of the left link to that of the right link:
-//! R_right M_i = S R_left, where S = E - 2 n n^T is the reflection in the plane of the robot with the normal n.
+//! M_i = diag(+-1, +-1, +-1) with det M_i = -1 maps a vector in the frame of the left link to the mirrored vector in the frame
+//! of the right link: R_right M_i = S R_left, where S = E - 2 n n^T is the reflection in the plane of the robot with the normal
+//! n.
 
 use crate::inertial::Pose;
 use crate::robot::{LinkId, Robot};
@@ -15,15 +16,16 @@ pub struct MirrorPair {
     pub left: LinkId,
     /// The link with the name of the right side.
     pub right: LinkId,
-    /// The signs of M_i: coordinate k of a point of the left link, in its frame of the file, has this sign in the frame of the
-    /// right link. `None` if the frames are no mirror images at q = 0.
+    /// The signs of M_i. Coordinate k of a point of the left link, in the frame that the file gives this link, is multiplied by
+    /// sign k to get the mirrored point of the right link. `None` if the frames are not mirror images at q = 0.
     pub signs: Option<Vector3>,
-    /// Whether both limbs are one limb that is mounted in two orientations: then their bodies are copies, where their frames are
-    /// mirror images too.
+    /// Whether both limbs are the same part, mounted in two orientations. Then the bodies are copies, even if their frames are
+    /// also mirror images.
     pub is_turned_copy: bool,
 }
 
-/// The words of the sides, left first. Short words count between separators only.
+/// Words for the left side, each with the word for the right side. A short word counts only if it is separated from the rest of
+/// the name.
 const SIDES: [(&str, &str); 11] = [
     ("left", "right"),
     ("l", "r"),
@@ -37,15 +39,15 @@ const SIDES: [(&str, &str); 11] = [
     ("lr", "rr"),
     ("lm", "rm"),
 ];
-/// Two frames are mirror images if their origins differ by at most this length, m, plus this share of their distance from the
-/// plane: files give lengths to the millimetre.
+/// Two frames are mirror images if their origins deviate from this by at most this length (m) plus a share (the next constant) of
+/// the distance between the two origins. Files give lengths to the millimetre.
 const ORIGIN_SLACK_M: f64 = 2e-3;
 const ORIGIN_SLACK_SHARE: f64 = 0.02;
-/// Largest deviation of an entry of M_i from 0 or +-1, rad: files give angles to the hundredth.
+/// Largest deviation of an entry of M_i from 0 or +-1. It allows for files that give angles to the hundredth of a rad.
 const TURN_SLACK: f64 = 0.02;
 
-/// The name of the other side: for every way to exchange the words of the sides in a name, the changed name. Empty if the name
-/// has no word of the left side.
+/// The possible names of the link on the right side: for every way to exchange the words for the sides in a name, the changed
+/// name. Empty if the name has no word for the left side.
 fn right_names(name: &str) -> Vec<String> {
     let found = left_words(name);
     let exchange = |words: &[(usize, &str, &str)]| {
@@ -67,11 +69,13 @@ fn right_names(name: &str) -> Vec<String> {
     names
 }
 
-/// The words of the left side in a name: where they begin, the word, and the word of the right side.
+/// The words for the left side in a name. For each: its position, the word itself, and the corresponding word for the right
+/// side.
 fn left_words(name: &str) -> Vec<(usize, &'static str, &'static str)> {
     let lower = name.to_ascii_lowercase();
     let bytes = name.as_bytes();
-    // A word ends before a character that is no letter, and before a capital letter after a small one or before a small one.
+    // A word ends before a character that is not a letter. It also ends before a capital letter if the letter before or after
+    // the capital is small.
     let is_edge = |at: usize| {
         let letter = |k: usize| bytes.get(k).filter(|b| b.is_ascii_alphabetic()).copied();
         let before = at.checked_sub(1).and_then(letter);
@@ -93,12 +97,14 @@ fn left_words(name: &str) -> Vec<(usize, &'static str, &'static str)> {
     found
 }
 
-/// The pairs of mirrored links of a robot, antecedents first. Limbs need the same joints and the same links before them.
+/// The pairs of mirrored links of a robot; a pair follows the pair of its antecedents. Two limbs are mirrored only if they have
+/// the same joints and start at the same link or at a mirrored pair.
 pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     let poses: Vec<Pose> = poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect();
     let mut pairs: Vec<MirrorPair> = Vec::new();
-    // The plane of each pair: a point of it and its normal. The limb of each pair, as its first pair.
+    // `planes`: for each pair, a point of its mirror plane and the normal. `limbs`: for each pair, the index of the first pair
+    // of its limb.
     let mut planes: Vec<(Vector3, Vector3)> = Vec::new();
     let mut limbs: Vec<usize> = Vec::new();
     for left in robot.link_ids() {
@@ -123,7 +129,8 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
             let far = norm(minus(p, q));
             let is_image = off <= ORIGIN_SLACK_M + ORIGIN_SLACK_SHARE * far;
             let signs = if is_image { signs(&poses[left.0].rotation, &poses[right.0].rotation, plane.1) } else { None };
-            // The frames of the last link of a limb do not show where the body lies: a reflection in a point is no evidence.
+            // The frame of the last link of a limb does not show on which side the body lies. So for this link, three minus
+            // signs (a reflection in a point) are not accepted as a mirror image.
             let is_last = !robot.links.iter().any(|link| link.antecedent == Some(left));
             let signs = signs.filter(|signs| !is_last || signs.iter().filter(|s| **s < 0.0).count() == 1);
             let limb = of_before.map_or(pairs.len(), |k| limbs[k]);
@@ -147,14 +154,14 @@ pub fn mirror_pairs(robot: &Robot) -> Vec<MirrorPair> {
     pairs
 }
 
-/// The largest difference of two poses in a coordinate, m, or in an entry of the rotation.
+/// The largest difference between two poses: of a position coordinate (m) or of an entry of the rotation matrix.
 fn off_by(a: &Pose, b: &Pose) -> f64 {
     let rows = (0..3).flat_map(|i| minus(a.rotation[i], b.rotation[i])).chain(minus(a.position, b.position));
     rows.fold(0.0, |most, x| most.max(x.abs()))
 }
 
-/// The plane in the middle between two points. `None` if it is not parallel to two axes of the base: then the points are no
-/// mirror images.
+/// The plane in the middle between two points. `None` if the plane is not parallel to two axes of the base, because then the
+/// points are not mirror images.
 fn plane_between(p: Vector3, q: Vector3) -> Option<(Vector3, Vector3)> {
     let apart = minus(p, q);
     let along = (0..3)
@@ -167,7 +174,7 @@ fn reflected(p: Vector3, (point, normal): (Vector3, Vector3)) -> Vector3 {
     plus_scaled(p, normal, -2.0 * dot(minus(p, point), normal))
 }
 
-/// The diagonal of M_i = R_right^T S R_left; `None` if it is no diagonal matrix.
+/// The diagonal of M_i = R_right^T S R_left; `None` if this matrix is not diagonal.
 fn signs(left: &Matrix3, right: &Matrix3, normal: Vector3) -> Option<Vector3> {
     let reflection: Matrix3 = [0, 1, 2].map(|i| {
         let unit = [0, 1, 2].map(|k| if k == i { 1.0 } else { 0.0 });
@@ -180,7 +187,7 @@ fn signs(left: &Matrix3, right: &Matrix3, normal: Vector3) -> Option<Vector3> {
 }
 
 impl MirrorPair {
-    /// The axis of a link's joint in its frame of the file.
+    /// The axis of a link's joint in the frame that the file gives the link.
     pub(crate) fn axis(robot: &Robot, link: LinkId) -> Vector3 {
         turned(&transposed(&robot.link(link).file_frame.rotation), [0.0, 0.0, 1.0])
     }
@@ -209,7 +216,7 @@ mod tests {
         ] {
             assert_eq!(right_names(name).first().map(String::as_str), right, "{name}");
         }
-        // A finger on the left of a left hand: on a right hand it is on the right or on the left.
+        // The left finger of a left hand. On the right hand, the corresponding finger may be named right or left.
         assert_eq!(right_names("left_l_finger"), ["right_r_finger", "right_l_finger", "left_r_finger"]);
     }
 
@@ -244,12 +251,14 @@ mod tests {
         let across = Some([1.0, -1.0, 1.0]);
         assert_eq!(legs("0.02 -0.01 -0.2", "0 0 0"), [across, across]);
         assert_eq!(legs("0.02 -0.01 -0.3", "0 0 0"), [across, None]);
-        // The right thigh is turned by a half about x: its y and z point the other way, its knee too.
+        // The right thigh is rotated by half a turn about x, so its y and z axes point in the opposite direction, and the axis
+        // of the knee too.
         assert_eq!(legs("0.02 0.01 0.2", "3.14159265358979 0 0"), [Some([1.0, 1.0, -1.0]), across]);
         assert_eq!(legs("0.02 -0.01 -0.2", "0.3 0 0")[0], None);
     }
 
-    /// An arm of one kind on both sides, turned by 45 degrees: its frames are mirror images as long as it is flat.
+    /// The same arm on both sides, rotated by 45 degrees. The frames of the two arms are mirror images as long as the arm is
+    /// flat.
     #[test]
     fn one_limb_in_two_orientations_is_a_copy() {
         let found = |right_elbow: &str, turns: [&str; 2]| {
@@ -268,7 +277,8 @@ mod tests {
         };
         let turned = ["0 0 0.8", "0 0 -0.8"];
         assert_eq!(found("0.3 0.05 0", turned), [true, true]);
-        // A mirrored elbow is that of another arm, and without a turn only the bodies distinguish left and right.
+        // An arm with a mirrored elbow is a different part. And without a rotation, only the bodies could distinguish left and
+        // right.
         assert_eq!(found("0.3 -0.05 0", turned), [false, false]);
         assert_eq!(found("0.3 0.05 0", ["0 0 0"; 2]), [false, false]);
     }

@@ -1,13 +1,13 @@
 //! Expresses the passive joints of closed loops as affine functions of the coordinates, if this is possible.
 //!
-//! A planar loop is a closed polygon of vectors ([`crate::polygon`]). It gives one linear equation by its orientation (sum of
-//! angles). It may give more: if relations found before keep some sides at constant angles to each other, these sides form a
-//! group and are added up to one vector. Equations follow if the groups are
+//! A planar loop is a closed polygon of vectors ([`crate::polygon`]). Its orientation (sum of angles) gives one linear
+//! equation. The loop may give more equations: if relations found before keep some sides at constant angles to each other,
+//! these sides form a group and are added up to one vector. Equations follow if the groups are
 //!
 //! - two vectors: they are opposite;
 //! - four vectors with equal opposite lengths: if the loop nearest to the start values is a parallelogram, v_1 = -v_3 and v_2 =
-//!   -v_4. The other assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal at every
-//!   value of the symbols. If they are equal only at the values of the file, the loop is a general four-bar.
+//!   -v_4. The other possible assembly of these sides is the crossed four-bar ([`crate::assembly`]). The lengths must be equal
+//!   at every value of the symbols. If the lengths are equal only at the values of the file, the loop is a general four-bar.
 //!
 //! The loops are treated repeatedly as long as one of them gives a new relation, because parallelograms with common links are
 //! resolved one after the other. To make the constants of the relations exact, their changes with each symbol are computed: they
@@ -190,11 +190,11 @@ fn parallelogram(
     }
 }
 
-/// The symbols that make the lengths of opposite sides unequal if only this symbol changes. Empty if the lengths are equal at
-/// every value of the symbols.
+/// The symbols of which a change alone makes the lengths of opposite sides unequal. Empty if the lengths are equal at every
+/// value of the symbols.
 fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [&[usize]; 4]) -> Vec<String> {
-    /// Lengths count as unequal if they differ by more than this, m. The change of a symbol changes a length by about 0.01 m, and
-    /// rounding changes it by 1e-15 m.
+    /// Lengths count as unequal if they differ by more than this value, m. The change of a symbol changes a length by about
+    /// 0.01 m, and rounding changes it by 1e-15 m.
     const DIFFERENT_LENGTHS_M: f64 = 1e-7;
     let free = free_symbols(robot);
     let differ = |amounts: &dyn Fn(usize) -> f64| {
@@ -223,7 +223,7 @@ fn lengths_by_chance(robot: &Robot, l: usize, steps: &[EquationOrigin], sides: [
 const SINGLE_SYMBOL_STEP: f64 = 0.0137;
 /// Mean change of the symbols, m or rad, in a trial where all symbols change.
 const COMMON_STEP: f64 = 0.05;
-/// In a trial where all symbols change, their changes differ from the mean by up to this, m or rad.
+/// In a trial where all symbols change, their changes differ from the mean change by up to this value, m or rad.
 const COMMON_STEP_VARIATION: f64 = 0.031;
 /// In this trial, the changes follow a sine over the index of the symbol, with this phase from one symbol to the next, rad.
 const COMMON_STEP_PHASE: f64 = 1.7;
@@ -296,8 +296,8 @@ fn add(
     step: &EquationOrigin,
 ) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // The equation is `sum coefficient x = constant`. The substitution adds a constant on the left; it is moved to the right-hand
-    // side.
+    // The equation is `sum coefficient x = constant`. The substitution adds a constant on the left; this constant is moved to
+    // the right-hand side.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (EquationOrigin::Turn(l) | EquationOrigin::Opposite(l, ..)) = step;
@@ -341,8 +341,8 @@ fn add(
 }
 
 /// A slope (change of an angle per change of a symbol) counts as an integer if it differs from the nearest integer by at most
-/// this. Angles are accurate to 1e-15, so a slope over a step of 0.01 has an error of 1e-13. A slope that depends on lengths is
-/// not that close to an integer.
+/// this tolerance. Angles are accurate to 1e-15, so a slope over a step of 0.01 has an error of 1e-13. A slope that depends on
+/// lengths is not that close to an integer.
 const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 
 /// The constants of the relations, each with a flag: whether it is an exact expression of the symbols. If not, it is a number

@@ -15,7 +15,7 @@ use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, minus, norm, product, scaled, transposed, turned};
 
-/// Two frames coincide if they differ by at most this, m and rad: rounding errors are smaller.
+/// Two frames coincide if they differ by at most this value, m and rad: rounding errors are smaller.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]

@@ -1,8 +1,9 @@
-//! Compares the densities of the bodies of one robot: a mass with a slip of the decimal point stands out where the densities of
-//! the others are known.
+//! Compares the densities of the bodies of one robot. If the decimal point of a mass is misplaced, the density of this body
+//! differs much from the densities of the other bodies.
 //!
-//! x_i = ln(m_i/V_i); the centre of the x_i is their median, and their spread sigma = 1.4826 median |x_i - median|, which equals
-//! the standard deviation for normal x_i [Rousseeuw, Croux 1993]. V: volume of the shapes, with the boxes of meshes.
+//! x_i = ln(m_i/V_i), m_i: mass; V_i: volume of the shapes, with the bounding boxes of meshes. The centre of the x_i is their
+//! median. Their spread is sigma = 1.4826 median |x_i - median|, which equals the standard deviation for normal x_i
+//! [Rousseeuw, Croux 1993].
 
 use crate::body::Body;
 use crate::body_doubt::{NEGLIGIBLE_SHARE, shown, spread};
@@ -10,25 +11,26 @@ use crate::extent::Extent;
 use crate::finding::{Finding, Mistake};
 use crate::vector::minus;
 
-/// Number of bodies with shapes from which on densities are compared.
+/// Densities are compared if at least this number of bodies have shapes.
 const FEWEST_BODIES: usize = 5;
 /// The standard deviation of normal values, as a multiple of their median absolute deviation.
 const NORMAL_SPREAD: f64 = 1.4826;
-/// A density is an outlier from this number of spreads on, and from this factor on: an empty cover among motors is usual, and boxes
-/// of meshes are larger than the bodies.
+/// A density is an outlier if it deviates from the centre by at least this number of spreads and by at least `OUTLIER_FACTOR`.
+/// The limits are wide, because an empty cover among motors is usual, and the boxes of meshes are larger than the bodies.
 const OUTLIER_SPREADS: f64 = 5.0;
 const OUTLIER_FACTOR: f64 = 15.0;
 
-/// Adds the bodies whose density is far from the median. Bodies that have a finding are left out.
+/// Adds a finding for each body whose density is far from the median. Bodies that already have a finding are left out.
 pub(crate) fn relative_density(bodies: &[Body], findings: &mut Vec<Finding>) {
     let is_known = |body: &Body| findings.iter().any(|f| f.subjects.contains(&body.name));
     let counts = |body: &&Body| body.mass > NEGLIGIBLE_SHARE * (body.mass + body.others.0) && !is_known(body);
-    // Shapes may be a few points of contact or overlap: the room of a body is between their volumes and their box.
+    // Shapes may be a few points of contact, or may overlap. So the volume of a body is between the sum of the shapes' volumes
+    // and the volume of their bounding box.
     let known: Vec<(&Body, [f64; 2])> = bodies
         .iter()
         .filter(counts)
         .filter_map(|body| {
-            // A drawn part that is too small for the inertia does not show the whole body.
+            // If the visual shapes are too small for the inertia, they do not show the whole body and are not used.
             let is_whole = |drawn: &&Extent| spread(&body.variance()) <= 0.5 * drawn.diagonal();
             let extent = body.extent.as_ref().or(body.drawn.as_ref().filter(is_whole))?;
             let box_volume: f64 = minus(extent.high, extent.low).iter().product();
@@ -74,7 +76,7 @@ mod tests {
     use crate::format::read_urdf;
     use crate::lint::{Mistake, lint};
 
-    /// The densities that are named in a chain of boxes with these masses; `tag`: collision or visual.
+    /// The findings on densities for a chain of boxes with these masses; `tag`: collision or visual.
     fn found(tag: &str, masses: &[f64]) -> Vec<String> {
         let mut text = "<robot name=\"r\"><link name=\"b\"/>".to_string();
         for (k, mass) in masses.iter().enumerate() {
@@ -102,7 +104,7 @@ mod tests {
             let low = found(tag, &[2.0, 1.5, 1.8, 1.2, 0.1, 2.6]);
             assert!(low.len() == 1 && low[0].contains("l4: the density is far below"), "{tag}: {low:?}");
         }
-        // Bodies that differ much among themselves, or few bodies, tell nothing.
+        // If the bodies differ much from each other, or if there are few bodies, no density is an outlier.
         assert_eq!(found("collision", &[0.5, 1.5, 4.0, 1.2, 16.0, 0.3]), [""; 0]);
         assert_eq!(found("collision", &[2.0, 1.5, 1.8, 20.0]), [""; 0]);
     }

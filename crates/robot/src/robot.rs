@@ -35,14 +35,14 @@ pub struct Robot {
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
-    /// Gravity in the file, m/s^2, if the base was rotated after reading; otherwise `None`.
+    /// Gravity in the file (m/s^2) if the base was rotated after reading; otherwise `None`.
     pub file_gravity: Option<[f64; 3]>,
     /// Notes for the user on assumptions that were made when the file was read.
     pub notes: Vec<Note>,
     /// Notes on angles and axes that were replaced by exact values when the file was read. In these values, the robot differs
     /// from the file in the last digits.
     pub snapped: Vec<Note>,
-    /// The shapes that are only drawn, of the links without a collision shape. The pose is in the frame that the file gives the link.
+    /// The visual shapes of links without a collision shape. The pose is in the frame that the file gives the link.
     pub visuals: Vec<Collision>,
     /// Findings on the text of the file. [`crate::lint`] includes them in its findings.
     pub oddities: Vec<Finding>,
@@ -89,7 +89,7 @@ pub struct Limits {
     pub velocity: Option<f64>,
     /// Largest acceleration of the coordinate, rad/s^2 or m/s^2.
     pub acceleration: Option<f64>,
-    /// Largest torque, N m, or largest force of a prismatic joint, N.
+    /// Largest torque (N m) or largest force of a prismatic joint (N).
     pub effort: Option<f64>,
 }
 
@@ -339,7 +339,7 @@ impl Robot {
         })
     }
 
-    /// Acceleration of gravity as numbers, m/s^2, in the base frame.
+    /// Acceleration of gravity as numbers (m/s^2) in the base frame.
     pub fn gravity_number(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| self.gravity[i].number(&self.symbols))
     }

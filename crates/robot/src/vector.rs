@@ -72,7 +72,7 @@ pub(crate) fn transposed(m: &Matrix3) -> Matrix3 {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[j][i]))
 }
 
-/// The rotation matrix for a rotation by `angle`, rad, about the unit vector `axis` (Rodrigues' formula).
+/// The rotation matrix for a rotation by `angle` (rad) about the unit vector `axis` (Rodrigues' formula).
 #[inline]
 pub(crate) fn rotation_about(axis: Vector3, angle: f64) -> Matrix3 {
     rotation_by(axis, angle.sin_cos())

@@ -10,7 +10,7 @@ const COLUMN: &str = "tau_elbow";
 const BAND_HZ: f64 = 0.75;
 const HIGHEST_HZ: f64 = 40.0;
 
-/// The sampling period, s, and the values of the torque column in the log.
+/// The sampling period (s) and the values of the torque column in the log.
 fn column() -> Result<(f64, Vec<f64>), String> {
     let text = std::fs::read_to_string(root().join(LOG)).map_err(|e| format!("{LOG}: {e}"))?;
     let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
@@ -34,7 +34,8 @@ fn cut_off() -> Result<f64, String> {
     number.ok_or("README.md shows no `cut-off .. Hz`".into())
 }
 
-/// For each band: frequency, Hz, and amplitude, N m. Computed by Fourier sums of the torque minus its mean, with a Hann window.
+/// For each band: frequency (Hz) and amplitude (N m). Computed by Fourier sums of the torque minus its mean, with a Hann
+/// window.
 fn spectrum(step: f64, torques: &[f64]) -> Vec<(f64, f64)> {
     let n = torques.len() as f64;
     let mean = torques.iter().sum::<f64>() / n;

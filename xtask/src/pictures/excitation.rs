@@ -18,8 +18,8 @@ const STEP_S: f64 = 0.025;
 /// The acceleration that is drawn with the length 1, rad/s^2.
 const ACCELERATION_SCALE: f64 = 40.0;
 
-/// Position, rad, and acceleration, rad/s^2, at time t, s. The motion is a sum of sines, each given by (amplitude, frequency in
-/// Hz).
+/// Position (rad) and acceleration (rad/s^2) at the time t, s. The motion is a sum of sines, each given by (amplitude,
+/// frequency in Hz).
 fn state(sines: &[(f64, f64)], t: f64) -> (f64, f64) {
     let turn = |hz: f64| std::f64::consts::TAU * hz;
     let q = sines.iter().map(|(a, hz)| a * libm::sin(turn(*hz) * t)).sum();

@@ -105,7 +105,7 @@ pub struct MotionJoint {
     /// Sine amplitudes of the velocity, rad/s (m/s), one per harmonic. Empty for a spline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<f64>,
-    /// Control points of the spline minus `centre`, rad (m), without the first three and the last three, which equal `centre`.
+    /// Control points of the spline minus `centre` (rad or m) without the first three and the last three, which equal `centre`.
     /// Empty for a Fourier series.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub control_points: Vec<f64>,
@@ -276,7 +276,7 @@ impl ExcitingMotion {
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
 /// Greatest accepted number of harmonics of a joint in motion.yaml. The search uses at most 40.
 const MAX_HARMONICS_READ: usize = 100;
-/// Greatest accepted magnitude of a centre, rad (m), or of a harmonic's velocity amplitude, rad/s (m/s).
+/// Greatest accepted magnitude of a centre (rad or m) or of a harmonic's velocity amplitude (rad/s or m/s).
 const LARGEST_POSITION: f64 = 1e6;
 
 /// Rounds a time to microseconds, s: 38.8, not 38.800000000000004.

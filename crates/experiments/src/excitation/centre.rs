@@ -18,13 +18,14 @@ use crate::excitation::gap_proof::GapCache;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};
 
-/// Distances above the bound that the descent requires: first enough for a large motion, then less. Unit: the reserve of each
-/// pair of bodies (additional distance for the motion between samples). At its start, a search needs at least two reserves.
+/// Room (distance above the bound) that the descent requires for each pair of bodies, as a multiple of the pair's reserve
+/// (additional distance for the motion between samples). The first value leaves room for a large motion; the second value is
+/// tried if the first is not reached. At its start, a search needs at least two reserves.
 const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
 /// Unit w that makes residuals of distances dimensionless, m.
 const UNIT_OF_ROOM_M: f64 = 0.01;
-/// Share s of its bound that a torque at rest may use in the descent, one for each entry of `WANTED_RESERVES`. At its start, a
-/// search needs a share below 0.95.
+/// Share s of the torque bound that a torque at rest may use in the descent; one share for each entry of `WANTED_RESERVES`. At
+/// its start, a search needs a share below 0.95.
 const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
 /// Longest step of a coordinate in one iteration, as a share of half its position range.
 const MAX_STEP_SHARE: f64 = 0.3;

@@ -15,9 +15,9 @@ use crate::excitation::near_gaps::NearGaps;
 
 /// The distance barrier acts on two solids whose distance is less than this above its bound, m.
 const BARRIER_RANGE_M: f64 = 0.05;
-/// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, a body with
-/// the acceleration a deviates by up to a dt^2 / 8 from the interpolated distance. This is 2 mm, half of a reserve, for a body at
-/// 2 m/s in the highest of eight harmonics of ten seconds.
+/// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, a body
+/// with the acceleration a deviates by up to a dt^2 / 8 from the interpolated distance. Example: in the highest of eight
+/// harmonics of a period of ten seconds, a body with 2 m/s deviates by 2 mm, half of a reserve.
 const INSTANTS_PER_HARMONIC: usize = 32;
 /// Number of instants in each blend (motion from rest to the Fourier series, or back) at which the distance barrier is evaluated.
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
@@ -101,7 +101,7 @@ impl<'a> DistanceBarrier<'a> {
     }
 
     /// The gap (limited distance) with the least ratio of room to reserve, where room is the distance minus its bound. Returns
-    /// this room, m, and the index of the gap. `None` if no two solids are near each other.
+    /// this room (m) and the index of the gap. `None` if no two solids are near each other.
     pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         let mut seen = self.seen(seen);
@@ -129,8 +129,8 @@ impl<'a> DistanceBarrier<'a> {
         });
     }
 
-    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance minus its bound,
-    /// m, and index of the gap; `None`: no bodies are near each other, so the distance is large enough.
+    /// Whether the distance of the nearest gap is large enough for the start of a descent. `nearest`: distance minus its bound
+    /// (m) and index of the gap; `None`: no bodies are near each other, so the distance is large enough.
     pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
         nearest.is_none_or(|(room, gap)| room > INITIAL_RESERVES * self.surroundings.gaps()[gap].reserve)
     }

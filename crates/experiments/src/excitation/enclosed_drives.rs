@@ -47,7 +47,7 @@ pub(super) fn drives_on(
     (drives(described, &wide, over), at_middle)
 }
 
-/// Encloses torques and powers at local time `t`, s, of segment number `stretch`.
+/// Encloses torques and powers at local time `t` (s) of segment number `stretch`.
 pub(super) fn drives_at(
     enclosed: &dyn EnclosedTrajectory,
     stretch: usize,

@@ -155,7 +155,8 @@ mod tests {
         assert!(enforced("q1", &away, &described(), None).is_err());
     }
 
-    /// The tightest of the three limits applies and is reported. If the description is equally tight, it is named as the source.
+    /// Of three limits, the tightest one applies and is reported. If the limit of the description is equally tight, the
+    /// description is named as the source.
     #[test]
     fn every_limit_is_told_with_its_place() {
         let origins =

@@ -63,7 +63,7 @@ pub struct ErrorMargins {
     pub payload: Option<KnownLoad>,
 }
 
-/// A joint whose position range is smaller than this, rad (m), counts as locked, so its range is not narrowed.
+/// A joint whose position range is smaller than this value (rad or m) counts as locked, so its range is not narrowed.
 const LOCKED_RANGE: f64 = 1e-6;
 /// Greatest accepted margin, rad or m: larger than any robot needs.
 const LARGEST_MARGIN: f64 = 10.0;

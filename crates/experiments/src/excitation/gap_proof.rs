@@ -29,7 +29,7 @@ pub struct Gap {
     pub bound: f64,
     /// The part of `bound` that covers position errors of joints and bodies, m.
     pub margin: f64,
-    /// Additional distance that a search keeps, m, because bodies move between the instants of the search.
+    /// Additional distance that a search keeps (m), because bodies move between the instants of the search.
     pub reserve: f64,
     /// Names of the moving links that carry the two sides.
     pub carriers: [String; 2],
@@ -64,21 +64,22 @@ pub trait Surroundings: Sync {
     /// coordinate k stays within `spread[k]` of `q`, rad (m).
     fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<GapSize>;
 
-    /// Visits every pair of solids whose distance exceeds its bound by less than `within`, m, or violates it.
+    /// Visits every pair of solids whose distance exceeds its bound by less than `within` (m) or violates it.
     ///
-    /// `each` receives the index of the gap, the distance above the bound, m, and its derivative by each coordinate, m/rad (m/m).
-    /// `known`: data of the previous call at the same instant of a motion, which save most of the work; `None` in the first call.
+    /// `each` receives the index of the gap, the distance above the bound (m) and its derivative by each coordinate, m/rad
+    /// (m/m). `known`: data of the previous call at the same instant of a motion, which save most of the work; `None` in the
+    /// first call.
     fn near(&self, q: &[f64], within: f64, known: &mut GapCache, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// Time intervals shorter than this are not halved, s, because no body moves by a micrometre in them.
+/// Time intervals shorter than this value (s) are not halved, because no body moves by a micrometre in them.
 const SHORTEST_PART_S: f64 = 1e-7;
 /// Greatest number of evaluated distances in a proof, in addition to the first intervals. A distance that is not proved by then
 /// stays unproven.
 const MAX_DISTANCES: usize = 1_000_000;
 
-/// Data of one gap along the motion: its least evaluated distance, m, the time of this distance, s, and the proved lower bound of
-/// the distance, m.
+/// Data of one gap along the motion: its least evaluated distance (m), the time of this distance (s) and the proved lower bound
+/// of the distance (m).
 struct Least {
     reached: f64,
     time: f64,

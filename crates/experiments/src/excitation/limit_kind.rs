@@ -17,7 +17,7 @@ pub enum LimitKind {
     Acceleration,
     /// Jerk, rad/s^3 (m/s^3).
     Jerk,
-    /// Torque of a drive, N m, or force, N.
+    /// Torque of a drive (N m) or force (N).
     Effort,
     /// Power of a drive: torque times velocity, W.
     Power,

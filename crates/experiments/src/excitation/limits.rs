@@ -61,9 +61,9 @@ impl CoordinateLimits {
         }
     }
 
-    /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). It is at
-    /// most the velocity limit; for a gripper, this limit may be ten times the reachable velocity. It is at least a twentieth of
-    /// the limit, because a slower joint identifies nothing.
+    /// The greatest velocity that the joint can reach within its position range and acceleration limit, rad/s (m/s). The result
+    /// is at most the velocity limit, which may be ten times the reachable velocity for a gripper. The result is at least a
+    /// twentieth of the velocity limit, because a slower joint identifies nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
         (self.acceleration * (high - low)).sqrt().clamp(LEAST_VELOCITY_SHARE * self.velocity, self.velocity)
@@ -120,10 +120,10 @@ pub struct AskedLimits {
 /// Smallest accepted limit of velocity, rad/s (m/s). With a smaller limit, a turn takes 70 days and a search does not end.
 const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
-/// A position limit beyond this counts as no limit, rad (m): some files use 1e16 for a missing limit.
+/// A position limit beyond this value (rad or m) counts as no limit: some files use 1e16 for a missing limit.
 pub const FARTHEST_POSITION: f64 = 1e3;
-/// A velocity limit above this counts as no limit, rad/s (m/s), because products with such a velocity lose the gravity terms to
-/// rounding.
+/// A velocity limit above this value (rad/s or m/s) counts as no limit, because products with such a velocity lose the gravity
+/// terms to rounding.
 pub const FASTEST_VELOCITY: f64 = 1e4;
 /// Half the position range that a locked joint gets, rad (m); it covers rounding errors.
 const LOCKED_HALF_RANGE: f64 = 1e-9;
@@ -248,7 +248,7 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
-/// Assumed limits of a coordinate without limits: greatest distance from zero, rad (m), and greatest velocity, rad/s (m/s).
+/// Assumed limits of a coordinate without limits: greatest distance from zero (rad or m) and greatest velocity (rad/s or m/s).
 pub(crate) fn assumed(is_prismatic: bool) -> (f64, f64) {
     if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) }
 }

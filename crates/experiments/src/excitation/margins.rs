@@ -48,7 +48,7 @@ pub const STATEMENT: &str = "a proof of planning, and no safety function";
 pub struct Margins {
     /// The error margins that the certificate covers. A margin that is not given is assumed to be zero.
     pub errors: ErrorMargins,
-    /// Greatest distance by which the body of a mesh in the proof exceeds the convex hull of the mesh, m, with the name of its
+    /// Greatest distance (m) by which the body of a mesh in the proof exceeds the convex hull of the mesh, with the name of its
     /// link. The certificate uses this larger body. `None`: no body is a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
@@ -59,8 +59,8 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Computes the margins of a certificate (`rows`) along a trajectory. `mesh`: the greatest distance by which the body of a
-    /// mesh exceeds the convex hull of the mesh, m, with the name of its link.
+    /// Computes the margins of a certificate (`rows`) along a trajectory. `mesh`: the greatest distance (m) by which the body
+    /// of a mesh exceeds the convex hull of the mesh, with the name of its link.
     pub fn new(
         positions: &dyn Trajectory,
         rows: &[CertificateRow],

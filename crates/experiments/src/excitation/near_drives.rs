@@ -14,8 +14,8 @@ use crate::excitation::torque_barrier::{EnforcedDrive, TorqueBarrier};
 
 /// A torque or power is linearised only if it is above this share of its bound.
 const NEAR_SHARE: f64 = 0.7;
-/// A curvature of the torque barrier by a scaled coefficient below this is negligible compared with the criterion, so the barrier
-/// term is left out.
+/// If the curvature of the torque barrier by a scaled coefficient is below this value, it is negligible compared with the
+/// criterion. Then the barrier term is left out.
 const NEGLIGIBLE_CURVATURE: f64 = 1e-3;
 /// Share of the distance to a torque or power bound that one step may use; the kinematic barrier uses the same value.
 const STEP_TO_BOUND_SHARE: f64 = 0.99;

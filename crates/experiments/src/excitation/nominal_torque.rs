@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// The torque function of a robot, evaluated on jets (interval Taylor expansions) of its motion.
 pub trait EnclosedTorque: Sync {
-    /// Torque of each coordinate without friction, N m (N), from the jets of its position, velocity and acceleration.
+    /// Torque of each coordinate without friction (N m or N) from the jets of its position, velocity and acceleration.
     fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet>;
 }
 

@@ -219,7 +219,7 @@ impl<'a> Prepared<'a> {
         q
     }
 
-    /// The pair of bodies nearest to its bound along the motion with the scaled coefficients x: distance minus bound, m, and
+    /// The pair of bodies nearest to its bound along the motion with the scaled coefficients x: distance minus bound (m) and
     /// index of the pair (gap). `None` if no bodies are near each other.
     pub fn nearest(&self, seen: &Seen, x: &[f64]) -> Option<(f64, usize)> {
         self.space.as_ref()?.nearest(seen, &|row| self.positions(x, row))
@@ -232,7 +232,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The pair of bodies nearest to its bound if all joints are at the centre of the motion with the scaled coefficients x:
-    /// distance minus bound, m, and index of the pair (gap).
+    /// distance minus bound (m) and index of the pair (gap).
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut None, &mut nearest);

@@ -141,8 +141,8 @@ fn over_stretches(
 
 /// Proves the limits of torques and powers and gives one certificate row per limit.
 ///
-/// If there is a payload, each row is the worse of two proofs, with and without it: torques are linear in the payload's mass, so
-/// a smaller mass gives values in between.
+/// If there is a payload, each row is the worse of two proofs, with and without the payload: torques are linear in the
+/// payload's mass, so a smaller mass gives values in between.
 pub fn prove_torque(
     course: &dyn Trajectory,
     limits: &[CoordinateLimits],

@@ -26,7 +26,7 @@ impl QuinticSpline {
         i.saturating_sub(SPLINE_DEGREE).min(self.spans) as f64
     }
 
-    /// The k-th derivative (k <= 5) of the coordinate at time `t` after the start, s, as factors of (c, d_1, d_2, ..).
+    /// The k-th derivative (k <= 5) of the coordinate at time `t` after the start (s) as factors of (c, d_1, d_2, ..).
     ///
     /// Recursion of B-splines [Piegl, Tiller 1997, sections 2.2 and 2.3] in u = K t / T, with the knots t_m: a function N of
     /// degree p - 1 that is not zero on [t_m, t_{m+p}] contributes to two functions of degree p. The contribution to N_m is

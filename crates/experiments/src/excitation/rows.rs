@@ -1,8 +1,8 @@
 //! Computes the regressor, the torques and the rows of W at the instants of a motion, and their derivatives by the states.
 //!
-//! Forward: the coefficients x give the states s = (q, dq, ddq) at each instant, rad (m), s. The states give the torques tau = Y
-//! X, N m (N), at all instants (Y: regressor, X: its parameters), and the rows W = [Y, friction] / noise at the instants of a
-//! period. Backward, from the derivatives of a function L by tau and W:
+//! Forward: the coefficients x give the states s = (q, dq, ddq) at each instant, rad (m), s. The states give the torques tau =
+//! Y X (N m or N) at all instants (Y: regressor, X: its parameters), and the rows W = [Y, friction] / noise at the instants of
+//! a period. Backward, from the derivatives of a function L by tau and W:
 //!
 //! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
 //!

@@ -8,7 +8,7 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::nominal_torque::NominalTorque;
 use crate::excitation::trajectory::Trajectory;
 
-/// Number of sampled instants in each initial interval of a proof.
+/// Number of sampled instants in each of the equal time intervals with which a proof starts (before it divides them further).
 const SAMPLES_PER_INTERVAL: usize = 4;
 
 /// The greatest ratio of a torque or power to its usable limit at sampled instants, with and without payload. It is a lower bound

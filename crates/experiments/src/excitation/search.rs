@@ -1,13 +1,13 @@
 //! Searches an exciting motion with many starts; each start is a descent within the barriers of the limits.
 //!
-//! A start draws a random spectrum for each joint (for a spline, of its control points). It scales the spectrum down until the
-//! limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the barriers is
-//! lowered in steps, with a descent at each weight ([`crate::excitation::descent`]). Limits between the samples are enforced
-//! afterwards ([`crate::excitation::fitting`]).
+//! A start draws a random spectrum for each joint (for a spline: a spectrum of the control points). It scales the spectrum down
+//! until the limits are kept, which is always possible, and places the centre where the limits allow. Then the weight of the
+//! barriers is lowered in steps, with a descent at each weight ([`crate::excitation::descent`]). Limits between the samples are
+//! enforced afterwards ([`crate::excitation::fitting`]).
 //!
-//! A third of the starts draws every joint. The other starts take the best motion found so far and redraw two of its joints. Good
-//! motions are near one another, so this gives better results for the same number of starts (docs/benchmarks.md). A start that is
-//! worse than the best one after half of the weights ends there.
+//! A third of the starts draws the motions of all joints at random. The other starts take the best motion found so far and
+//! redraw two of its joints. Good motions are near one another, so this gives better results for the same number of starts
+//! (docs/benchmarks.md). A start that is worse than the best one after half of the weights ends there.
 //!
 //! A start depends only on the seed, its number and the rounds before it. The number of threads does not change the result.
 
@@ -56,8 +56,8 @@ pub struct StartResult {
     /// The greatest ratio of a torque or power to its bound, with the coordinate and the kind of limit. `None`: they are not
     /// limited.
     pub torque: Option<(f64, usize, LimitKind)>,
-    /// The pair of bodies nearest to its bound: distance minus bound, m, and index of the pair (gap). `None`: no bodies are near
-    /// each other.
+    /// The pair of bodies nearest to its bound: distance minus bound (m) and index of the pair (gap). `None`: no bodies are
+    /// near each other.
     pub nearest: Option<(f64, usize)>,
 }
 
@@ -89,8 +89,8 @@ const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
 /// At this barrier weight, the values of the criterion J of all starts are compared, and poor starts are ended.
 const SELECTION_WEIGHT: f64 = 2e-3;
-/// A start ends at [`SELECTION_WEIGHT`] if its criterion J exceeds the best J at this weight by more than this (3 % of
-/// det^(1/p)). The further decrease is about the same for every start.
+/// A start ends at [`SELECTION_WEIGHT`] if its criterion J is worse than the best J at this weight by more than this margin (3
+/// % of det^(1/p)). The further decrease is about the same for every start.
 const SELECTION_MARGIN: f64 = 0.03;
 /// A start first descends through all barrier weights without prior information. Then it descends with the prior information,
 /// from the barrier weight with this index on.
@@ -98,7 +98,7 @@ const WEIGHT_INDEX_WITH_PRIOR: usize = 2;
 /// Number of starts in a round. All starts of a round after the first redraw joints of the motion that was the best before the
 /// round. The number is the same for any number of threads.
 const STARTS_PER_ROUND: usize = 4;
-/// Number of joints that such a start replaces in the best motion by randomly drawn ones.
+/// Number of joints that a start of a later round replaces in the best motion by randomly drawn ones.
 const REDRAWN_JOINTS: usize = 2;
 /// Greatest number of motions that are drawn at random for one start of a robot without bodies.
 const MAX_DRAWS_PER_START: usize = 60;
@@ -106,9 +106,9 @@ const MAX_DRAWS_PER_START: usize = 60;
 const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// For a start of a robot with bodies: greatest number of random centres that are tested, and greatest number of motions that are
-/// tried about the centres without collision. After that, a descent searches the centre, because such a robot has hardly any free
-/// pose.
+/// For a start of a robot with bodies. This number limits both the random centres that are tested and the motions that are
+/// tried about collision-free centres. After that, a descent searches the centre, because such a robot has hardly any
+/// collision-free pose.
 const MAX_CENTRES_PER_START: usize = 200;
 const MAX_DRAWS_AMONG_BODIES: usize = 10;
 /// Greatest number of times that a motion about a centre found by descent is scaled down. A smaller motion cannot separate the
@@ -268,8 +268,8 @@ impl SharedSearch<'_> {
         Ok(CandidateStart { start, x, seen, watched, criterion })
     }
 
-    /// Completes a start with the descents at the remaining barrier weights. If there is prior information, these descents run
-    /// first without it, then with it.
+    /// Completes a start with the descents at the remaining barrier weights. If there is prior information, all these descents
+    /// run twice: first without the prior information, then with it.
     fn ended(&self, mut begun: CandidateStart) -> Result<StartResult, NoMotion> {
         let low = || BARRIER_WEIGHTS.into_iter().filter(|height| *height < SELECTION_WEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
@@ -376,7 +376,7 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
-/// Cuts the range of a centre, rad, to one turn about zero. Other turns give the same torques, but wind up cables.
+/// Cuts the range of a centre (rad) to one turn about zero. Other turns give the same torques, but wind up cables.
 fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
     let middle = 0.0_f64.max(low).min(high);
     (low.max(middle - PI), high.min(middle + PI))

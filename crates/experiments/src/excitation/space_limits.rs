@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// Lowest allowed height of moving links: z in the base frame, m, or `none` (no floor). Not given: the plane z = 0 of the
+    /// Lowest allowed height of moving links: z in the base frame (m) or `none` (no floor). Not given: the plane z = 0 of the
     /// base, if no moving link is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
@@ -19,7 +19,7 @@ pub struct SpaceLimits {
     /// Boxes that links must stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least allowed distance between links of the robot, m. Not given: `spacing`, or, if this is less, half of the distance that
+    /// Least allowed distance between links of the robot, m. Not given: the smaller of `spacing` and half of the distance that
     /// the pair exceeds in a tenth of the sampled poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
@@ -33,7 +33,8 @@ pub struct SpaceLimits {
     /// Pairs of links that may touch and are not checked, each with the reason: `[LINK, LINK, REASON]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Vec<String>>,
-    /// Pairs of links that motion files of an earlier version excluded from the check. In a limits file it is an error.
+    /// Pairs of links that motion files of an earlier version excluded from the check. In a limits file, such pairs are an
+    /// error.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
 }

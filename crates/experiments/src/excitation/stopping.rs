@@ -47,7 +47,7 @@ pub struct StoppingMargin {
     pub subject: String,
     /// Time after the start of the motion at which braking starts, s.
     pub at_s: f64,
-    /// Least distance to the position limit, rad (m), or between bodies, m. Negative: stopping may violate the limit.
+    /// Least distance to the position limit (rad or m) or between bodies (m). Negative: stopping may violate the limit.
     pub room: f64,
 }
 
@@ -197,7 +197,7 @@ fn room_of_bodies(
             }
         }
     }
-    // The error margin of a distance is reserved for errors, so stopping must not use it (it is subtracted above).
+    // The error margin of a distance is reserved for errors, so stopping must not use this margin. It was subtracted above.
     let covered = least.iter().filter(|(room, _)| *room >= 0.0).count();
     let (gap, (room, at_s)) = gaps.iter().zip(least).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     Some(StopBodies {

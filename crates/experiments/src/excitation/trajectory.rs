@@ -28,7 +28,7 @@ pub trait Trajectory: Sync {
     /// The segments, in the order of time.
     fn stretches(&self) -> Vec<TrajectorySegment>;
 
-    /// Position of each coordinate at local time `t`, s, of segment number `stretch`, rad (m).
+    /// Position of each coordinate at local time `t` (s) of segment number `stretch`, rad (m).
     fn positions(&self, stretch: usize, t: f64) -> Vec<f64>;
 
     /// Precomputes the data for enclosures of the trajectory.

@@ -5,7 +5,8 @@
 //! before each descent the peaks between the instants are found and bounded too, as in the exchange methods of semi-infinite
 //! programs [Hettich, Kortanek 1993].
 //!
-//! A peak that already exceeds its bound gets a temporary bound slightly above the peak; it is lowered as the descents proceed.
+//! A peak that already exceeds its bound gets a temporary bound slightly above the peak. This temporary bound is lowered as the
+//! descents proceed.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -31,7 +31,7 @@ impl Default for ValidationMotion {
 }
 
 impl ValidationMotion {
-    /// Duration of a move over `distance`, s, that uses the shares of `self` of the given velocity and acceleration limits.
+    /// Duration of a move over `distance` (s) that uses the shares of `self` of the given velocity and acceleration limits.
     pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
         let by_velocity = PEAK_VELOCITY_FACTOR * distance / (self.velocity * velocity);
         by_velocity.max((PEAK_ACCELERATION_FACTOR * distance / (self.acceleration * acceleration)).sqrt())

@@ -40,7 +40,7 @@ const MAX_TRAJECTORY_POINTS: usize = 400_000;
 const LARGEST_NUMBER: f64 = 1e6;
 
 impl PointTrajectory {
-    /// Makes a trajectory from times, s, positions, rad (m), and their derivatives.
+    /// Makes a trajectory from times (s), positions (rad or m) and their derivatives.
     ///
     /// Fails if there are fewer than two points or too many, if time does not increase, or if a number is not finite or too
     /// large.
@@ -82,7 +82,7 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// Orders the points like the coordinates of a model. `stands(k)`: constant position of coordinate k, rad (m), if the
+    /// Orders the points like the coordinates of a model. `stands(k)`: constant position of coordinate k (rad or m) if the
     /// trajectory does not move it.
     ///
     /// Fails if the trajectory moves an unknown joint, or if the position of a coordinate is not known.

@@ -28,7 +28,7 @@ impl Profile {
     }
 
     /// Position in [-1, 1], and its first and second derivative by u = t/T, at u in [0, 1); T: period. Where the acceleration
-    /// jumps, it is the mean of both sides, like the value of a Fourier series.
+    /// jumps, the result is the mean of both sides, like the value of a Fourier series.
     pub fn at(self, u: f64) -> (f64, f64, f64) {
         match self {
             Profile::BangBang => {

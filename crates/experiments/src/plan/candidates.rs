@@ -189,7 +189,7 @@ pub fn permitted_candidates(
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let motions = kinds_of(fast, n, grid.gravity);
-        // Each kind of motion has its own random stream, so it is independent of the draws for other kinds.
+        // Each kind of motion has its own random stream, so the motions of one kind do not depend on the draws for other kinds.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             if Interruption::check().is_err() {
                 return vec![];

@@ -47,7 +47,7 @@ pub struct ConditionBound {
 /// Number of iterations of the multiplicative rule for the weights. Then weight is exchanged between the best and the worst
 /// candidate.
 const MULTIPLICATIVE_ITERATIONS: usize = 300;
-/// A candidate belongs to the support of a design (the candidates with weight) if its weight is at least this.
+/// A candidate belongs to the support of a design (the candidates with weight) if its weight is at least this value.
 const SUPPORT_WEIGHT: f64 = 1e-12;
 /// Number of bisections in the search for the best amount of weight to exchange between two candidates.
 const LINE_SEARCH_BISECTIONS: usize = 60;

@@ -82,14 +82,14 @@ const RELATIVE_RIDGE: f64 = 1e-9;
 
 /// Number of candidates that are evaluated between two checks for an interruption. Their evaluation takes some milliseconds.
 const BLOCKS_PER_CHECK: usize = 64;
-/// If the relative gain of an exchange is below this, it is only a rounding error.
+/// If the relative gain of an exchange is below this value, the gain is only a rounding error.
 const LEAST_RELATIVE_GAIN: f64 = 1e-10;
 
 /// Chooses the best plan of `count` experiments by exchange, from `search.starts` random plans. `blocks`: regressor rows of each
 /// candidate.
 ///
-/// `progress` receives (ended starts, number of starts, best value) from one thread at a time. If it is interrupted, it gives the
-/// best plan found so far.
+/// `progress` receives (ended starts, number of starts, best value) from one thread at a time. If the search is interrupted, it
+/// gives the best plan found so far.
 pub fn exchange(
     blocks: &[WeightedRows],
     count: usize,

@@ -167,7 +167,8 @@ impl ExcitingTrajectory {
         }
     }
 
-    /// Makes a slow sweep of joint `fast` over `range`, rad (m), at `velocity`, rad/s (m/s), about the configuration `centre`.
+    /// Makes a slow sweep of joint `fast` over `range` (rad or m) at `velocity` (rad/s or m/s) about the configuration
+    /// `centre`.
     pub fn sweep(fast: usize, centre: &[f64], range: f64, velocity: f64, sample_time: f64) -> ExcitingTrajectory {
         ExcitingTrajectory {
             kind: MotionKind::Gravity,

@@ -28,7 +28,7 @@ impl MeasuredMotion {
         MeasuredMotion { q: cut(&reference.q), dq: cut(&reference.dq), ddq: cut(&reference.ddq) }
     }
 
-    /// Computes velocities and accelerations from positions `q` over whole periods with sample time `h`, s, by periodic central
+    /// Computes velocities and accelerations from positions `q` over whole periods with sample time `h` (s) by periodic central
     /// differences.
     pub fn by_differences(q: &[Vec<f64>], h: f64) -> MeasuredMotion {
         let (dq, ddq) = q.iter().map(|q| numerics::fourier::circular_differences(q, h)).unzip();

@@ -1,7 +1,8 @@
 //! Lists the kinds of motion from which a plan is chosen, and computes the number of motions and rows, and their memory.
 //!
-//! While a plan is chosen, memory holds all rows up to five times: unweighted and divided by their standard deviations, a copy of
-//! both, and one of them with scaled columns. It holds each motion twice: as tried, and together with its rows.
+//! While a plan is chosen, memory holds all rows up to five times: unweighted and divided by their standard deviations, a copy
+//! of both, and one of them with scaled columns. Memory also holds each motion twice: as it was tried, and together with its
+//! rows.
 
 use numerics::information_matrix::WeightedRows;
 

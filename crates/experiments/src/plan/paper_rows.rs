@@ -158,8 +158,8 @@ impl EquationBlock {
         EquationBlock { rows: WeightedRows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
-    /// Adds an equation: regressor row, right-hand side, N m, its standard deviation, N m, and the index of its coordinate. The
-    /// known torque is zero.
+    /// Adds an equation: regressor row; right-hand side, N m; standard deviation of the right-hand side, N m; index of the
+    /// coordinate. The known torque is zero.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);

@@ -67,7 +67,7 @@ pub struct PlannedSwing {
     pub transient_periods: usize,
     /// Number of recorded periods, which an identification uses.
     pub periods: usize,
-    /// Half of the distance between the two ends of the swing, rad (m), in the order of the coordinates; 0: locked.
+    /// Half of the distance between the two ends of the swing (rad or m) in the order of the coordinates; 0: locked.
     pub half_range: Vec<f64>,
 }
 

@@ -18,7 +18,7 @@ use numerics::information_matrix::{InformationFactor, WeightedRows};
 /// If the slopes of two candidates differ by less than this share of the greater slope, the difference is only rounding, and the
 /// ascent ends.
 const RELATIVE_SLOPE_ROUNDING: f64 = 1e-12;
-/// A remainder of a number of runs below this is only rounding, because the sum of the runs is a whole number.
+/// If a remainder of a number of runs is below this value, it is only rounding, because the sum of the runs is a whole number.
 const RUN_ROUNDING: f64 = 1e-9;
 /// A second-order model of log det F at a design (number of runs of each candidate). F: information matrix. Candidates that are
 /// not members of the model keep their number of runs.

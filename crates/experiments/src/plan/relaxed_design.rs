@@ -10,7 +10,7 @@
 //! The g of the last candidate that gets runs is the price nu of an experiment. One run of candidate i changes the bound by g_i -
 //! nu. If x_i is at a bound and g_i is far from the price, x_i is at this bound in every plan that is as good as a known plan.
 //!
-//! The ascent is a Newton method: each step is the best step of [`crate::plan::quadratic_model`] between the bounds, and it is
+//! The ascent is a Newton method. Each step is the best step of [`crate::plan::quadratic_model`] between the bounds; a step is
 //! halved until log det F increases. The bound holds at every iteration.
 
 use numerics::information_matrix::{InformationMatrix, WeightedRows};
@@ -24,8 +24,8 @@ const MAX_ASCENT_MOVES: usize = 400;
 const MAX_ENTERING_CANDIDATES: usize = 40;
 /// Number of runs that is added to every candidate if no design between the bounds has full rank.
 const REGULARIZING_RUNS: f64 = 1e-3;
-/// Numbers of runs in a design are rounded to multiples of 1/this. The effect of the rounding on the bound is only of second
-/// order.
+/// Numbers of runs in a design are rounded to multiples of one over this number. The effect of the rounding on the bound is
+/// only of second order.
 const PARTS_PER_EXPERIMENT: f64 = 1e5;
 /// Greatest number of halvings of a step of the ascent that does not increase log det F.
 const MAX_STEP_HALVINGS: i32 = 12;
@@ -85,8 +85,8 @@ impl Bounds {
         StepBounds { least: to(&self.low), most: to(&self.high) }
     }
 
-    /// The candidates that a step may change: those above their least number of runs, and the others with the greatest slopes
-    /// `gain`.
+    /// The candidates that a step may change: all candidates above their least number of runs, and, of the other candidates,
+    /// those with the greatest slopes `gain`.
     fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
         let is_above = |i: usize| x[i] > self.low[i] as f64;
         let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
@@ -214,7 +214,7 @@ pub fn relaxed(
     best
 }
 
-/// The tangent at a design to which a small number of runs of every candidate is added, so that it has full rank.
+/// The tangent at a design to which a small number of runs of every candidate is added, so that the design has full rank.
 ///
 /// In a direction without information from the allowed designs, F has only the information of these added runs. Its logarithm is
 /// very negative, so the bound is low.

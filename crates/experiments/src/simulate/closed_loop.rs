@@ -68,7 +68,7 @@ pub struct Sensors {
 /// Longest Runge-Kutta step, as a multiple of the time constant with which friction makes a velocity near zero decay. The method
 /// is stable up to 2.78.
 const LONGEST_STEP_PER_DECAY_TIME: f64 = 2.0;
-/// Friction counts as stiff if it needs more Runge-Kutta steps per sample than this.
+/// Friction counts as stiff if it needs more than this number of Runge-Kutta steps per sample.
 const MAX_RUNGE_KUTTA_STEPS: usize = 16;
 /// Number of integration steps per sample with the method that is implicit in friction, for stiff friction.
 const IMPLICIT_STEPS_PER_SAMPLE: usize = 4;

@@ -69,7 +69,7 @@ impl Dynamics for RegressorDynamics<'_> {
 /// Number of instants at which the dynamics are evaluated in one call.
 const INSTANTS_PER_CALL: usize = 64;
 
-/// The torque A(q) ddq + h(q, dq) along a reference motion, N m, as `[coordinate][instant]`. A: inertia matrix; h: bias torque.
+/// The torque A(q) ddq + h(q, dq) along a reference motion (N m) as `[coordinate][instant]`. A: inertia matrix; h: bias torque.
 pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
     let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
     let (mut inertia, mut bias) = (vec![0.0; INSTANTS_PER_CALL * n * n], vec![0.0; INSTANTS_PER_CALL * n]);

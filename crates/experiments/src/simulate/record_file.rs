@@ -1,7 +1,7 @@
 //! Converts records to logs and back, so that a simulation writes the same files as a real machine.
 //!
-//! The CSV has the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). If the values are torques, N m, the last columns
-//! are `tau_<coordinate>..` instead.
+//! The CSV has the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A). If the values are torques (N m), the last
+//! columns are `tau_<coordinate>..` instead.
 
 use std::fmt::Write;
 

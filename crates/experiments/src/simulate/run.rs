@@ -13,11 +13,11 @@ use crate::simulate::stiff_friction::{FrictionLoad, StiffStep};
 
 /// Stages of Runge-Kutta 4. For each: its weight in the sum, and the time of the next stage as a fraction of the step.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
-/// A simulated motion counts as diverged if a position exceeds this, rad (m), or a velocity, rad/s (m/s).
+/// A simulated motion counts as diverged if a position (rad or m) or a velocity (rad/s or m/s) exceeds this value.
 const DIVERGENCE_BOUND: f64 = 1e6;
 
 impl Simulation<'_> {
-    /// Simulates the robot while it follows the reference. `feedforward[k][i]`, N m, is added to the controller's torque of
+    /// Simulates the robot while it follows the reference. `feedforward[k][i]` (N m) is added to the controller's torque of
     /// coordinate k at sample i.
     ///
     /// The record has no noise and is not rounded. It ends early if the motion is not physical.

@@ -191,8 +191,8 @@ impl SimulationSetup {
 pub struct SimulatedMotion<'a> {
     /// The commanded motion.
     pub reference: &'a Reference,
-    /// Computes the feedforward torque, N m `[coordinate][instant]`, for the reference at the rate of the controller. `None`: the
-    /// controller uses the torques of its own model, if it has one.
+    /// Computes the feedforward torque, N m `[coordinate][instant]`, for the reference at the rate of the controller. `None`:
+    /// the controller uses the torques of its own model of the robot, if it has such a model.
     pub feedforward: Option<&'a Feedforward<'a>>,
     /// Seed of the sensor noise and index of its random stream. `None`: no noise.
     pub noise: Option<(u64, u64)>,

@@ -20,10 +20,10 @@ pub struct Clock {
 /// A step of more than this multiple of the median step is a gap. Signals are not interpolated across a gap.
 pub const GAP_PERIODS: f64 = 10.0;
 
-/// A clock without a unit in its header is assumed to be in s if its median step is at most this, s.
+/// A clock without a unit in its header is assumed to be in s if its median step is at most this value, s.
 pub(crate) const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
-/// The smallest possible median step, s, because no robot is sampled faster. A smaller step means a wrong unit.
+/// The smallest possible median step (s), because no robot is sampled faster. A smaller step means a wrong unit.
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
 /// Smallest number of samples for filtering and differentiation.

@@ -26,8 +26,8 @@ pub struct GoalSpan {
 }
 
 impl GoalSpan {
-    /// Replaces the goals by position errors (goal minus position), and removes whole turns from the errors: a position may jump
-    /// by a turn without its goal.
+    /// Replaces the goals by position errors (goal minus position). Also removes whole turns from the errors, because a
+    /// position may jump by a turn while its goal does not.
     pub(crate) fn take(&mut self, header: &str, position: &[f64], goal: &mut [f64]) {
         let span = |x: &[f64]| {
             x.iter().filter(|x| x.is_finite()).fold(None, |span: Option<[f64; 2]>, &x| {

@@ -39,9 +39,10 @@ const MIN_SIGN_CHANGES: usize = 4;
 const MIN_JUMP_BEFORE: f64 = 0.5;
 /// Largest median jump at these samples after the sign is corrected, as a fraction of the word's range.
 const MAX_JUMP_AFTER: f64 = 0.1;
-/// Smallest number of distinct values on each side of zero. It excludes a valve that is open or closed: one value per side.
+/// Smallest number of distinct values on each side of zero. A valve, for example, is open or closed and has only one value on
+/// each side, so it is excluded.
 const MIN_DISTINCT_VALUES: usize = 8;
-/// A value counts as a whole number of counts if it differs by at most this, in counts.
+/// A value counts as a whole number of counts if it differs from one by at most this number of counts.
 const COUNT_ROUNDING: f64 = 1e-3;
 /// Smallest jump that may be a sign change, as a fraction of the largest value.
 const MIN_JUMP_OF_LARGEST: f64 = 0.25;
@@ -108,8 +109,8 @@ impl RawWord {
     }
 }
 
-/// The value of one count: all numbers of the series are multiples of it, and it is the smallest difference of two numbers.
-/// `None` if there is no such value.
+/// The value of one count: the smallest difference of two numbers of the series, if all numbers are multiples of it; otherwise
+/// `None`.
 fn count_of(x: &[f64]) -> Option<f64> {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -17,7 +17,7 @@ pub struct RestTimes {
 }
 
 impl RestTimes {
-    /// Evaluates the positions `q` at the times `t`, s, in intervals of [`REST_SPAN_S`]. Samples after the last whole interval
+    /// Evaluates the positions `q` at the times `t` (s) in intervals of [`REST_SPAN_S`]. Samples after the last whole interval
     /// count as rest if this interval is at rest.
     pub(crate) fn of(t: &[f64], q: &[Vec<f64>]) -> RestTimes {
         let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);

@@ -16,7 +16,7 @@ pub struct Suspect {
     pub coordinate: String,
     /// Number of jumps of the position, without jumps by a full turn.
     pub jumps: usize,
-    /// The reason why the coordinate has no torque; `None` if it has one.
+    /// The reason why the coordinate has no torque; `None` if it has a torque.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undriven: Option<NoTorqueReason>,
     /// The value of the torque or current if it is equal in all rows; otherwise `None`.

@@ -12,7 +12,7 @@ const MAX_ONE_TURN_RANGE_RAD: f64 = 1.001 * TAU;
 const SMALL_STEP_RAD: f64 = 3.0;
 /// A jump is one full turn, so a step of more turns than this is no jump.
 const MAX_JUMP_TURNS: f64 = 1.5;
-/// A jump differs from a full turn by at most this, rad, because no joint turns more between two samples.
+/// A jump differs from a full turn by at most this value (rad), because no joint turns more between two samples.
 const MAX_STEP_BETWEEN_SAMPLES_RAD: f64 = 0.5;
 
 /// Smallest and largest number of a series; (inf, -inf) of an empty one.

@@ -189,7 +189,7 @@ impl<'a> Finder<'a> {
         places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
     }
 
-    /// The message if some joints have no column of a quantity: one line for all of them.
+    /// The error message if some joints have no column of a quantity. It has one line for all these joints.
     fn of_some_joints(&self, quantity: Quantity, joints: &[usize]) -> String {
         let name = |k: &usize| self.coordinates.get(*k).map_or("", String::as_str);
         let names: Vec<&str> = joints.iter().map(name).collect();
@@ -300,8 +300,8 @@ impl<'a> Finder<'a> {
                 let numberings: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
                 let is_there = |(name, needed): (&String, &bool)| !needed || self.column(name).is_some();
                 let are_there = |way: &&Vec<String>| way.iter().zip(needed).all(is_there);
-                // If a file has a column with the number 0, its numbers start at 0, even if it has more numbers than there are
-                // joints.
+                // If a file has a column with the number 0, the numbers of its columns start at 0, even if there are more such
+                // columns than joints.
                 let order = if self.column(&p.replace("{}", "0")).is_some() { [1, 0, 2] } else { [0, 1, 2] };
                 order.iter().map(|k| &numberings[*k]).find(are_there).unwrap_or(&numberings[0]).clone()
             }

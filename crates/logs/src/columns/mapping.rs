@@ -30,7 +30,7 @@ pub struct Columns {
     pub coordinates: Vec<String>,
     /// The column of the clock.
     pub time: ColumnSource,
-    /// Rows per second, Hz, if the user gives them instead of a clock column.
+    /// Rows per second (Hz) if the user gives them instead of a clock column.
     pub rate: Option<f64>,
     /// The column that is added to `time`: the fractions of a second of a clock in two columns.
     pub time_fraction: Option<ColumnSource>,
@@ -45,7 +45,7 @@ pub struct Columns {
     /// Torques; or currents if there are no torques; or goals of position servos. One column per coordinate. A coordinate without
     /// a torque has its position column with the factor zero.
     pub effort: Vec<ColumnSource>,
-    /// For each coordinate, the reason why it has no torque; `None` if it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has a torque.
     pub undriven: Vec<Option<NoTorqueReason>>,
     /// The quantity in the effort columns: torque, current or goal.
     pub effort_is: Quantity,

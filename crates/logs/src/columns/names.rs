@@ -13,7 +13,7 @@ use crate::columns::words::{Quantity, unit_at_end, written};
 pub struct ColumnNames {
     /// Header of the clock column.
     pub time: Option<String>,
-    /// Rows per second, Hz, of a log without a clock: row r is at the time r / rate.
+    /// Rows per second (Hz) of a log without a clock: row r is at the time r / rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
     /// Header of the column with the episode number.
@@ -69,7 +69,7 @@ impl ColumnNames {
         Ok((written(unit).to_string(), factor))
     }
 
-    /// For each coordinate, the reason why it has no torque; `None` if it has one.
+    /// For each coordinate, the reason why it has no torque; `None` if it has a torque.
     ///
     /// Fails if a name is not a coordinate, or occurs twice.
     pub fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<NoTorqueReason>>, String> {

@@ -23,7 +23,7 @@ const USUAL_TOLERANCE: f64 = 0.02;
 pub(crate) type Pair<'a> = ((&'a [f64], f64), (&'a [f64], f64));
 
 /// The sampling rate in Hz for which the differences of the positions agree with the velocities: the median over the joints.
-/// `None` if this is so for no joint.
+/// `None` if they agree for no joint.
 pub(crate) fn rate<'a>(pairs: impl Iterator<Item = Pair<'a>>) -> Option<f64> {
     let rate = |((q, to_rad), (dq, to_rad_s)): Pair| {
         Some(to_rad_s / to_rad * Slope::of(q, dq, None).positive_ratio(MIN_SQUARED_CORRELATION)?)

@@ -9,13 +9,13 @@
 pub(crate) struct Slope {
     /// Velocity per derivative of the position.
     pub ratio: f64,
-    /// Squared correlation of both, without their means. NaN if one of them is zero in all rows.
+    /// Squared correlation of velocity and derivative, whose means are not subtracted. NaN if one of them is zero in all rows.
     pub squared_correlation: f64,
 }
 
 impl Slope {
-    /// Of the velocity `v` on the derivative of `q` over the clock `t`; without a clock, rows count as one unit of time apart. Rows
-    /// that are not finite do not count.
+    /// The regression of the velocity `v` on the derivative of `q` over the clock `t`. Without a clock, successive rows are one
+    /// unit of time apart. Rows with a number that is not finite are left out.
     pub(crate) fn of(q: &[f64], v: &[f64], t: Option<&[f64]>) -> Slope {
         let rows = q.len().min(v.len()).min(t.map_or(usize::MAX, <[f64]>::len));
         let [mut vs, mut ss, mut vv] = [0.0; 3];
@@ -28,7 +28,8 @@ impl Slope {
         Slope { ratio: vs / ss, squared_correlation: vs * vs / (ss * vv) }
     }
 
-    /// The ratio if it is positive, as of a velocity with the sign of its position, and the correlation is large enough.
+    /// The ratio, if it is positive (velocity and derivative have the same sign) and if the squared correlation is large
+    /// enough.
     pub(crate) fn positive_ratio(self, min_squared_correlation: f64) -> Option<f64> {
         (self.ratio > 0.0 && self.squared_correlation > min_squared_correlation).then_some(self.ratio)
     }

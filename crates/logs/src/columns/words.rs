@@ -206,7 +206,8 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
                 found.push(Reading { column, quantity, joint, unit });
             }
         }
-        // A whole name counts more than a number in it: `q_J 1 [rad]` of a joint `J 1 [rad]`.
+        // If a header contains the whole name of a joint, a number in this name does not count. For example, `q_J 1 [rad]`
+        // belongs to the joint `J 1 [rad]`.
         if found.iter().any(|r| matches!(r.joint, Designator::Coordinate(_))) {
             found.retain(|r| !matches!(r.joint, Designator::Number(_)));
         }
@@ -413,7 +414,7 @@ mod tests {
                 assert_eq!(found, [(quantity, Designator::Coordinate(k))], "{header}");
             }
         }
-        // A bare name that two joints share is the name of neither.
+        // If a bare name fits two joints, it is assigned to neither of them.
         let table = Table { header: vec!["q_j".into()], texts: vec![None], ..Table::default() };
         assert_eq!(readings(&table, &["/j".into(), "j/".into()]).unwrap().len(), 0);
         assert_eq!(readings(&table, &["/j".into(), "j".into()]).unwrap()[0].joint, Designator::Coordinate(1));

@@ -1,9 +1,9 @@
 //! Converts named arrays to a table of columns: the arrays of a .npz, or arrays in the memory of a program.
 //!
 //! An array of shape (N,) is one column with its name; an array of shape (N, k) or (k, N) is the columns name_1 .. name_k. N is
-//! the length of the longest of these. An array with more axes is noted and not used. Without a time, a scalar `frequency` or
-//! `fs` (Hz) or `dt` (s) gives the time. Names follow common tools: `times positions velocities accelerations torques`, `t q dq
-//! ddq tau`.
+//! the length of the longest array. An array with more axes is noted and not used. Without a time, a scalar `frequency` or `fs`
+//! (Hz) or `dt` (s) gives the time. Names follow common tools: `times positions velocities accelerations torques`,
+//! `t q dq ddq tau`.
 
 use crate::Error;
 use crate::table::{MAX_COLUMNS, Table, check_header};

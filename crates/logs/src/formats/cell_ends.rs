@@ -1,7 +1,8 @@
 //! Finds the ends of the cells of plain rows, before the cells are read.
 //!
-//! If both ends of a cell are known, it can be read before the cell in front of it is finished, so the processor works on several
-//! cells in parallel [Langdale, Lemire 2019]. In plain rows, every delimiter ends a cell and every line feed ends a row.
+//! If both ends of a cell are known, the cell can be read before the previous cell is finished. So the processor works on
+//! several cells in parallel [Langdale, Lemire 2019]. In plain rows, every delimiter ends a cell and every line feed ends a
+//! row.
 
 use wide::u8x16;
 
@@ -45,7 +46,7 @@ impl<'a> CellEnds<'a> {
             self.search();
         }
         let (ends, end) = (&self.cells.next()[..width], self.rows.next()[0]);
-        // The first line feed must be the end of the last cell. Otherwise it is inside the row.
+        // The first line feed must be the end of the last cell. Otherwise the line feed is inside the row.
         if ends.last() != Some(&end) {
             return None;
         }

@@ -133,7 +133,7 @@ impl FileFormat {
         match (self, self.reader()) {
             (Foreign(what), _) | (_, Some(LogReader::Absent { what, .. })) => Some(format!("this is {what}")),
             (Parquet, _) if !cfg!(feature = "parquet") => {
-                // The command converts to Arrow, so it is shown only if Arrow can be read.
+                // The command makes an Arrow file, so the command is shown only if this program can read Arrow.
                 let line = registered::format_names().contains(&"Arrow").then_some(FROM_PARQUET);
                 let remedy = line.map_or(String::new(), |line| format!("; or convert it: `{line}`"));
                 Some(format!("this is a Parquet file: {NO_PARQUET}{remedy}"))

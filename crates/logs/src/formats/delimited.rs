@@ -21,7 +21,7 @@ use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
 /// Largest number of bytes of a block, and of a row including the comment and empty lines before it. Ten thousand numbers of
-/// full length need only a quarter of it.
+/// full length need only a quarter of this size.
 const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Largest number of blocks in a window.
@@ -35,8 +35,8 @@ const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 /// If one of this number of first bytes is zero, the file is binary.
 const BINARY_CHECK_BYTES: usize = 4096;
 
-/// If most rows are ragged (have more or fewer cells than the header), the file is refused as soon as these rows have more
-/// cells than this.
+/// If most rows are ragged (have more or fewer cells than the header), the file is refused as soon as these rows have more than
+/// this number of cells.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
 /// Memory for one number in a table, bytes. A column grows by doubling, so the old and the new memory are in use together.
@@ -211,7 +211,7 @@ impl<'a> TableReader<'a> {
         self.window.drain(..self.at);
         self.at = 0;
         let missing = (BLOCKS_PER_WINDOW * MAX_ROW_BYTES - unread) as u64;
-        // Exactly, because growth by doubling would take up to twice a window.
+        // Reserves exactly the needed memory, because growth by doubling would take up to twice a window.
         self.window.reserve_exact(missing as usize);
         let read = self.text.by_ref().take(missing).read_to_end(&mut self.window).map_err(|e| {
             let line = self.ends + 1 + memchr_iter(b'\n', &self.window).count();

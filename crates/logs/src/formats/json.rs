@@ -19,7 +19,7 @@ use crate::formats::arrays::Array;
 use crate::formats::records::{Records, named};
 use crate::table::Table;
 
-/// Memory of a parsed value per byte of its text, at most: `1,` becomes one value.
+/// Largest memory of a parsed value, per byte of its text. The worst case is `1,`, which becomes one value.
 const VALUE_BYTES_PER_BYTE: usize = size_of::<Value>() / 2;
 
 /// An example of a row.
@@ -101,7 +101,7 @@ impl<'de> Visitor<'de> for &mut Records<'_> {
     }
 }
 
-/// Adds a document of named values to the current row of records. Fails where it is damaged, or has too many values.
+/// Adds a document of named values to the current row of records. Fails if the document is damaged or has too many values.
 pub fn add_document<'de, D: Deserializer<'de>>(rows: &mut Records, document: D) -> Result<(), D::Error> {
     Place { rows, name: String::new() }.deserialize(document)
 }

@@ -11,9 +11,9 @@ use crate::table::Table;
 /// First bytes of such a file.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// The table of a .npy of shape (samples, columns), or (columns, samples) where the second length is the greater.
+/// The table of a .npy of shape (samples, columns), or of shape (columns, samples) if the second length is greater.
 ///
-/// Fails where it has another shape, or is damaged.
+/// Fails if the array has another shape, or if the file is damaged.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     let refused = "one array without names: shape (samples, columns) is expected; or save a .npz with the names of the \

@@ -181,7 +181,7 @@ pub(super) fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Res
     let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_CELLS);
     let count = count.ok_or("its shape is absurd")?;
     if count == 0 {
-        return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
+        return Ok(ArrayContent::Nothing); // shapes such as (0,), (0, 7), also (10^12, 0)
     }
     if !NUMBER_TYPES.contains(&kind.as_str()) {
         // The type of a structured array is a list of fields.

@@ -72,7 +72,7 @@ impl Records<'_> {
         Ok(())
     }
 
-    /// Ends the current row. `line`: line of the file at which the row begins; 0 if it has none.
+    /// Ends the current row. `line`: line of the file at which the row begins; 0 if the file has no lines.
     ///
     /// Fails when there are too many columns, or the budget is spent.
     pub fn end_row(&mut self, line: usize) -> Result<(), String> {
@@ -151,7 +151,7 @@ fn name_by_joints(row: &mut [(String, RowValue)]) {
     }
 }
 
-/// The name of a value `name` inside the value `above`. Fails when it is too long.
+/// The name of a value `name` inside the value `above`. Fails if the resulting name is too long.
 pub fn named(above: &str, name: &str, separator: char) -> Result<String, String> {
     let all = if above.is_empty() { name.to_string() } else { format!("{above}{separator}{name}") };
     (all.len() <= MAX_NAME_BYTES).then_some(all).ok_or(format!("a name is longer than {MAX_NAME_BYTES} bytes"))

@@ -17,7 +17,8 @@ use crate::table::{RowReader, Table};
 pub struct LogFormat {
     /// Name of the format for lists. Formats with the same name appear only once.
     pub name: &'static str,
-    /// The first bytes of its files; of a format in a zip, the name of a file that only its zips have.
+    /// The first bytes of files of this format. For a format in a zip: the name of a file that occurs only in zips of this
+    /// format.
     pub magic: &'static [u8],
     /// The reader of the format.
     pub reader: LogReader,

@@ -154,7 +154,7 @@ impl Dialect {
             let (bytes, most) = self.whole_rows_by_cell(bytes, most, last);
             return WholeRows { bytes, most, are_plain: false };
         }
-        // Counting all line ends is faster than finding each of them, because rows are short.
+        // Counting all line ends is faster than finding every single line end, because rows are short.
         let mut count = memchr_iter(b'\n', bytes).count();
         let mut end = memrchr(b'\n', bytes).map_or(0, |at| at + 1);
         if count > most {

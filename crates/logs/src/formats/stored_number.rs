@@ -1,7 +1,7 @@
 //! Converts stored values of a typed column, as in Parquet and Arrow, to numbers.
 //!
-//! The types are integers, floating-point numbers, scaled decimals, and times with a unit. Times are counted from the first time,
-//! s, because nanoseconds since 1970 have more digits than an f64.
+//! The types are integers, floating-point numbers, scaled decimals, and times with a unit. Times are counted from the first
+//! time (s), because nanoseconds since 1970 have more digits than an f64.
 
 /// The type of the numbers in a column.
 #[derive(Clone, Debug, PartialEq)]

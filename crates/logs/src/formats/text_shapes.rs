@@ -103,9 +103,10 @@ struct Below {
     first_width: usize,
 }
 
-/// Finds the first successive rows that contain only numbers and have equal numbers of cells, and the header above them. Only a
-/// row with this number of cells and without numbers can be the header; the row with the most different cells is chosen, and
-/// the first of these. `None` if all rows above have this number of cells, because then they are a header and units.
+/// Finds the first successive rows that contain only numbers and have equal numbers of cells, and the header above them. A row
+/// can be the header only if it has the same number of cells and no numbers. Of several such rows, the row with the most
+/// different cells is the header; of equal ones, the first. `None` if all rows above have this number of cells, because then
+/// they are a header and units.
 fn below(text: &[u8]) -> Option<Below> {
     [Some(b';'), Some(b'\t'), Some(b','), None].into_iter().find_map(|delimiter| {
         let rows: Vec<(usize, Vec<String>)> = rows(text, delimiter).take(HEAD_ROWS).collect();

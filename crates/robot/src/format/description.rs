@@ -48,7 +48,7 @@ pub struct DescriptionJoint {
     pub name: String,
     /// Line and column in the file; 0 if unknown.
     pub at: (usize, usize),
-    /// Index of the joint that carries this one, which is smaller than its own index; `None` for the base.
+    /// Index of the joint that carries this joint. It is smaller than the index of this joint; `None` for the base.
     pub antecedent: Option<usize>,
     /// Pose of the joint frame at position 0 in the joint frame of the antecedent, m.
     pub pose: Pose,
@@ -75,7 +75,7 @@ pub struct DescriptionBody {
     pub name: String,
     /// Pose of the link frame in the frame of the joint, or of the base, m.
     pub pose: Pose,
-    /// Its inertial in the frame of the link; `None` if the file has none.
+    /// The inertial of the body, in the frame of the link; `None` if the file has none.
     pub part: Option<Part>,
 }
 
@@ -97,7 +97,7 @@ pub struct RobotDescription {
 }
 
 impl RobotDescription {
-    /// The pose of a frame from its position, m, and roll, pitch and yaw, rad. Rounded angles are replaced as the options say;
+    /// The pose of a frame from its position (m) and roll, pitch and yaw (rad). Rounded angles are replaced as the options say;
     /// each gets a note on `subject`.
     pub fn pose(&mut self, subject: &str, position: Vector3, rpy: Vector3, angles: AngleSnapping) -> Pose {
         let taken = rpy.map(|angle| angle_snap::given_angle(angle, angles));

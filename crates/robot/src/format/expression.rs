@@ -5,13 +5,13 @@ use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 use gate::suggestion::did_you_mean;
 
-/// Largest absolute value of a number, in SI units. With larger numbers, the other terms of a sum would be lost by rounding.
+/// Largest absolute value of a number, in SI units. In a sum with a larger number, the other terms would be lost by rounding.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
 /// Largest length of an expression. It also limits the depth of the recursion that evaluates an expression.
 const MAX_EXPRESSION_CHARACTERS: usize = 1000;
-/// Largest number of operations of a value with its symbols expanded. Without this limit, a chain of symbols, each with the
-/// previous symbol twice in its expression, would take almost endless time.
+/// Largest number of operations of a value with its symbols expanded. Without this limit, a short file could need almost
+/// endless time: in a chain of symbols, each may contain the previous symbol twice.
 const MAX_VALUE_OPERATIONS: usize = 4000;
 
 /// The message if a value is given for a symbol that the description does not have.

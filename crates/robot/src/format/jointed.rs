@@ -25,7 +25,8 @@ use crate::robot::{
 use crate::value::{Affine, CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
 
-/// The joint frame of the file and the frame computed from the result must agree up to this distance, m, and angle, rad.
+/// The joint frame of the file and the frame computed from the result must agree. This is the tolerance of their distance (m)
+/// and of their angle (rad).
 const REFRAMING_TOLERANCE: f64 = 1e-9;
 
 /// A joint of the file and the link that it moves, with the values of the file.

@@ -11,7 +11,7 @@ use crate::value::{Affine, CoordinateId, Value};
 pub(in crate::format) struct FileLoop {
     pub name: String,
     /// Index of the joint that carries the first frame (`None`: the base), and pose of this frame in the joint's frame. `twin`:
-    /// the same for the second frame.
+    /// the two values for the second frame.
     pub cut: (Option<usize>, Pose),
     pub twin: (Option<usize>, Pose),
 }

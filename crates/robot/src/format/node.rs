@@ -70,8 +70,8 @@ impl DescriptionFile<'_> {
         self.parse_with(text, DuplicateKeyPolicy::Error).map_err(|(_, error)| error)
     }
 
-    /// Parses a YAML text into a tree, as PyYAML does: of a key that stands twice, the last value comes last in its map. Also
-    /// returns a sentence on the first such key.
+    /// Parses a YAML text into a tree. If a key occurs twice in a map, the last value counts, as in PyYAML. Also returns a
+    /// sentence on the first such key.
     pub(super) fn parse_last_key(self, text: &str) -> Result<(Node, Option<String>), Error> {
         match self.parse_with(text, DuplicateKeyPolicy::Error) {
             Err((true, error)) => {

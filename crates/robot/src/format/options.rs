@@ -27,9 +27,9 @@ pub struct ReadOptions<'a> {
 /// How joints that mimic another joint are treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimic {
-    /// A mimic joint is passive: its position is an affine function of the coordinate of its leader. It has no motor and
-    /// no torque. The parameters of the bodies that it carries appear in the torque of the leader. Choose this if
-    /// torques are measured.
+    /// A mimic joint is passive: its position is an affine function of the coordinate of its leader. It has no motor and no
+    /// torque. The parameters of the bodies that it carries appear in the torque of the leader. Choose `Constraint` if torques
+    /// are measured.
     #[default]
     Constraint,
     /// A mimic joint is an ordinary coordinate, as in libraries that ignore the tag (default of Pinocchio).

@@ -36,8 +36,8 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 }
 
 /// Reads a robot from a text. The extension of `path` determines the format, and messages contain its name. Other files are
-/// opened only for an MJCF (included files, and meshes for the masses of bodies) and for a xacro (included files). They must be
-/// below the folder of `path`; those of a xacro may also be below the folders of given packages.
+/// opened only for an MJCF (included files, and meshes for the masses of bodies) and for a xacro (included files). Such files
+/// must be below the folder of `path`; the included files of a xacro may also be below the folders of given packages.
 ///
 /// Fails if the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
@@ -72,7 +72,7 @@ fn expanded(text: &str, path: &Path, options: ReadOptions) -> Result<(String, Ve
 ///
 /// Fails if the file cannot be read, is larger than 16 MiB, or has a wrong encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // The format of standard input is not known before it is read, so Latin-1 is accepted.
+    // The format of standard input is unknown before the text is read, so Latin-1 is accepted.
     decoded(path, is_standard_input(path) || matches!(DescriptionFormat::of(path, "")?, DescriptionFormat::Par))
 }
 
@@ -144,8 +144,8 @@ impl DescriptionFormat {
         }
     }
 
-    /// A format of another package by its extension or first element; a remedy if it is known and cannot be read; `None` if it
-    /// is not known.
+    /// A format that another package reads, found by its extension or first element. `Err`: a remedy, if the format is known
+    /// but cannot be read. `None`: the format is not known.
     fn other(name: &str) -> Option<Result<DescriptionFormat, String>> {
         if let Some(reader) = description::reader(name) {
             return Some(reader.read.map(DescriptionFormat::Registered).map_err(str::to_string));
@@ -184,12 +184,13 @@ impl DescriptionFormat {
     }
 }
 
-/// The error for a URDF, with what helps if it has macros.
+/// The error for a URDF. If the text has macros, the error also says what the user can do.
 fn with_macros_remedy(error: Error, text: &str, path: &Path, options: ReadOptions) -> Error {
     if !error.message.contains(urdf::IS_A_MACRO) {
         return error;
     }
-    // As standard input, a xacro has the extension of none.
+    // Standard input has no file name, so a xacro may come without its extension. The remedy is a file name with the extension
+    // `.xacro`.
     let name = path.file_stem().map_or("robot".into(), |stem| stem.display().to_string());
     let remedy = match DescriptionFormat::Xacro.parse(text, path, options) {
         Ok(_) => format!("; called {name}.xacro, it is read"),

@@ -17,7 +17,7 @@ use crate::vector::{Vector3, cross, dot, minus, norm, plus_scaled, scaled, trans
 /// The placement of a joint in the frames of a file.
 #[derive(Clone, Debug)]
 pub(in crate::format) struct JointPlacement {
-    /// Index of the antecedent, which is smaller than the index of the joint itself; `None` for the base.
+    /// Index of the antecedent, which is smaller than the index of this joint; `None` for the base.
     pub antecedent: Option<usize>,
     /// Pose of the joint frame at q = 0 in the joint frame of the antecedent.
     pub pose: Pose,
@@ -36,20 +36,21 @@ pub(in crate::format) struct Framed {
 
 /// Axes count as parallel if the sine of the angle between them is at most this.
 const PARALLEL_SINE: f64 = 1e-9;
-/// Parallel axes count as coincident if their distance is at most this, m.
+/// Parallel axes count as coincident if their distance is at most this value, m.
 const COINCIDENT_DISTANCE_M: f64 = 1e-11;
 /// Directions count as perpendicular if the cosine of the angle between them is at most this. Unit vectors that were rotated
 /// along a whole robot chain have smaller rounding errors.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// If the angle between two axes, rad, is between [`PARALLEL_SINE`] and this, their common normal is far away. The origins of the
-/// frames are then at the joints of the file, with non-zero gamma, b and r.
+/// If the angle between two axes (rad) is above [`PARALLEL_SINE`] and below this value, their common normal is far away. The
+/// origins of the frames are then at the joints of the file, with non-zero gamma, b and r.
 pub(in crate::format) const NEARLY_PARALLEL_RAD: f64 = 0.01;
-/// Two axes with a smaller angle than this, rad, are made parallel. An axis with five digits has this error. An axis with four
-/// digits or a calibrated axis is kept.
+/// Two axes are made parallel if the angle between them is smaller than this value, rad. An axis with five digits has an error
+/// of this size. An axis with four digits or a calibrated axis is kept.
 const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
-/// Two axes with a smaller angle than this, rad, are made parallel even if angles are kept as given. Their common normal would be
-/// 1e7 m away per metre between the axes, and a frame computed from it would have an error of 1e-9 m.
+/// Two axes are made parallel, even if angles are kept as given, if the angle between them is smaller than this value, rad.
+/// Their common normal would be 1e7 m away per metre between the axes, and a frame computed from it would have an error of 1e-9
+/// m.
 const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
 /// A joint axis that was rotated to be parallel to the axis of its antecedent.

@@ -61,7 +61,7 @@ impl de::Error for Unexpected {
     }
 }
 
-/// A value of the tree, together with the YAML text, which shows how scalars are spelled.
+/// A value of the tree, together with the YAML text. The text shows how scalars are spelled.
 #[derive(Clone, Copy)]
 struct TypedValue<'a> {
     node: &'a Node,
@@ -72,8 +72,8 @@ struct TypedValue<'a> {
 const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 impl<'a> TypedValue<'a> {
-    /// A scalar as it is spelled in the text, because a link may have the name `01`, `1e3` or `true`. An alias (`*name`) does not
-    /// show the spelling, so its value is formatted.
+    /// A scalar as the text spells it, because a link may have the name `01`, `1e3` or `true`. An alias (`*name`) does not show
+    /// the spelling, so the value is formatted.
     fn written(self) -> String {
         let line = self.text.lines().nth(self.node.line.saturating_sub(1)).unwrap_or("");
         let from = line.char_indices().nth(self.node.column.saturating_sub(1)).map_or("", |(at, _)| &line[at..]);

@@ -49,7 +49,8 @@ impl WrittenNames {
     }
 }
 
-/// Adds notes on data of the link in its original file that no writer stores: the separate bodies lumped in it, and its frame.
+/// Adds notes on data of the link's original file that no writer stores: the separate bodies lumped into the link, and the
+/// frame of the link.
 pub fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
     if link.parts.len() > 1 {
         note(&link.name, format!("its {} parts are written as one link", link.parts.len()));

@@ -28,7 +28,8 @@ pub(in crate::format) fn document<'a>(
             _ => e.pos(),
         };
         let message = e.to_string();
-        // The library writes line and column at the end of its messages. Ours start with them, so they are removed at the end.
+        // The library writes line and column at the end of its messages. Our messages start with line and column, so they are
+        // removed at the end.
         let message = message.split(" at ").next().unwrap_or("").to_string();
         let message = if message.contains("DTD") { format!("{message}: take the <!DOCTYPE> out") } else { message };
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
@@ -36,7 +37,8 @@ pub(in crate::format) fn document<'a>(
     })
 }
 
-/// The first mistake for which a text is no XML within the bounds; `None` if there is none, or if it exceeds the bounds.
+/// The first mistake for which a text is not valid XML within the bounds. `None` if there is no mistake, or if the text exceeds
+/// the bounds.
 pub(in crate::format) fn mistake(text: &str) -> Option<roxmltree::Error> {
     let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
     crowded(text).is_none().then(|| Document::parse_with_options(text, options).err())?

@@ -54,8 +54,8 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
-            // The product of a constant and an affine value: it is an exact expression in the offset, but a number in the
-            // coefficients.
+            // The product of a constant and an affine value. In the offset, the constant stays an exact expression; in the
+            // coefficients, it becomes a number.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {
@@ -96,7 +96,7 @@ impl Affine {
         self.offset.number(symbols) + self.rate(q)
     }
 
-    /// The linear part evaluated at `dq`: the velocity of the joint. With `ddq` it is the acceleration.
+    /// The linear part evaluated at `dq` is the velocity of the joint; evaluated at `ddq`, it is the acceleration.
     pub fn rate(&self, dq: &[f64]) -> f64 {
         self.terms.iter().map(|&(k, c)| c * dq[k.0]).sum()
     }

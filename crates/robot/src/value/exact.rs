@@ -21,8 +21,8 @@ pub struct Symbol {
     pub name: String,
     /// Value of the symbol. It contains no coordinates, but may contain symbols before it.
     pub value: Value,
-    /// Whether the file gives no value, so that `value` is a substitute. The base parameters and their rules (linear combinations
-    /// of standard parameters) are correct with it, but numerical results have no meaning.
+    /// Whether the file gives no value, so that `value` is a substitute. The base parameters and their rules (linear
+    /// combinations of standard parameters) are correct with the substitute, but numerical results have no meaning.
     pub generic: bool,
 }
 
@@ -78,7 +78,7 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
-    /// The value as an angle, rad, if it exceeds a full turn; otherwise `None`. Also `None` if it contains a symbol, because a
+    /// The value as an angle (rad) if it exceeds a full turn; otherwise `None`. Also `None` if it contains a symbol, because a
     /// large symbol may be intended.
     pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
         let angle = self.number(symbols);
@@ -122,8 +122,8 @@ impl Value {
         }
     }
 
-    /// Numerator and denominator if the value is a rational multiple of pi, `num/den * pi`, with small integers (`5*pi/6`,
-    /// `-pi`, zero, a symbol with such a value); otherwise `None`.
+    /// Numerator and denominator if the value is a rational multiple of pi, `num/den * pi`, with small integers; otherwise
+    /// `None`. Examples: `5*pi/6`, `-pi`, zero, and a symbol with such a value.
     pub fn as_multiple_of_pi(&self, symbols: &[Symbol]) -> Option<(i64, i64)> {
         let (a, b) = self.as_affine_in_pi(symbols)?;
         if b.0 == 0 { Some(a) } else { None }

@@ -39,7 +39,7 @@ pub(crate) const MAX_REPLICATES: usize = 64;
 pub struct FailedLog {
     /// Name of the file, as given by the user.
     pub name: String,
-    /// The reason why it could not be used.
+    /// The reason why the log could not be used.
     pub reason: String,
 }
 

@@ -15,7 +15,8 @@
 
 use numerics::student::two_sided;
 
-/// The density f of T_2 is neglected where it is below this fraction of its value at the centre. No p that matters is that small.
+/// The density f of T_2 is neglected where it is below this fraction of its value at the centre. No relevant p-value is that
+/// small.
 const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
 
 /// Largest step of the integration variable x, if T_2 has few degrees of freedom.
@@ -46,7 +47,7 @@ pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estim
     if !(large.1 >= MIN_DEGREES_OF_FREEDOM && small.1 >= MIN_DEGREES_OF_FREEDOM) {
         return 1.0;
     }
-    // With more degrees of freedom than this, T_2 cannot be distinguished from a normal variable.
+    // With more degrees of freedom than `MAX_DEGREES_OF_FREEDOM`, T_2 cannot be distinguished from a normal variable.
     let freedom = small.1.min(MAX_DEGREES_OF_FREEDOM);
     let step = LARGEST_STEP.min(LARGEST_STEP_SIGMAS / freedom.sqrt());
     let end = (-NEGLIGIBLE_DENSITY_SHARE.ln() / freedom).exp().acosh();

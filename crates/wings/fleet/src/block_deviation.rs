@@ -37,8 +37,9 @@ pub(crate) struct BlockDeviation {
     pub blocks: usize,
 }
 
-/// If only the omitted block determines a parameter, the matrix without this block is singular. Then the parameter is regularised
-/// with this fraction of the norm of its column, which is a hundred times weaker than a direction of condition number 1000.
+/// If only the omitted block determines a parameter, the matrix without this block is singular. Then the parameter is
+/// regularised with this fraction of the norm of its column. A direction of condition number 1000 has a hundred times this
+/// fraction.
 const REGULARISATION_SHARE: f64 = 1e-5;
 
 /// Standard deviations of a solution. `parts[g][j]`: triangle (R of the QR decomposition) of block g and joint j. `weights`:
@@ -115,8 +116,9 @@ mod tests {
                 let half = |c: usize| two_sided_quantile(0.05, found.freedom[c]) * found.sigma[c];
                 covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
-            // Coverage of 95 % is expected. With 600 draws its standard deviation is 1 %, and the limit is three of these below.
-            // For correlated noise the limit is lower, because the correlation across the ends of blocks is neglected.
+            // Coverage of 95 % is expected. With 600 draws its standard deviation is 1 %, and the limit is 95 % minus three
+            // standard deviations. For correlated noise the limit is lower, because the correlation across the ends of blocks
+            // is neglected.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
         }
     }
@@ -135,7 +137,7 @@ mod tests {
         let found = block_deviation(&observation.parts, &weights, &solution);
         let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
-        // With eight blocks, a standard deviation has a relative uncertainty of a quarter. The limits are wider than this.
+        // With eight blocks, a standard deviation has a relative uncertainty of a quarter. The limits of the test are wider.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
         // Only the first block determines ZZ, so it has no degree of freedom. All blocks determine the other parameters equally
         // well.

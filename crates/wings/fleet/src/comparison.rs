@@ -322,8 +322,8 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // The standard deviation of the change is 0.0005 kg m: a noise of 0.1 N m, divided by 9.81 m/s^2 and by the root of five
-        // hundred rows. The limit is four of these.
+        // The standard deviation of the change is 0.0005 kg m: a noise of 0.1 N m, divided by 9.81 m/s^2 and by the root of
+        // five hundred rows. The limit is four standard deviations.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }

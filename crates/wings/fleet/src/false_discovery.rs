@@ -104,8 +104,8 @@ mod tests {
                 missed += 10 - (yes - wrong);
                 assert!(found.iter().all(|f| f.is_found == (questions(f) > 0)));
             }
-            // 5 % are expected. In one run, the share has a standard deviation of 7 %; the mean of 60 runs has 1 %. The limit is
-            // three of these above 5 %.
+            // 5 % are expected. In one run, the share has a standard deviation of 7 %; the mean of 60 runs has 1 %. The limit
+            // is 5 % plus three times this 1 %.
             assert!(of_families < 0.08 && of_questions < 0.08, "{shared}: {of_families} {of_questions}");
             assert!(missed < 60, "{shared}: {missed} of 600 families missed");
         }
@@ -144,8 +144,8 @@ mod tests {
 
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // In one fleet, the share has a standard deviation of 4 %; the mean of 60 fleets has 0.5 %. The limit is one of these
-        // above 5 %. With Welch's degrees of freedom, the mean would be 7.1 %.
+        // In one fleet, the share has a standard deviation of 4 %; the mean of 60 fleets has 0.5 %. The limit is 5 % plus this
+        // 0.5 %. With Welch's degrees of freedom, the mean would be 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");
         let (_, power) = fleets(5, 2.0);

@@ -30,7 +30,7 @@ use identification::estimators::replicate_deviation::{ReplicateDeviation, by_ban
 use identification::estimators::weighted::fit;
 use identification::rows::observation::{Observation, weighted};
 
-/// With fewer blocks than this, a standard deviation has a relative uncertainty above one half.
+/// With fewer than this number of blocks, a standard deviation has a relative uncertainty above one half.
 const SUFFICIENT_BLOCKS: usize = 8;
 
 /// The numerical solution of the sums of a robot.

@@ -56,7 +56,8 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log to the sums. `anyway`: also if the log check (`rist doctor`) finds that the log does not belong to the description.
+/// Adds a log to the sums. `anyway`: adds the log even if the log check (`rist doctor`) finds that it does not belong to the
+/// description.
 ///
 /// Fails, and adds nothing, if the sums belong to another model, if the log cannot be used or does not belong to the description,
 /// or if the sums already contain it.

@@ -100,7 +100,7 @@ impl Accumulator {
 
     /// Reads the content of a `.tri` file from memory. `file`: its name for messages.
     ///
-    /// Fails if it is no such file, is truncated or damaged, or has another version.
+    /// Fails if the content is not a `.tri` file, is truncated or damaged, or has another version.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;

@@ -29,7 +29,7 @@ type Transform = ([[f64; 3]; 3], Vector3);
 
 const IDENTITY: Transform = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
 
-/// Reads the vertices of a file, m, in the frame of the link that has the mesh.
+/// Reads the vertices of a file (m) in the frame of the link that has the mesh.
 ///
 /// Fails if it is no Collada file, or has elements that are not supported.
 pub(crate) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
@@ -79,7 +79,7 @@ fn at(node: Node, what: String) -> String {
     format!("line {}: {what}", node.document().text_pos_at(node.range().start).row)
 }
 
-/// The scene that the file selects, otherwise its first scene. `None` if it has no scene.
+/// The scene that the file selects, otherwise its first scene. `None` if the file has no scene.
 fn scene<'a, 'i>(found: &ColladaTriangles<'a, 'i>, root: Node<'a, 'i>) -> Result<Option<Node<'a, 'i>>, String> {
     let shown = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     match shown {

@@ -1,10 +1,10 @@
 //! Writes the determinant of the Jacobian of a link as a formula.
 //!
-//! The determinant does not depend on the axes and the reference point in which the velocities are expressed, so those with the
-//! shortest formula are used. For an arm with a spherical wrist, this reference point is the intersection of the wrist axes: the
-//! determinant is then the product of one for the wrist and one for the arm. If the robot has other than six coordinates, the
-//! result is the determinant of J^T J or J J^T (J: Jacobian in the frame of the link), the square of the manipulability
-//! [Yoshikawa 1985].
+//! The determinant does not depend on the axes and the reference point in which the velocities are expressed. So the axes and
+//! the point with the shortest formula are used. For an arm with a spherical wrist, this reference point is the intersection of
+//! the wrist axes: the determinant is then the product of a determinant for the wrist and a determinant for the arm. If the
+//! robot has other than six coordinates, the result is the determinant of J^T J or J J^T (J: Jacobian in the frame of the
+//! link), the square of the manipulability [Yoshikawa 1985].
 
 use std::collections::HashMap;
 
@@ -166,8 +166,8 @@ fn bits(set: u32) -> impl Iterator<Item = usize> {
     (0..32).filter(move |k| set >> k & 1 == 1)
 }
 
-/// Number of exchanges of neighbours that bring the elements of `subset` to the front of `set`. If it is odd, the sign of a minor
-/// changes.
+/// Number of exchanges of neighbours that bring the elements of `subset` to the front of `set`. An odd number changes the sign
+/// of a minor.
 fn places(subset: u32, set: u32) -> usize {
     let place = |k: usize| (set & ((1 << k) - 1)).count_ones() as usize;
     bits(subset).enumerate().map(|(front, k)| place(k) - front).sum()

@@ -210,7 +210,7 @@ fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: b
     (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
-/// Coordinates u, v, m, of a point in the plane normal to axis 2. `a`: component of the point along x of frame 1. `height`:
+/// Coordinates u, v (m) of a point in the plane normal to axis 2. `a`: component of the point along x of frame 1. `height`:
 /// component of the point along axis 1.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };

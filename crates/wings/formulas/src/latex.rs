@@ -14,7 +14,7 @@ const GRAMMAR: Grammar = Grammar {
     variable,
 };
 
-/// If a line has more characters than this, the equation continues on a new line before its next plus or minus sign.
+/// If a line has more than this number of characters, the equation continues on a new line before its next plus or minus sign.
 const WIDTH: usize = 120;
 
 /// The text of the LaTeX file with these functions.

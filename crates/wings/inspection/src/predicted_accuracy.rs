@@ -33,7 +33,7 @@ pub struct PredictedAccuracy {
     pub condition_number: f64,
     /// Number of samples in one repetition of the motion.
     pub samples: usize,
-    /// For each use of the torques, their predicted standard deviation.
+    /// For each use of the torques, the predicted standard deviation of the torques.
     pub purposes: Vec<JointForecast>,
     /// For each joint with weak parameters, a sentence on a motion that would determine more parameters.
     pub to_add: Vec<String>,
@@ -67,7 +67,8 @@ const MAX_NAMED: usize = 4;
 type Instants = Vec<Vec<[f64; 3]>>;
 
 /// Predicts the result of an identification from the motion in a file. `interpolation`: how points of a table are interpolated.
-/// If it is `None`, a table without accelerations is filtered and differentiated like the log of an identification.
+/// If `interpolation` is `None`, a table without accelerations is filtered and differentiated like the log of an
+/// identification.
 ///
 /// Fails if a number of the request is out of range, if the file belongs to another model, or if its points lack derivatives that
 /// the interpolation needs.
@@ -223,7 +224,7 @@ impl Foresight<'_> {
         all.into_iter().filter_map(|(purpose, states, rubs)| self.joint_forecasts(purpose, &states, rubs)).collect()
     }
 
-    /// The torque uncertainty of the joint where it is largest, over these states; `None` if no joint moves. `rubs`: whether
+    /// The torque uncertainty over these states, for the joint where it is largest; `None` if no joint moves. `rubs`: whether
     /// friction is included.
     fn joint_forecasts(&self, purpose: &'static str, states: &[Vec<[f64; 3]>], rubs: bool) -> Option<JointForecast> {
         let Foresight { model, linear, limits, forecast: foreseen } = *self;

@@ -7,7 +7,7 @@ use crate::parts::{PackageFile, PackageParts};
 
 /// The files of the package. Fails if the functions of the robot cannot be derived.
 pub(crate) fn files(parts: &PackageParts) -> Result<Vec<PackageFile>, Error> {
-    // The IDE wants a sketch in a folder of its name.
+    // The Arduino IDE requires that the folder of a sketch has the name of the sketch.
     let (prefix, upper) = (&parts.prefix, parts.prefix.to_ascii_uppercase());
     let mut files = parts.c_files(&format!("{prefix}/"), &[])?;
     // The IDE passes no definitions to the compiler, so the header itself says float.

@@ -4,10 +4,11 @@
 //! q   = P u_q x_q + q_0            dq = P u_v x_v
 //! x_e = G^-1 R^-T s (tau + k q)    in the unit of the efforts of the log
 //! ```
-//! x_q, x_v, x_e: positions, velocities and efforts of the drives, in the units u of the log from which the model was identified;
-//! P = R^-1, or 1 if the log has positions of the joints; R: gear ratios and couplings; q_0: offsets; G: drive gains; s, k: scale
-//! and spring of each joint. It is the inverse of the conversion by which the logs were read
-//! (`identification::signals::transmission`). So what leaves a package has the sign and the unit of the efforts in the logs.
+//! x_q, x_v, x_e: positions, velocities and efforts of the drives, in the units u of the log from which the model was
+//! identified; P = R^-1, or 1 if the log has positions of the joints; R: gear ratios and couplings; q_0: offsets; G: drive
+//! gains; s, k: scale and spring of each joint. This conversion is the inverse of the conversion by which the logs were read
+//! (`identification::signals::transmission`). So the efforts that a package sends to the drives have the sign and the unit of
+//! the efforts in the logs.
 
 use logs::{Effort, Quantity};
 use rist::{Error, Estimate, Model, Options};
@@ -15,7 +16,7 @@ use rist::{Error, Estimate, Model, Options};
 /// The conversion between drives and joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveUnits {
-    /// What a drive takes.
+    /// The quantity that a drive receives as its command.
     pub effort: Effort,
     /// The units of positions, velocities and efforts of the drives, in words.
     pub units: [String; 3],
@@ -29,15 +30,15 @@ pub struct DriveUnits {
     pub efforts: Vec<f64>,
     /// Stiffness of the spring at each joint, N m/rad (N/m).
     pub springs: Vec<f64>,
-    /// Unit of a position of a drive, in units of its effort, if efforts are offsets of goals.
+    /// If efforts are offsets of goals (position errors): the unit of a position of a drive, divided by the unit of its effort.
     pub effort_per_position: f64,
     /// Whether each joint has a drive.
     pub is_driven: Vec<bool>,
 }
 
 impl DriveUnits {
-    /// The conversion by the options of an identification. Without options, all numbers are in SI units, and efforts are torques
-    /// unless the estimate has drive gains.
+    /// The conversion that follows from the options of an identification. Without options, all numbers are in SI units, and
+    /// efforts are torques unless the estimate has drive gains.
     ///
     /// Fails if the options do not fit the model, or if a drive has no gain.
     pub fn of(model: &Model, estimate: &Estimate, options: &Options) -> Result<DriveUnits, Error> {
@@ -85,7 +86,7 @@ impl DriveUnits {
     }
 }
 
-/// The gain of each drive: of the options, of the estimate, or of the description. It is 1 if efforts are torques.
+/// The gain of each drive, from the options, the estimate, or the description. It is 1 if efforts are torques.
 fn gains(
     model: &Model,
     estimated: &[Option<f64>],
@@ -129,7 +130,7 @@ mod tests {
         let units = DriveUnits::of(&planar(), &Estimate::default(), &options(text)).unwrap();
         assert_eq!(units.effort, Effort::Current);
         let turn = std::f64::consts::TAU;
-        // One rounding for each of a few products.
+        // Allowed error: one rounding for each of a few products.
         let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}");
         near(units.positions[0], -turn / 100.0 / 50.0);
         near(units.velocities[3], turn / 360.0 / 10.0);

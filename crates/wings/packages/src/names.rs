@@ -14,7 +14,7 @@ pub(crate) fn xml(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A text inside a comment of C or CMake, or in a docstring of Python: one line that does not end it.
+/// A text inside a comment of C or CMake, or in a docstring of Python: one line that does not end the comment.
 pub(crate) fn comment(text: &str) -> String {
     gate::shown::line(text).replace("*/", "* /").replace("\"\"\"", "'''").replace('\\', "/").replace('`', "'")
 }
@@ -29,12 +29,13 @@ pub(crate) fn ros_package(prefix: &str) -> String {
     }
 }
 
-/// Numbers with commas between them. `before`: text before each, such as a cast.
+/// Numbers with commas between them. `before`: text before each number, such as a cast.
 pub(crate) fn numbers(all: &[f64], before: &str) -> String {
     all.iter().map(|x| format!("{before}{x:?}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Replaces each `@NAME@` of a template by its text, in one pass: a text that holds such a name itself stays as it is.
+/// Replaces each `@NAME@` of a template by its text, in one pass. If a text itself contains such a name, this name is not
+/// replaced.
 pub(crate) fn filled(template: &str, values: &[(&str, String)]) -> String {
     let mut parts = template.split('@');
     let mut text = parts.next().unwrap_or_default().to_string();

@@ -1,4 +1,4 @@
-//! A file of a package, and what its templates need.
+//! A file of a package, and the data for the templates.
 
 use logs::Effort;
 use rist::describe::source::{IdentifiedValues, Language};
@@ -7,8 +7,8 @@ use rist::{Error, Model};
 use crate::drive_units::DriveUnits;
 use crate::names::{comment, filled, numbers};
 
-/// Number of cycles for which the last safe torque is kept when states are late or no numbers. At 1 kHz it is 10 ms, in which a
-/// joint in free fall gains 0.1 rad/s (with 10 rad/s^2).
+/// Number of cycles for which the last safe torque is kept when states are late or are not finite. At 1 kHz these are 10 ms. In
+/// this time, a joint in free fall (10 rad/s^2) gains 0.1 rad/s.
 pub(crate) const HOLD_CYCLES: usize = 10;
 
 /// A file of a package.

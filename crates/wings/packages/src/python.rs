@@ -15,7 +15,7 @@ impl Text<'_> {
         name
     }
 
-    /// The entry of the input that is the symbol.
+    /// The Python text for the symbol that `is_it` selects: its entry of an input.
     fn entry(&self, is_it: impl Fn(Symbol) -> bool) -> String {
         let graph = self.function.graph();
         let is_entry = |e: &Expr| matches!(graph.node(*e), Node::Symbol(s) if is_it(s));
@@ -29,7 +29,7 @@ impl Text<'_> {
     fn angle(&self, argument: Expr) -> String {
         match self.function.graph().node(argument) {
             Node::Symbol(symbol) => self.entry(|other| other == symbol),
-            // Sines are of inputs alone in a derived function.
+            // A derived function has only sines of inputs.
             _ => "nan".into(),
         }
     }

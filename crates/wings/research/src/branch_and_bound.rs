@@ -9,9 +9,9 @@
 //!
 //! The result contains a proof that can be verified ([`experiments::plan::plan_proof`]).
 //!
-//! Not used: the Gamma bound of the same paper, for N slightly above the number of runs that gives full rank. Experiments with
-//! several rows have full rank with fewer runs than parameters, and the natural bound (see the paper) proves the plans of the
-//! robot RACE without it.
+//! The Gamma bound of the same paper is not used. It is meant for N slightly above the number of runs that gives full rank.
+//! Experiments with several rows have full rank with fewer runs than parameters, and the natural bound (see the paper) proves
+//! the plans of the robot RACE without the Gamma bound.
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -123,8 +123,8 @@ impl TreeSearch {
         self.best.0 + self.tolerance
     }
 
-    /// Takes the open nodes with the largest bounds from the queue, at most `most` of them. Nodes with a bound of at most `known`
-    /// are not taken.
+    /// Takes at most `most` open nodes from the queue, the nodes with the largest bounds first. Nodes with a bound of at most
+    /// `known` are not taken.
     fn next(&mut self, most: usize) -> Vec<OpenNode> {
         let known = self.known();
         let mut batch = Vec::new();
@@ -201,7 +201,7 @@ mod tests {
             let worst = all.iter().filter(|a| a.0.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
             let work = SearchBudget { nodes: 5000, tolerance: 1e-7 };
             let found = branch_and_bound(&blocks, &worst.1, &work).unwrap();
-            // The tolerance is per parameter, so the error of log det F may be larger than it.
+            // The tolerance is per parameter, so the error of log det F may be larger than the tolerance.
             assert!((found.value - best).abs() < 1e-6, "{seed}: {} {best}", found.value);
             assert!(found.proof.log_det_at_most >= best - 1e-9 && found.proof.log_det_at_most < best + 1e-6);
             // One of the values is computed with scaled columns, so the two agree only up to rounding.

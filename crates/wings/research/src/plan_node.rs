@@ -15,17 +15,17 @@ use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
 /// Number of steps of the multiplicative algorithm, which prepares the start design of the root node.
 const MULTIPLICATIVE_STEPS: usize = 300;
-/// After the multiplicative algorithm, a candidate with a smaller number of runs than this gets zero runs.
+/// After the multiplicative algorithm, a candidate with less than this number of runs gets zero runs.
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
 /// Largest number of Newton steps for one node. The steps start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
 /// Largest number of moves in the ascent that computes how much log det F decreases by a split.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
-/// A number of runs counts as an integer if it differs from an integer by less than this.
+/// A number of runs counts as an integer if it differs from an integer by less than this tolerance.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
 /// The multiplicative algorithm ends if log det F is within this distance of its optimum.
 const MULTIPLICATIVE_TOLERANCE: f64 = 1e-2;
-/// A cut (a bound on the number of runs of a candidate) is not used if its number is larger than this.
+/// A cut (a bound on the number of runs of a candidate) is not used if its bound is larger than this value.
 const MAX_CUT_RUNS: f64 = 1e6;
 /// Smallest loss of log det F on a side of a split that counts, as a fraction of (bound of the node - known value).
 const LEAST_LOSS_SHARE: f64 = 1e-6;
@@ -147,7 +147,8 @@ impl RemainingCandidates {
             let value = value_of(&self.blocks, &plan, Criterion::Determinant);
             look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
         }
-        // The tangent of the parent node may give a smaller upper bound than the design of this node. Then it is kept.
+        // The tangent of the parent node may give a smaller upper bound than the design of this node. Then the tangent of the
+        // parent is kept.
         let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
         look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
         if look.bound > known {
@@ -168,8 +169,8 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
     let slack = bound - known;
     let of = |i: usize| {
         let net_gain = tangent.gain[i] - price;
-        // Each run more (or less) of candidate i changes the tangent by the net gain. After this number of steps in the direction
-        // in which the tangent decreases, it is at most the known value.
+        // One more run (or one less) of candidate i changes the tangent by the net gain. After `steps` such changes in the
+        // direction in which the tangent decreases, the tangent is at most the known value.
         let steps = (slack / net_gain.abs()).floor();
         let runs = if steps.is_finite() && steps < MAX_CUT_RUNS { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);

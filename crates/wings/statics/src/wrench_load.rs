@@ -9,11 +9,11 @@
 //! d/dt H = (p - o) x R F + R N + (m (p - o) + R mc) x g
 //! H = m (p - o) x p' + (p - o) x R (w x mc) + R mc x p' + R I w
 //! ```
-//! Each equation is multiplied by a weight function and integrated by parts over a window. The weight function and its slope are
-//! zero at both ends of the window. So the derivatives are those of the weight function and not of the measurements [Shinbrot
-//! 1957]; only p' and w are computed from the poses. The equations are linear in the ten parameters and in constant offsets of
-//! the six signals. Force and torque equations have weights that follow from their residuals. Standard deviations are for white
-//! noise, inflated by the correlation between successive windows.
+//! Each equation is multiplied by a weight function and integrated by parts over a window. The weight function and its slope
+//! are zero at both ends of the window. So only the weight function is differentiated, and not the measurements
+//! [Shinbrot 1957]; only p' and w are computed from the poses. The equations are linear in the ten parameters and in constant
+//! offsets of the six signals. Force and torque equations have weights that follow from their residuals. Standard deviations
+//! are for white noise, inflated by the correlation between successive windows.
 //!
 //! In a log without a clock, each row is a posture at rest: F = -m R'g, N = -mc x R'g. Postures do not determine the inertia.
 //!
@@ -44,10 +44,11 @@ const REWEIGHTING_ROUNDS: usize = 4;
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Smallest standard deviation of one kind of equations (force or torque), as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
-/// Standard deviation of a torque in the first fit, N m, if a force has 1 N. It corresponds to a lever arm of 10 cm.
+/// Standard deviation of a torque in the first fit (N m) relative to 1 N for a force. The ratio corresponds to a lever arm of
+/// 10 cm.
 const FIRST_TORQUE_DEVIATION: f64 = 0.1;
-/// The velocity is the slope of a cubic polynomial that is fitted to neighbouring samples. This is the smallest relative singular
-/// value in its fit.
+/// Smallest relative singular value in the fit of a cubic polynomial to neighbouring samples. The slope of this polynomial is
+/// the velocity.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
 /// If the sine of a rotation angle is below this, the angle is replaced by its sine.
 const SMALL_SINE: f64 = 1e-9;
@@ -70,7 +71,7 @@ pub struct WrenchLoad {
     pub sigma: Ten,
     /// For each of the ten parameters, whether the log determines it.
     pub determined: [bool; 10],
-    /// Offsets of the forces, N, and of the torques, N m, with their standard deviations. The entry of an offset that the log
+    /// Offsets of the forces (N) and of the torques (N m) with their standard deviations. The entry of an offset that the log
     /// does not determine is `None`.
     pub offsets: [Option<(f64, f64)>; 6],
     /// Whether the sensor measures the wrench that the load exerts on the sensor; otherwise it measures the opposite wrench.
@@ -522,9 +523,9 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of the residuals of 138 equations has a relative error of 6 %; over 30 draws it is 1.1 %, and the limit is four
-        // times this. The force noise also causes torque noise, because the torque is about a point some centimetres from the
-        // sensor.
+        // The rms of the residuals of 138 equations has a relative error of 6 %. The mean over 30 draws has 1.1 %, and the
+        // limit is four times this. The force noise also causes torque noise, because the torque is about a point some
+        // centimetres from the sensor.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
         // The mean square of 480 normal numbers, which are correlated within a draw, differs from 1 by at most a fifth.

@@ -1,5 +1,5 @@
-//! Tests other interpretations of the numbers in a force-torque log, for example other units. If one of them makes the residual
-//! of the fitted load small, it is reported.
+//! Tests other interpretations of the numbers in a force-torque log, for example other units. An interpretation is reported if
+//! it makes the residual of the fitted load small.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -11,8 +11,8 @@ use crate::wrench_turn::sensor_turn;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::LOG;
 
-/// If the residual is above this multiple of the noise, it is not only noise. Another interpretation of the log explains the
-/// residual if it reduces it at least by this factor.
+/// A residual above this multiple of the noise is not only noise. Another interpretation of the log explains the residual if it
+/// divides the residual by at least this factor.
 pub(super) const NOISE_RATIO: f64 = 3.0;
 /// Lever arm that converts torques to forces if both are combined in one number, m.
 pub(super) const ARM_M: f64 = 0.1;

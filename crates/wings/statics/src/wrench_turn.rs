@@ -18,7 +18,7 @@ use crate::wrench_load::{GRAVITY, Window, spans};
 /// Number of unknowns: nine of Q/m, three offsets, and three coordinates of the centre of mass.
 const UNKNOWNS: usize = 15;
 
-/// The rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw, rad, in Rz(yaw) Ry(pitch) Rx(roll). `None`
+/// The rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw (rad) in Rz(yaw) Ry(pitch) Rx(roll). `None`
 /// if the log does not determine it.
 pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     let mut block = TriangleBuilder::new(UNKNOWNS);

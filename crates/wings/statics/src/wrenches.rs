@@ -32,7 +32,7 @@ pub struct Wrenches {
     pub left_out: usize,
 }
 
-/// The norm of a quaternion may differ from 1 by this.
+/// Largest deviation of the norm of a quaternion from 1.
 const QUATERNION_NORM_SLACK: f64 = 0.01;
 /// Largest number of columns that an error message lists.
 const MAX_SHOWN_COLUMNS: usize = 30;

@@ -15,7 +15,8 @@ use crate::table::Table;
 const CLOCKS: &str = "time zeit stamp timestamp clock temps tiempo sec";
 /// Usual sampling periods of logs, s: from 4 kHz to 20 Hz.
 const LOG_PERIODS_S: std::ops::Range<f64> = 2.5e-4..0.0501;
-/// Sampling periods of slow logs, s: from 20 Hz to 0.5 Hz. Clocks in ms that have such steps are whole numbers.
+/// Sampling periods of slow logs, s: from 20 Hz to 0.5 Hz. A clock in ms may also have such steps (below 2 ms), but its times
+/// are whole numbers.
 const SLOW_PERIODS_S: std::ops::Range<f64> = 0.0501..2.0;
 /// A clock restarts with each episode. It must have at least this number of steps forward for each step back.
 const STEPS_PER_RESTART: usize = 100;
@@ -92,7 +93,7 @@ pub(super) fn clock_unit(clock: &[f64], proposal: &mut Proposal, names: &mut Col
     factor
 }
 
-/// Proposes the rows per second of a log without a clock, where it has velocities.
+/// Proposes the rows per second for a log without a clock, if the log has velocities.
 pub(super) fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
     // Any rate serves to find the columns.

@@ -24,7 +24,7 @@ use proposed::{factor_of, key, names_of, set_unit};
 use units::unit;
 use unnamed::{by_values, goals};
 
-/// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second, Hz, in place of a clock.
+/// Proposes columns of a table for the coordinates of a robot. `rate`: rows per second (Hz) in place of a clock.
 pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Proposal {
     let mut proposal = Proposal::default();
     let mut names = ColumnNames { rate, ..ColumnNames::default() };
@@ -87,7 +87,8 @@ pub fn propose(table: &Table, coordinates: &[String], rate: Option<f64>) -> Prop
     Proposal { names, ..proposal }
 }
 
-/// The proposal where all columns are found by their names: units that no header names and that the values contradict.
+/// The proposal if all columns are found by their names. It then contains only units, for columns whose header names no unit,
+/// if the values contradict the default unit.
 fn of_names(
     (table, coordinates): (&Table, &[String]),
     mapping: Columns,

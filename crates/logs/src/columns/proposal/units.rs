@@ -16,10 +16,10 @@ const MAX_RANGE_DEG: f64 = 800.0;
 const MAX_PERCENT: f64 = 100.5;
 /// Largest relative difference between a measured velocity and the derivative of the position, for a known unit.
 const RATIO_TOLERANCE: f64 = 0.1;
-/// Units of a velocity, and the number of them in a rad/s.
+/// Units of a velocity, each with the value of 1 rad/s in this unit.
 pub(super) const VELOCITY_UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
-/// Units of velocity registers of servos, and the number of them in a rad/s: Dynamixel X, and Feetech STS in both settings
-/// (docs/how-to/record-on-servos.md has the sources).
+/// Units of velocity registers of servos, each with the value of 1 rad/s in this unit: Dynamixel X, and Feetech STS in both
+/// settings (docs/how-to/record-on-servos.md has the sources).
 const REGISTER_UNITS: [(&str, f64); 3] =
     [("counts(0.229 rpm)", 41.69999), ("counts(0.732 rpm)", 13.04548), ("ticks(4096)/s", 651.8986)];
 /// Smallest squared correlation between a velocity and the derivative of its position.

@@ -327,7 +327,7 @@ mod tests {
                 found.iter_mut().zip(&table.columns).for_each(|(found, some)| found.extend_from_slice(some));
             }
             for (c, found) in found.iter().enumerate() {
-                // All elements of a list are read, or none of them.
+                // Either all elements of a list are read, or no element.
                 let is_read = kept.contains(&c) || (c == 1 && kept.contains(&2));
                 assert_eq!(bits(found), if is_read { bits(&whole.columns[c]) } else { Vec::new() }, "{most} {c}");
             }

@@ -48,7 +48,7 @@ impl UnpackedPages {
         rows: usize,
         most: usize,
     ) -> std::result::Result<UnpackedPages, String> {
-        // If the chunk has a dictionary, it starts with it.
+        // If the chunk has a dictionary, the dictionary is at its start.
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
         if end.is_none_or(|end| end.cast_unsigned() > file.len()) {
@@ -68,7 +68,7 @@ impl UnpackedPages {
                 ));
             }
         };
-        // The library must not decompress, because this type does it.
+        // The library must not decompress pages, because this type decompresses them.
         let plain = chunk.clone().into_builder().set_compression(Codec::UNCOMPRESSED).build();
         let packed = plain.and_then(|plain| SerializedPageReader::new(Arc::new(file.clone()), &plain, rows, None));
         // A BOOLEAN needs one bit. A BYTE_ARRAY needs at least four bytes for its length.
@@ -181,8 +181,8 @@ impl UnpackedPages {
         Ok((Bytes::from([head, &plain].concat()), Encoding::PLAIN))
     }
 
-    /// Refuses two kinds of encodings. For text encodings, the library allocates the size that they state, and logs do not need
-    /// them. For indices without a dictionary, it panics.
+    /// Refuses two kinds of encodings. Text encodings: the library would allocate the size that the file states, and logs do
+    /// not need these encodings. Indices without a dictionary: the library would panic.
     fn check_encoding(&self, encoding: Encoding) -> Result<()> {
         let message = match encoding {
             Encoding::DELTA_LENGTH_BYTE_ARRAY | Encoding::DELTA_BYTE_ARRAY => {

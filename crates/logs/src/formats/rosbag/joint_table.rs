@@ -2,7 +2,7 @@
 //!
 //! Each message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every joint. Messages may
 //! have different joints or another order of joints. A value that a message does not contain is NaN. Time is counted from the
-//! first message, s, because nanoseconds since 1970 have more digits than an f64.
+//! first message (s), because nanoseconds since 1970 have more digits than an f64.
 //!
 //! A joint that occurs in few messages would give a nearly empty column, so it is omitted with a note. So the table has at most
 //! [`SPARSE_JOINT_RATIO`] times as many cells as the messages have values.
@@ -20,7 +20,7 @@ const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 /// Largest number of joints of one robot.
 const MAX_JOINTS: usize = 500;
 
-/// A joint is omitted if fewer than one of this number of messages contains it.
+/// A joint is omitted if its share of the messages is below one over this number.
 pub(super) const SPARSE_JOINT_RATIO: usize = 64;
 
 /// Memory of one number, bytes: the number and the index of its row, in arrays that grow by doubling.
@@ -156,8 +156,8 @@ impl JointTable {
     }
 }
 
-/// Time of each message since the first message, s, and the name of the clock. The clock of the recorder is used if no header has
-/// a time.
+/// Time of each message since the first message (s) and the name of the clock. The clock of the recorder is used if no header
+/// has a time.
 pub(super) fn seconds(stamps: &[i64], log_times: &[i64]) -> (Vec<f64>, &'static str) {
     let stamped = stamps.iter().any(|&s| s != 0);
     // The difference of integers is exact, so a single division gives the nearest f64.

@@ -19,7 +19,7 @@ pub(super) enum InertiaFromGeom {
     Auto,
 }
 
-/// A quaternion has no direction if its squared norm is below this.
+/// A quaternion has no direction if its squared norm is below this value.
 const SMALLEST_QUATERNION_SQUARE: f64 = 1e-20;
 /// A vector has no direction if its norm is below this.
 const SMALLEST_DIRECTION_NORM: f64 = 1e-9;
@@ -109,8 +109,8 @@ impl Compiler {
         if self.degrees { angle * PI / 180.0 } else { angle }
     }
 
-    /// Sine and cosine of an angle of the file. If the angle is a rounded multiple of pi, it is replaced by this multiple with a
-    /// note, and sine and cosine are exact.
+    /// Sine and cosine of an angle of the file. If the angle is a rounded multiple of pi, sine and cosine are the exact values
+    /// of this multiple, and a note is added.
     fn turn(&self, view: View, angle: f64, snapped: &mut Vec<Note>) -> (f64, f64) {
         let given = self.angle(angle);
         let taken = angle_snap::given_angle(given, self.angles);

@@ -237,7 +237,8 @@ impl Folders<'_> {
                 let own = found.parent().unwrap_or(found).display();
                 let folder =
                     full.ok().and_then(|full| Some(full.parent()?.file_name()?.to_string_lossy().into_owned()));
-                // A file that names a place of the machine itself is no part of a package.
+                // Only a relative path can be fixed by giving the folder as a package. An absolute path names a place on this
+                // computer.
                 let remedy = match folder.filter(|_| Path::new(name).is_relative()) {
                     Some(folder) => format!(" without leave: [package={folder}={own}]"),
                     None => ": copy it there".into(),

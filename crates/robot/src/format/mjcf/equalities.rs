@@ -20,7 +20,8 @@ use crate::robot::Note;
 use crate::vector::{Vector3, cross, dot, norm, turned};
 use gate::suggestion::did_you_mean;
 
-/// Axes count as parallel if the sine of their angle is at most this, and as perpendicular if its cosine is at most this.
+/// Axes count as parallel if the sine of their angle is at most this value, and as perpendicular if the cosine is at most this
+/// value.
 const PARALLEL_SINE: f64 = 1e-6;
 
 /// The content of `<equality>`: following joints and loops.
@@ -42,7 +43,8 @@ pub(super) fn equalities(
     mimic: Mimic,
     notes: &mut Vec<Note>,
 ) -> Result<Equalities, Error> {
-    // An additional joint that never moves is appended to the list. It is the leader of locked joints.
+    // `next` has one entry more than `joints`. The last entry stands for an imaginary joint that never moves. A locked joint
+    // (`<joint>` equality without `joint2`) follows this imaginary joint.
     let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
     let mut connects = Vec::new();
     let is_off = ["equality", "constraint"].into_iter().find(|flag| root.disables(flag));
@@ -148,8 +150,8 @@ impl Closing<'_, '_> {
         let mut passive: Vec<usize> = hinges.iter().flat_map(|(hinge, _)| hinge.undriven.clone()).collect();
         passive.sort_unstable();
         passive.dedup();
-        // A single loop in a plane has two passive joints. If it has more undriven joints, those nearest to the base become
-        // coordinates.
+        // A single loop in a plane has two passive joints. If more than two of its joints are undriven, the joints nearest to
+        // the base become coordinates.
         if let (1, Some(surplus)) = (hinges.len(), passive.len().checked_sub(2)) {
             passive.drain(..surplus);
         }
@@ -195,8 +197,8 @@ impl Closing<'_, '_> {
         Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
     }
 
-    /// The two bodies of a `<connect>`. Each has its point in the base frame, m, with the joints at their positions in the file.
-    /// `None` if a body is not part of the robot.
+    /// The two bodies of a `<connect>`. Each has its point in the base frame (m) with the joints at their positions in the
+    /// file. `None` if a body is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
         let body = |key: &str| -> Result<usize, Error> {

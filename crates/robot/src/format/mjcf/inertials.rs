@@ -75,7 +75,7 @@ impl<'a> MjcfShape<'a> {
             };
             has = has.max(if has > 0 { 3 } else { 0 });
         }
-        // A shape that is fitted to a mesh takes its size from there.
+        // A shape that is fitted to a mesh takes its size from the mesh.
         if view.get("mesh").is_none() && (has < needed || size[..needed].iter().any(|x| *x <= 0.0)) {
             let message = format!("{}: a {kind} has {needed} sizes above 0 in `size`", view.element.called());
             return Err(view.element.error(message));
@@ -120,7 +120,7 @@ impl<'a> MjcfShape<'a> {
         Ok(Some(volume.part(&self.pose, mass.map_or(density, |mass| mass / volume.volume))))
     }
 
-    /// The shape for collisions, and whether it is only drawn: then it is excluded from all collisions.
+    /// The shape for collisions; and whether the shape is only drawn, and so excluded from all collisions.
     pub(super) fn collision(&self, body: &str, meshes: &Meshes) -> Result<(Collision, bool), Error> {
         let is_off = |name: &str| Ok::<bool, Error>(self.view.number(name)? == Some(0.0));
         let is_drawn = is_off("contype")? && is_off("conaffinity")?;

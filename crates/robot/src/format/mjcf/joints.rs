@@ -63,7 +63,7 @@ fn kind(view: View) -> Result<MjcfJointType, Error> {
 }
 
 /// Reads the joints of the bodies. `floats`: whether a floating base was requested. `root`: the child of the world that is the
-/// robot; `None`: all of them.
+/// robot; `None`: all children of the world.
 pub(super) fn moved<'a>(
     bodies: &[MjcfBody<'a>],
     compiler: &Compiler,
@@ -84,8 +84,8 @@ pub(super) fn moved<'a>(
         place.rotation = crate::angle_snap::exact(&place.rotation);
         for (view, frame) in &body.joints {
             let joint = joint(*view, frame, b, (carrier, place), body, compiler, notes)?;
-            // The origin of the joint frame is the point of the joint. So in this frame the body is at the negative of this
-            // point.
+            // The origin of the joint frame is the point of the joint. So the position of the body in the joint frame is the
+            // negative of this point.
             place = Pose { position: joint.1.map(|x| -x), ..Pose::IDENTITY };
             carrier = Some(all.joints.len());
             all.joints.push(joint.0);
@@ -190,7 +190,8 @@ fn listed(bodies: &[MjcfBody], list: impl Iterator<Item = usize>) -> String {
     names.join(", ")
 }
 
-/// The children of the world that move and are not the robot `root`. What the world carries without a joint stays in the base.
+/// The children of the world that move and are not the robot `root`. Bodies that the world carries without a joint stay in the
+/// base.
 ///
 /// Fails if no child of the world that moves has this name.
 fn left_out(

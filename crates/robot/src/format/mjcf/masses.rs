@@ -83,8 +83,9 @@ pub(super) enum Enclosure {
 /// sum x_i x_j = sum V_t/20 ((a+b+c)(a+b+c)' + aa' + bb' + cc')
 /// ```
 /// V_t: volume of the tetrahedron between a triangle and a reference point; a, b, c: corners of the triangle relative to this
-/// point. To compute the centre, the reference point is the mean of the faces. To compute volume and inertia, it is the centre.
-/// MuJoCo uses the same points; with absolute volumes the result depends on them. Fails if no volume is enclosed.
+/// point. To compute the centre, the reference point is the mean of the faces. To compute volume and inertia, the reference
+/// point is the centre. MuJoCo uses the same points; with absolute volumes the result depends on the choice of these points.
+/// Fails if no volume is enclosed.
 pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Volume, String> {
     let inside = face_centre(triangles);
     let (volume, first) = first_moments(triangles, inside, how);

@@ -94,8 +94,8 @@ impl<'a> Meshes<'a> {
             let p = turn.as_ref().map_or(p, |turn| turned_back(turn, p));
             [0, 1, 2].map(|i| scale[i] * p[i])
         };
-        // A negative product of the scale factors means a reflection. It turns the faces inward, so two corners of each are
-        // exchanged.
+        // A negative product of the scale factors means a reflection. A reflection turns the faces inward, so two corners of
+        // each face are exchanged.
         let is_reflected = scale.iter().product::<f64>() < 0.0;
         let outward = |[a, b, c]: [Vector3; 3]| if is_reflected { [a, c, b] } else { [a, b, c] };
         let triangles: Vec<_> = triangles.iter().map(|corners| outward(corners.map(moved))).collect();

@@ -6,7 +6,8 @@ use crate::format::expression::LARGEST_NUMBER;
 use crate::format::shown::shown;
 
 impl View<'_> {
-    /// The numbers of an attribute, which must have at least `least` and at most `most` of them; `None` if it is absent.
+    /// The numbers of an attribute. Fails if there are fewer than `least` or more than `most` numbers; `None` if the attribute
+    /// is absent.
     pub(super) fn numbers(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>, Error> {
         let Some(text) = self.get(name) else { return Ok(None) };
         let refuse = |what: String| Err(self.element.error(format!("`{name}` of {} {what}", self.element.called())));

@@ -8,7 +8,8 @@ use crate::format::node::{DescriptionFile, Node};
 use crate::robot::ModifiedDh;
 use crate::value::{Symbol, Value};
 
-/// Reads one of gamma, b, alpha, d, theta, r. Fails if an angle exceeds a full turn, because it is then probably in degrees.
+/// Reads one of gamma, b, alpha, d, theta, r. Fails if an angle exceeds a full turn, because such an angle is probably in
+/// degrees.
 pub(super) fn within_a_turn(
     source: DescriptionFile,
     names: &KnownNames,

@@ -16,7 +16,7 @@ use crate::inertial::Pose;
 use crate::robot::ModifiedDh;
 use crate::value::{Symbol, Value};
 
-/// Two z axes count as parallel if the sine of alpha is below this.
+/// Two z axes count as parallel if the sine of alpha is below this value.
 const PARALLEL_SINE: f64 = 1e-12;
 
 /// For each frame, the link to which it is fixed.

@@ -162,13 +162,15 @@ const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// For each frame, whether its variable is a coordinate: it has a motor, or it has no motor but is outside of all loops.
+    /// For each frame, whether its variable is a coordinate. This is so if the joint has a motor, or if it has no motor and is
+    /// outside of all loops.
     is_coordinate: Vec<bool>,
 }
 
 impl Frames {
     fn new(table: &ParTable) -> Result<Frames, Error> {
-        // The antecedent of a frame is a link, the base, or a loop frame. If the list is missing, it is the previous frame.
+        // The antecedent of a frame is a link, the base, or a loop frame. If the list is missing, the antecedent is the
+        // previous frame.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         let LumpedFrames { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);

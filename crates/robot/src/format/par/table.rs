@@ -92,7 +92,7 @@ impl<'a> ParTable<'a> {
             }
         }
         table.is_open = table.nj == table.nl;
-        // NF follows from NL and NJ. If the file has another NF, it is ignored with a note.
+        // NF follows from NL and NJ. If the file gives another value of NF, this value is ignored with a note.
         if let Some(nf) = table.count("NF")?
             && nf != table.nf
         {

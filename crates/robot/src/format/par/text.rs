@@ -1,8 +1,9 @@
 //! Splits the text of a .par file into comments, scalars `key = value` and lists `key = {a, b, ...}`.
 //!
-//! Lists may extend over several lines. Commas inside parentheses do not separate items (`atan2(a, b)`). Old spellings of
-//! keys are accepted. Unlike in OpenSYMORO, a line of a list may contain a comment. Two kinds of comments contain data:
-//! `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which gives a symbol a value. OpenSYMORO ignores the second.
+//! Lists may extend over several lines. Commas inside parentheses do not separate items (`atan2(a, b)`). Old spellings of keys
+//! are accepted. Unlike in OpenSYMORO, a line of a list may contain a comment. Two kinds of comments contain data:
+//! `(* Robotname = 'NAME' *)`, and `(* Value D3 = 0.45 *)`, which gives a symbol a value. OpenSYMORO ignores comments with
+//! values.
 
 use crate::error::Error;
 use crate::format::budget::MAX_DESCRIPTION_BYTES;

@@ -58,8 +58,8 @@ pub(super) fn own_variables(
                     return Err(source.at(mover.variable, message));
                 }
                 ([], _) => None,
-                // Some names in the expression are variables of other joints, so this joint follows them. The one other name is
-                // then a constant angle, not a variable of this joint.
+                // Some names in the expression are variables of other joints, so this joint follows these joints. The only
+                // remaining name is then a constant angle, not a variable of this joint.
                 ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
                 ([name], _) => Some((*name).clone()),
                 _ => match numbered() {

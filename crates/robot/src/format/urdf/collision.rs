@@ -1,6 +1,7 @@
 //! Reads the `<collision>` and `<visual>` elements of a URDF.
 //!
-//! A shape that cannot be read is kept as `Unread`, with its line. It is no error, because most uses of a robot need no shapes.
+//! A shape that cannot be read is kept as `Unread`, with its line. This is not an error, because most uses of a robot need no
+//! shapes.
 
 use roxmltree::Node;
 

@@ -114,7 +114,8 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
     }
 }
 
-/// Finds entries below the diagonal of the inertia that differ from those above it; only the latter are read.
+/// Finds entries below the diagonal of the inertia that differ from the entries above the diagonal. The reader uses only the
+/// entries above it.
 fn below_the_diagonal(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let Some(inertia) = child(owner, "inertial").and_then(|n| child(n, "inertia")) else { return };
     let differs =

@@ -101,7 +101,7 @@ fn file_joint(
     let joint = &model.joints[moving.joint];
     let carried = carried(model, checked, &moving.carried);
     note_weightless(&joint.child.link, &carried, checked, notes);
-    // urdf-rs reads a missing value as zero. So a value counts as known only if the text contains its attribute.
+    // urdf-rs reads a missing value as zero. So a value counts as known only if the text contains the attribute of this value.
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -167,8 +167,8 @@ fn note_weightless(link: &str, carried: &[LumpedBody], checked: &Checked, notes:
     }
 }
 
-/// The position limits, narrowed by the soft limits of the safety controller. `None` if the soft limits do not narrow them, or if
-/// the controller has only gains and no range.
+/// The position limits, narrowed by the soft limits of the safety controller. `None` if the soft limits do not narrow the
+/// position limits, or if the controller has only gains and no range.
 fn soft_limits(joint: &urdf_rs::Joint, (low, high): (f64, f64)) -> Option<(f64, f64)> {
     let soft = joint.safety_controller.as_ref()?;
     let both = (low.max(soft.soft_lower_limit), high.min(soft.soft_upper_limit));

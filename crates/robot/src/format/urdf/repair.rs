@@ -1,5 +1,5 @@
-//! Makes a text readable that is no XML, but that urdfdom (the reader of ROS and Pinocchio) reads: a prefix of a name space
-//! that is not declared, and `<?xml ..?>` that is not at the start.
+//! Repairs a text that is not valid XML but that urdfdom (the reader of ROS and Pinocchio) reads. Two mistakes are repaired: a
+//! name space prefix that is not declared, and `<?xml ..?>` that is not at the start.
 
 use roxmltree::Error;
 
@@ -13,7 +13,7 @@ use crate::robot::Note;
 /// Largest number of prefixes that are declared.
 const MAX_PREFIXES: usize = 20;
 
-/// Checks a URDF text, as [`check_xml`] does. A text that is no XML is read as far as urdfdom reads it, with notes.
+/// Checks a URDF text, as [`check_xml`] does. A text that is not valid XML is read as far as urdfdom reads it, with notes.
 pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result<Checked, error::Error> {
     check_xml(source, text, floats).or_else(|error| {
         let Some((text, mut notes)) = repaired(text) else { return Err(error) };
@@ -23,14 +23,15 @@ pub(super) fn check(source: DescriptionFile, text: &str, floats: bool) -> Result
     })
 }
 
-/// The text with these mistakes mended, on the same lines, and notes on them. `None` if it has none of them.
+/// The text with the mistakes of this module repaired, on the same lines, and notes on them. `None` if the text has none of
+/// these mistakes.
 pub(in crate::format) fn repaired(text: &str) -> Option<(String, Vec<Note>)> {
     let note = |text: String| Note { subject: "XML".into(), text };
     let (mut text, mut notes) = (text.to_string(), Vec::new());
     let (heads, root) = prolog(&text);
     for (start, end) in heads {
         let line = 1 + text[..start].matches('\n').count();
-        // The line breaks and the length stay, so that all places keep their numbers.
+        // The line breaks and the length are kept, so that all line and column numbers stay valid.
         let blank: String = text[start..end].bytes().map(|b| if b == b'\n' { '\n' } else { ' ' }).collect();
         text.replace_range(start..end, &blank);
         notes.push(note(format!("<?xml ..?> on line {line} is not at the start of the file: skipped")));
@@ -110,7 +111,7 @@ mod tests {
             let notes: Vec<_> = robot.notes.iter().filter(|note| note.subject == "XML").collect();
             assert_eq!(notes.len(), said.len(), "{notes:?}");
             assert!(notes.iter().zip(said).all(|(note, said)| note.text.contains(said)), "{notes:?}");
-            // The text for a writer is the repaired one.
+            // A writer gets the repaired text.
             let path = Path::new("r.urdf");
             let written = without_macros(text, path, ReadOptions::default()).unwrap();
             let again = parse_with(&written, path, ReadOptions::default()).unwrap();
@@ -119,7 +120,7 @@ mod tests {
         }
     }
 
-    /// urdfdom keeps the mass of an `<inertial>` without `<inertia>`, and takes its moments for zero.
+    /// For an `<inertial>` without `<inertia>`, urdfdom keeps the mass and sets the moments to zero.
     #[test]
     fn a_mass_without_inertia_is_a_point() {
         let start = SOUND.find("<inertia ").unwrap();

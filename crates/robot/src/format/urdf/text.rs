@@ -22,7 +22,7 @@ use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
 /// A type of element: its name, the children that are read, and the attributes that are read. Each attribute has its name, the
-/// count of its numbers (0: it is a text), and whether it is required.
+/// number of its numbers (0: the attribute is a text), and whether it is required.
 type UrdfElement = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 /// All elements that are read, with their children and attributes.
@@ -278,7 +278,8 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         Ok(())
     }
 
-    /// Writes the moments of an `<inertial>` without `<inertia>`: urdfdom keeps its mass, and takes the moments for zero.
+    /// Writes zero moments for an `<inertial>` without `<inertia>`, because urdfdom keeps its mass and sets the moments to
+    /// zero.
     fn without_inertia(&mut self, node: Node, named: &str) {
         self.out += r#"<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#;
         let line = self.at(node).0;
@@ -304,7 +305,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
             let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
-        // A limit may be very large on purpose, to say that there is no limit.
+        // A limit may be very large on purpose: it then means that there is no limit.
         let largest = if node.tag_name().name() == "limit" { LARGEST_LIMIT } else { LARGEST_NUMBER };
         for word in &words {
             match word.parse::<f64>() {

@@ -212,8 +212,8 @@ fn origin(joint: &urdf_rs::Joint, angles: AngleSnapping, snapped: &mut Vec<Note>
 fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let given = *joint.axis.xyz;
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // The axis was set to a coordinate axis if it has exactly one entry that is not zero. Other entries may have been set to
-    // zero: then a note is added.
+    // The axis was set to a coordinate axis if it has exactly one entry that is not zero. If other entries were set to zero to
+    // achieve this, a note is added.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
     let left_out =
         given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > angle_snap::UNNOTED_DIFFERENCE_RAD * largest);

@@ -215,7 +215,7 @@ fn range(limits: &Limits) -> Option<(f64, f64)> {
 /// If cos(pitch) is below this, roll and yaw turn about the same line up to rounding.
 const UPRIGHT_COSINE: f64 = 1e-12;
 
-/// Roll, pitch and yaw, rad, of a rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
+/// Roll, pitch and yaw (rad) of a rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
 pub fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     let across = r[0][0].hypot(r[1][0]);
     let pitch = (-r[2][0]).atan2(across);

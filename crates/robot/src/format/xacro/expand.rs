@@ -27,7 +27,7 @@ const MAX_CALL_DEPTH: usize = 60;
 /// Largest depth of nested elements, including the elements of macros.
 const MAX_ELEMENT_DEPTH: usize = 300;
 
-/// Elements of other programs. What is in them does not matter for the robot, so they may name packages that are not there.
+/// Elements for other programs. Their content does not matter for the robot, so they may name packages that do not exist here.
 const ELEMENTS_OF_OTHERS: [&str; 4] = ["gazebo", "ros2_control", "transmission", "visual"];
 
 /// Expands a xacro text to XML, with notes. `arguments`: values for `$(arg)`. `packages`: folders for `$(find)`.

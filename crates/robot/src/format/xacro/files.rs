@@ -1,7 +1,8 @@
-//! Opens the files that a xacro may use: below its own folder, and below the folders of packages.
+//! Opens the files that a xacro may use. They must be below the folder of the xacro or below the folders of packages.
 //!
-//! A package that is not given is searched as a mesh is: a folder with its name that is, or is in, a folder above the
-//! description, the nearest first. It counts only with a `package.xml`, because files of other folders must not be read.
+//! A package that is not given is searched in the same way as a mesh: the folders above the description are tried, the nearest
+//! first. Either such a folder itself or a folder in it must have the name of the package. The folder counts only if it
+//! contains a `package.xml`, because files of other folders must not be read.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,8 @@ impl<'a> Files<'a> {
         Files { folder, packages: packages.to_vec(), left: MAX_INCLUDED_BYTES }
     }
 
-    /// The folder of a package. Fails if the user did not give it, and if it is not above the description.
+    /// The folder of a package. Fails if the user did not give the package and it is not in a folder above the description
+    /// either.
     pub(super) fn package(&mut self, name: &str) -> Result<String, String> {
         if !self.packages.iter().any(|(known, _)| known == name)
             && let Some(folder) = self.package_above(name)

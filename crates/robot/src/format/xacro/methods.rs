@@ -8,7 +8,7 @@ use super::value::XacroValue::{self, Bool, Int, List, Map, Text};
 /// Longest text that a method takes or makes, bytes. A file can call methods 500 000 times, so this bounds their work.
 const MAX_METHOD_BYTES: usize = 10_000;
 
-/// Calls the method `name` of a value. Fails if Python has no such method, or if it is not known here.
+/// Calls the method `name` of a value. Fails if Python has no such method, or if this program does not support it.
 pub(super) fn method(value: &XacroValue, name: &str, arguments: &[XacroValue]) -> Result<XacroValue, String> {
     let of = value.kind();
     let is_long = |value: &XacroValue| matches!(value, Text(text) if text.len() > MAX_METHOD_BYTES);
@@ -24,7 +24,7 @@ pub(super) fn method(value: &XacroValue, name: &str, arguments: &[XacroValue]) -
     if is_large || is_long(&found) { Err(format!("`{name}` makes too long a list or text")) } else { Ok(found) }
 }
 
-/// A method of a text; `None` if it is not known.
+/// A method of a text; `None` if this program does not support it.
 fn of_text(text: &str, name: &str, arguments: &[XacroValue]) -> Result<Option<XacroValue>, String> {
     let word = |text: &str| Text(text.into());
     let among = |set: &XacroValue| {
@@ -68,7 +68,7 @@ fn of_text(text: &str, name: &str, arguments: &[XacroValue]) -> Result<Option<Xa
     }))
 }
 
-/// A method of a list or a map; `None` if it is not known.
+/// A method of a list or a map; `None` if this program does not support it.
 fn of_others(value: &XacroValue, name: &str, arguments: &[XacroValue]) -> Option<XacroValue> {
     Some(match (value, name, arguments) {
         (List(items), "count", [one]) => Int(items.iter().filter(|item| *item == one).count() as i64),
@@ -135,7 +135,7 @@ mod tests {
         }
     }
 
-    /// Values in the form in which Python 3 prints them with `str`; texts of a list without their quotes.
+    /// The expected values have the form in which Python 3 prints them with `str`; texts of a list are without their quotes.
     #[test]
     fn methods_are_those_of_python() {
         for (text, printed) in [

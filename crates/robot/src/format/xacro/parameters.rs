@@ -6,7 +6,7 @@ use crate::format::shown::shown;
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     pub name: String,
-    /// Whether the default is `^`: the parameter gets the value that this name has at the caller, if it has one there.
+    /// Whether the default is `^`: if the name of the parameter has a value at the caller, the parameter gets this value.
     pub forwards: bool,
     pub default: Option<String>,
 }

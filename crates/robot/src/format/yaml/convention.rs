@@ -23,7 +23,7 @@ use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
 use gate::suggestion::did_you_mean;
 
-/// If a length in a table is larger than this, m, its unit is probably mm.
+/// If a length in a table is larger than this value (m), its unit is probably mm.
 const LONGEST_LENGTH_M: f64 = 20.0;
 /// Number of millimetres per metre.
 const MM_PER_M: f64 = 1000.0;
@@ -56,8 +56,8 @@ const CONVENTIONS: [(&str, DhTable); 7] = [
 ];
 
 impl Convention {
-    /// Reads the `convention` of a description. Units are SI until [`Convention::with_units`] is called. Fails if it is
-    /// missing or unknown.
+    /// Reads the `convention` of a description. Units are SI until [`Convention::with_units`] is called. Fails if the
+    /// convention is missing or unknown.
     pub(super) fn of(source: DescriptionFile, root: &Node) -> Result<Convention, Error> {
         let entries = root.map(source, "a robot description")?;
         let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {

@@ -10,14 +10,16 @@ use crate::inertial::Part;
 use crate::parameter::Inertial;
 use crate::robot::Robot;
 
-/// Significant digits of a written number: more are the rounding errors of the way to the centre of mass and back.
+/// Significant digits of a written number. Further digits would be rounding errors of the conversion to the centre of mass and
+/// back.
 const DIGITS: usize = 14;
-/// A number changes if it differs by more than this fraction of the largest of its body.
+/// A number is changed if it differs by more than this fraction of the largest number of its body.
 const CHANGE: f64 = 1e-12;
 
-/// The text of a description with other numbers for these bodies. `robot` was read from it; `file`: its name in errors.
+/// The text of a description with other numbers for these bodies. `robot`: the robot that was read from this text; `file`: name
+/// of the description in errors.
 ///
-/// Fails if a number is missing or an expression.
+/// Fails if a number is missing, or if it is given as an expression.
 pub fn write_repairs_into_yaml(
     text: &str,
     file: &str,
@@ -49,7 +51,7 @@ pub fn write_repairs_into_yaml(
             }
         }
     }
-    // From the end, so that the places before stay valid.
+    // The edits start from the end of the text, so that earlier positions stay valid.
     edits.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
     let mut text = text.to_string();
     edits.into_iter().for_each(|(range, number)| text.replace_range(range, &number));

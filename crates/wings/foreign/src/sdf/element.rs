@@ -8,7 +8,7 @@ use robot::format::RobotDescription;
 /// Largest absolute value of a number, in SI units. No robot has a larger one.
 const LARGEST_NUMBER: f64 = 1e15;
 
-/// What is wrong with a text, and on which line; line 0 is the whole text.
+/// A mistake in a text: the message and its line. Line 0: the mistake concerns the whole text.
 pub(crate) struct Mistake {
     pub line: usize,
     pub message: String,

@@ -20,7 +20,7 @@ struct StatedFrame<'a> {
     pose: Pose,
     /// The frame that the pose is relative to.
     base: &'a str,
-    /// The frame that carries this one: itself for a link.
+    /// Name of the frame that carries this frame. A link carries itself.
     carrier: &'a str,
     line: usize,
 }
@@ -38,7 +38,8 @@ impl<'a> Frames<'a> {
         angles: AngleSnapping,
     ) -> Result<Frames<'a>, Mistake> {
         let mut frames = Frames { stated: BTreeMap::new() };
-        // The frame of the model has its pose in the world.
+        // The file gives the pose of the model frame in the world. So the inverse pose places the world in the frame of the
+        // model.
         let (pose, _) = stated(model, described, angles)?;
         let line = |node: Node| node.document().text_pos_at(node.range().start).row as usize;
         let inverse = StatedFrame { pose: pose.inverse(), base: MODEL, carrier: WORLD, line: line(model) };
@@ -79,7 +80,7 @@ impl<'a> Frames<'a> {
             .ok_or_else(|| Mistake { line, message: format!("there is no frame `{name}` in the model") })
     }
 
-    /// The pose of a frame in the frame of the model. Fails if the frame, or one that it is relative to, does not exist.
+    /// The pose of a frame in the frame of the model. Fails if this frame does not exist, or a frame to which it is relative.
     pub(super) fn pose(&self, name: &str) -> Result<Pose, Mistake> {
         let (mut pose, mut at, mut from) = (Pose::IDENTITY, name, None);
         for _ in 0..=self.stated.len() {
@@ -94,8 +95,8 @@ impl<'a> Frames<'a> {
         Err(Mistake { line, message: format!("the frame `{name}` is relative to itself") })
     }
 
-    /// The link that carries a frame; the world for the world. `None`: the frame is attached to the model, whose link is the
-    /// first one.
+    /// The link that carries a frame; for the frame of the world, the world. `None`: the frame is attached to the model, so the
+    /// first link of the model carries it.
     pub(super) fn link(&self, name: &'a str) -> Result<Option<&'a str>, Mistake> {
         let (mut at, mut from) = (name, None);
         for _ in 0..=self.stated.len() {

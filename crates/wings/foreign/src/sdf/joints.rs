@@ -8,7 +8,7 @@ use robot::format::{ReadOptions, RobotDescription};
 use robot::vector::{Vector3, turned, turned_back};
 use robot::{Friction, Limits, Pose};
 
-/// A position limit of this size or more, rad or m, stands for none: the format's default is 1e16.
+/// A position limit of at least this size, rad or m, means that there is no limit: the format's default is 1e16.
 const NO_LIMIT: f64 = 1e15;
 /// Up to this version, an axis is given in the frame of the model.
 const LAST_VERSION_OF_MODEL_AXES: (u32, u32) = (1, 4);
@@ -29,7 +29,7 @@ pub(super) enum JointType {
     Revolute,
     Continuous,
     Prismatic,
-    /// Another type, which can only be left out.
+    /// Another type. Joints of such a type can only be left out.
     Other,
 }
 
@@ -118,7 +118,7 @@ impl<'a> SdfJoint<'a> {
         Ok((limits, friction))
     }
 
-    /// The joint that this joint follows, with factor and offset: q = multiplier (q_leader - reference) + offset.
+    /// The joint that this joint follows (its leader), with factor and offset: q = multiplier (q_leader - reference) + offset.
     pub(super) fn mimics(
         &self,
         options: ReadOptions,

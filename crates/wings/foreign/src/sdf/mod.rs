@@ -21,9 +21,9 @@ use robot::format::{ReadOptions, RobotDescription};
 use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 use robot::{Error, Part, Place, Robot};
 
-/// Largest number of links, as of a URDF.
+/// Largest number of links; a URDF has the same limit.
 const MAX_LINKS: usize = 2000;
-/// Gravity if the file does not give it, m/s^2: that of the other formats without gravity.
+/// Gravity if the file does not give it, m/s^2. Other formats without gravity have the same default.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Reads a robot from the text of an SDF. `file`: name of the file in errors.

@@ -64,7 +64,7 @@ pub(super) fn grow<'a>(
     follow(&joints, &index, options, described)
 }
 
-/// The joint above each link. A joint to a link that has one already closes a loop.
+/// For each link, the joint that carries it. If a second joint leads to the same link, this joint closes a loop.
 fn above<'a>(
     joints: &[SdfJoint<'a>],
     first: &'a str,
@@ -101,7 +101,7 @@ fn above<'a>(
     Ok(above)
 }
 
-/// Whether a joint holds the model to the world, and the root link.
+/// Whether a joint fixes the model to the world, and the root link.
 fn root<'a>(
     model: Node<'a, 'a>,
     links: &[&'a str],

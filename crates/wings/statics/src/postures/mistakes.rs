@@ -27,22 +27,22 @@ use crate::postures::turned_joint::turned_joint;
 const EXPLAINED_RATIO: f64 = 0.16;
 /// A mistake does not explain the postures if the residual after its correction exceeds this fraction of the torque.
 pub(super) const EXPLAINED: f64 = 0.25;
-/// A mistake explains the postures as well as the best one if its squared relative residual is larger by less than this. Errors
-/// of the nominal bodies have the same size.
+/// A mistake explains the postures equally well as the best mistake if its squared relative residual is larger by less than
+/// this value. Errors of the nominal bodies cause differences of this size.
 const EQUAL_RESIDUAL: f64 = 0.002;
-/// A mistake is necessary if bodies with free parameters do not explain the table equally well without it: correcting the mistake
-/// must reduce the squared residual of their fit, for at least one joint, below this fraction.
+/// A mistake is necessary if bodies with free parameters do not explain the table equally well without it. This is so if, for
+/// at least one joint, correcting the mistake reduces the squared residual of their fit below this fraction.
 const NEEDED_RATIO: f64 = 0.64;
 /// The limit `NEEDED_RATIO` for two other cases: for a wrong scale, because a scale also reduces the residual of any other fault;
 /// and for the nominal bodies with a large zero error.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
-/// A joint is considered if some possible mistake, once corrected, reduces the squared relative residual of the joint's torque to
-/// at most this. The torques of other joints are mostly noise.
+/// A joint is considered if the correction of some possible mistake reduces the squared relative residual of the joint's torque
+/// to at most this value. The torques of other joints are mostly noise.
 const COUNTED_RESIDUAL: f64 = 0.2;
-/// In fits of bodies with free parameters, two possible mistakes are distinguishable if the ratio of their squared residuals,
-/// multiplied over the joints, is below this.
+/// Two possible mistakes are distinguishable in fits of bodies with free parameters if the ratio of their squared residuals
+/// (product over the joints) is below this.
 const DISTINGUISHED_BY_FREE: f64 = 0.01;
-/// A zero error above this cannot be caused by errors of the centres of mass, rad.
+/// A zero error above this value (rad) cannot be caused by errors of the centres of mass.
 const FAR_ZERO_RAD: f64 = 0.7;
 /// A common scale of all torques in this range may be caused by errors of the nominal bodies.
 const NOMINAL_SCALES: std::ops::Range<f64> = 0.25..4.0;
@@ -242,7 +242,8 @@ impl MistakeSearch<'_> {
             all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
         if unit.is_none() {
-            // If the base orientation is estimated elsewhere, smaller zero errors are estimated together with it there.
+            // If the base orientation is estimated elsewhere (`mount` is `None`), small zero errors are estimated there,
+            // together with this orientation. Then only large zero errors are tried here.
             let is_meant = |one: &MistakeCandidate| self.mount.is_some() || one.changes[0].size.abs() > FAR_ZERO_RAD;
             let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
             all.extend(zeros.filter(is_meant));

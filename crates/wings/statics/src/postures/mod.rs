@@ -36,14 +36,14 @@ use crate::postures::placement::{looks_for_mistakes, placed};
 use rist::Error;
 use rist::Model;
 
-/// A dependent column of the regressor is a linear combination of other columns. A coefficient of this combination counts as zero
-/// if it is below this.
+/// A dependent column of the regressor is a linear combination of other columns. A coefficient of this combination counts as
+/// zero if it is below this value.
 const ZERO_SHARE: f64 = 1e-8;
 /// A direction in the space of the parameters is not identifiable if its singular value is below this fraction of the largest
 /// one.
 const NOT_IDENTIFIABLE: f64 = 1e-6;
-/// The independent columns of the regressor are found at random postures. There are at least this number of postures;
-/// `ROWS_PER_PARAMETER`: rows per parameter.
+/// Least number of random postures at which the independent columns of the regressor are found. `ROWS_PER_PARAMETER`: rows per
+/// parameter.
 const MIN_RANDOM_POSTURES: usize = 20;
 const ROWS_PER_PARAMETER: usize = 4;
 /// Range of prismatic joints at the random postures, m.
@@ -118,7 +118,7 @@ pub struct PostureEstimate {
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
-    /// For each joint, whether it is prismatic. Its torque is then a force, N, and its zero error a length, m.
+    /// For each joint, whether it is prismatic. Its torque is then a force (N) and its zero error a length (m).
     pub slides: Vec<bool>,
     /// Offset of each joint's torque, with its standard deviation, N m (N).
     pub offsets: Vec<ValueWithSigma>,
@@ -254,7 +254,7 @@ fn at_the_joints(
     Ok((found, torques))
 }
 
-/// For each joint, its torques at all postures, N m (N), from the torques or currents in the table.
+/// For each joint, its torques at all postures (N m or N) from the torques or currents in the table.
 fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<Vec<DVector<f64>>, Error> {
     let n = postures.coordinates.len();
     let gains = match (postures.effort_is, gains) {

@@ -26,7 +26,8 @@ use rist::fit::mount::{Tilt, axes};
 const SMALL_TORQUE: f64 = 1e-3;
 /// Largest number of postures that are used in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// A zero error above this is too large to be noise, rad (m). No such error may remain after zero errors were corrected.
+/// A zero error above this value (rad or m) is too large to be noise. No such error may remain after zero errors were
+/// corrected.
 const FAR_ZERO: f64 = 0.1;
 /// Largest number of steps in the search for zero errors and base orientation.
 const MAX_STEPS: usize = 50;
@@ -216,7 +217,7 @@ impl PlacementSearch<'_> {
             }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
-        // Gauss-Newton. If a step increases the residual, it is halved.
+        // Gauss-Newton. A step that increases the residual is halved.
         for _ in 0..MAX_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
             let [first, second] = axes(&gravity).map(|(_, axis)| axis);

@@ -6,13 +6,13 @@ use std::f64::consts::TAU;
 const GRID_ANGLES: u32 = 24;
 /// The golden section search ends at this interval width, rad.
 const PRECISION_RAD: f64 = 1e-4;
-/// A zero error smaller than this does not count as a mistake, rad.
+/// A zero error smaller than this value (rad) does not count as a mistake.
 const LEAST_ANGLE_RAD: f64 = 0.1;
 /// The zero error must reduce the residual by at least this fraction.
 const LEAST_IMPROVEMENT: f64 = 0.02;
 
-/// The zero error in (-pi, pi] for which `residual` is smallest, rad. `None` if it is nearly zero, or if it hardly reduces the
-/// residual.
+/// The zero error in (-pi, pi] for which `residual` is smallest, rad. `None` if this zero error is nearly zero, or if it hardly
+/// reduces the residual.
 pub(super) fn turned_joint(residual: &impl Fn(f64) -> f64) -> Option<f64> {
     let step = TAU / f64::from(GRID_ANGLES);
     let grid = (0..GRID_ANGLES).map(|k| step * f64::from(k)).map(|angle| (residual(angle), angle));
