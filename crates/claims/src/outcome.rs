@@ -18,9 +18,10 @@ pub enum Outcome {
         /// The method by which the bound can be derived again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
-    /// The data agree: they would have shown a fault of the size `smallest`.
+    /// The data agree with the statement: they would have shown a fault of the size `smallest`.
     Agrees {
-        /// The smallest fault that the check would have detected at each joint of the subject. Infinite if it would detect none.
+        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if it would have
+        /// detected no fault.
         smallest: Figure,
     },
     /// The statement is assumed to hold.

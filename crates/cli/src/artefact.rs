@@ -63,7 +63,7 @@ pub(crate) enum MotionFile {
 /// Reads a plan or a motion. Fails if it was made with another model.
 pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Files of earlier versions have no kind. They differ by a key: every motion has `period_s`, no plan has it.
+    // Files of earlier versions do not state their kind. A motion has the key `period_s`, and a plan does not have this key.
     let is_motion = ArtefactKind::of(&text)
         .map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == ArtefactKind::Motion);
     if !is_motion {

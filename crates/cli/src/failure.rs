@@ -69,7 +69,7 @@ fn excerpt(place: &Place) -> Option<String> {
 fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
-    // Of a long line, a part around the faulty column is shown.
+    // If the line is long, only a part around the faulty column is shown.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
     let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();

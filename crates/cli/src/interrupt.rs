@@ -15,22 +15,23 @@ use crate::failure::Failure;
 const INTERRUPTED: i32 = 130;
 const TERMINATED: i32 = 143;
 
-/// Runs work that the first Ctrl-C ends early with its best result so far.
+/// Runs work that a first Ctrl-C ends early. The work then returns its best result so far.
 pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
-    // The handler that ends the program must be registered first. At the first Ctrl-C it runs before the other handler, so it
-    // finds the flag unset and does nothing.
+    // The handler that ends the program must be registered before the handler that sets the flag. At the first Ctrl-C it runs
+    // first, finds the flag unset and does nothing; at the second Ctrl-C it finds the flag set and ends the program.
     register_conditional_shutdown(SIGINT, INTERRUPTED, flag.clone())
         .and_then(|_| register(SIGINT, flag.clone()))
         .map_err(|e| Failure::new(format_args!("Ctrl-C cannot be waited for: {e}")))?;
     let outcome = interruption.during(work);
-    // After the work, a Ctrl-C ends the program again, but only when `undivided` allows it.
+    // After the work, the first Ctrl-C ends the program again, but only when `undivided` allows it.
     flag.store(false, Ordering::Relaxed);
     Ok(outcome)
 }
 
-/// `at_once`: whether a signal may end the program now; `asked`: the signal that came when it could not, or 0.
+/// `at_once`: whether a signal may end the program now. `asked`: the number of a signal that came while the program could not
+/// end; 0 if none came.
 struct Ending {
     at_once: Arc<AtomicBool>,
     asked: Arc<AtomicUsize>,

@@ -134,7 +134,7 @@ fn in_columns(text: &str, columns: usize) -> String {
             out += line;
             continue;
         }
-        // Further lines are indented by two characters more than the first.
+        // All lines but the first are indented by two more characters than the first line.
         let hang = format!("\n{:1$}", "", indent + 2);
         out += &start[..indent];
         out += &folded(words, columns - (indent + 2).min(columns / 2)).join(&hang);

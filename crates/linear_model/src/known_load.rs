@@ -21,7 +21,8 @@ pub struct KnownLoad {
     pub mass: f64,
     /// Centre of mass, m, in the frame of the link or in the named frame, as the file of the model defines it.
     pub centre_of_mass: [f64; 3],
-    /// Inertia about the centre of mass, kg m^2, in the axes of this frame. Zero if the file does not give it.
+    /// Inertia about the centre of mass, kg m^2, in the axes of the frame in which the centre of mass is given. Zero if the
+    /// file does not give it.
     #[serde(default)]
     pub inertia: Inertia,
 }
@@ -60,7 +61,8 @@ impl KnownLoad {
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
         let finite = self.part().parameters().iter().all(|x| x.is_finite());
         let i = self.inertia;
-        // A point mass has zero moments. So a zero eigenvalue is allowed, and a negative one within rounding.
+        // A point mass has zero moments of inertia. So zero eigenvalues are allowed, and negative ones within the rounding
+        // error.
         let least = -EIGENVALUE_ROUNDING * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
         let is_none = !finite || self.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least;
         is_none.then(|| {

@@ -93,8 +93,8 @@ impl<'a> Model<'a> {
         self.parameters.len()
     }
 
-    /// Dry friction of each joint at standstill, N m (N): the torque of friction in positive direction minus that without
-    /// direction. `x`: values of all parameters.
+    /// Dry friction of each joint at standstill, N m (N): the friction torque with the direction set to 1, minus the friction
+    /// torque with the direction set to 0. `x`: values of all parameters.
     pub fn dry_friction(&self, x: &[f64]) -> Vec<f64> {
         let (n, base) = (self.n(), self.regressor.parameters().len());
         let still = |direction: f64| {

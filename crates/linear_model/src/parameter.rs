@@ -117,14 +117,16 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// The parameter of a column of the base regressor: its name, and the joint of its link.
+/// A base parameter: the parameter of one column of the base regressor. It is named after one link; the joint of that link
+/// determines the other fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
     /// The name of the parameter.
     pub name: BaseName,
-    /// The coordinate of the joint of its link. If this joint is passive: the coordinates that determine its position.
+    /// The coordinate of the joint of the named link. If this joint is passive: the coordinates that determine the position of
+    /// the joint.
     pub coordinates: Vec<usize>,
-    /// Whether the joint of its link is prismatic.
+    /// Whether the joint of the named link is prismatic.
     pub is_prismatic: bool,
 }
 
@@ -144,7 +146,7 @@ pub struct BaseName {
     pub lever: String,
     /// The standard parameter whose column of the regressor is kept after regrouping.
     pub inertial: Inertial,
-    /// Whether other standard parameters are regrouped into it. Then the name has an R after the letters.
+    /// Whether other standard parameters are regrouped into `inertial`. Then the name has an R after the letters.
     pub absorbs: bool,
     /// The label of the link.
     pub label: Label,
@@ -297,8 +299,8 @@ impl FrictionParameter {
 pub struct Parameter {
     /// The identity of the parameter.
     pub id: ParameterId,
-    /// The coordinates to which it belongs: the coordinate of a friction parameter, or the coordinates that move the joint of a
-    /// base parameter's link.
+    /// The coordinates to which the parameter belongs. A friction parameter belongs to one coordinate; a base parameter belongs
+    /// to the coordinates that move the joint of its link.
     pub coordinates: Vec<usize>,
     /// Whether the joint of the parameter is prismatic.
     pub is_prismatic: bool,

@@ -21,8 +21,8 @@ pub struct RobotFormulas {
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// Derives functions of a robot whose formulas are printed for readers. If the rank of its base parameters is not clear-cut, they
-/// are functions of the standard parameters; a request for the base regressor then fails.
+/// Derives functions of a robot whose formulas are printed for readers. If the rank is not clear-cut, there are no base
+/// parameters, and the functions depend on the standard parameters; a request for the base regressor then fails.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();

@@ -22,7 +22,7 @@ enum FunctionRow {
     OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
-/// A row of the table of functions of a link. Two rows are equal if the words that request them are equal.
+/// A row of the table of functions of a link. Two rows are equal if they have the same request word.
 #[derive(Clone, Copy)]
 struct OfLink(&'static FunctionOfLink);
 
@@ -128,8 +128,8 @@ pub struct FunctionOfLink {
     pub word: &'static str,
     /// The texts before and after the name of the link's frame in the sentence above the function in the generated file.
     pub sentence: [&'static str; 2],
-    /// Derives the function, in the axes of the frame itself, or of a reference frame if `has_reference`. Fails if the robot does
-    /// not have the function.
+    /// Derives the function, in the axes of the link's own frame, or in the axes of a reference frame if `has_reference`. Fails
+    /// if the robot does not have the function.
     pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
     /// Whether the function can be given in the axes of another frame.
     pub has_reference: bool,
@@ -214,20 +214,22 @@ fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
     FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
 }
 
-/// A function without outputs. It replaces a function that the robot does not have ([`RobotFunction::check`] reports this).
+/// A function without outputs. It stands for a function that does not exist for the robot ([`RobotFunction::check`] reports
+/// this).
 fn nothing(name: &str) -> Function {
     Function::new(name, &Graph::new(), Vec::new(), Vec::new())
 }
 
 impl Derivation<'_> {
-    /// Derives the function `which`. `standard`: regressor of the robot's standard parameters; `base`: its base parameters.
+    /// Derives the function `which`. `standard`: regressor of the robot's standard parameters; `base`: the robot's base
+    /// parameters.
     pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
         which.derive(self, &Derived { standard, base }).1
     }
 }
 
-/// The parameters that these functions need: base parameters if the base regressor is requested (or no function). Otherwise an
-/// unclear rank is not an error: the standard parameters are then used.
+/// The parameters that these functions need: base parameters if the base regressor is requested, or if no function is
+/// requested. For other functions, an unclear rank is not an error; the standard parameters are then used.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -302,8 +304,8 @@ impl RobotFunction {
         Some(move |frame| RobotFunction(FunctionRow::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
-    /// The same function, given in the axes of a reference frame. `None` if it is no function of a link or is independent of
-    /// axes.
+    /// The same function, given in the axes of a reference frame. `None` if it is no function of a link, or if it does not
+    /// depend on the axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
             FunctionRow::OfLink(found, of) if found.0.has_reference => {
@@ -323,7 +325,7 @@ impl RobotFunction {
         self.0 == FunctionRow::OfRobot(0)
     }
 
-    /// Derives the function. Gives the sentence above it in the generated file, and the function.
+    /// Derives the function. Returns the sentence above the function in the generated file, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             FunctionRow::OfRobot(i) => {

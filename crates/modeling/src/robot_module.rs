@@ -22,9 +22,9 @@ const STANDARD: &str = "regressor";
 pub struct ModuleWithSymbols {
     /// The module. If `symbols` is not empty, the last input of its functions is `symbols`.
     pub module: Module,
-    /// The names of the lengths, angles and gravity components that the argument `symbols` contains, in its order.
+    /// The names of the lengths, angles and gravity components in the argument `symbols`, in the order of this argument.
     pub symbols: Vec<String>,
-    /// Name of each constant in the graph, with all the names that it has in the robot's file.
+    /// For each constant in the graph: its name there, and all names that the constant has in the robot's file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
@@ -175,7 +175,7 @@ fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values
 }
 
 /// The number of operations of the generated code, as text. Terms that are zero at the values of the constants do not count. A
-/// product within a sum is one `mul_add`, and counts neither as a product nor as a sum.
+/// product within a sum is one `mul_add`. It counts neither as a product nor as a sum.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
     let (count, fusion) = (bound.count(), Fusion::of(&bound));

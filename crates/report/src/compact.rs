@@ -41,8 +41,8 @@ struct ScriptReader<'a> {
     open: Vec<usize>,
 }
 
-/// A line break after one of these characters is removed, because the statement continues. The next constant lists the
-/// characters before which a line break is removed.
+/// A line break after one of these characters is removed, because the statement continues on the next line. The next constant
+/// lists the characters before which a line break is removed.
 const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
 const GOES_ON_BEFORE: &str = ")].,?:&|=";
 

@@ -5,7 +5,7 @@
 //! ```
 //! A_j: transform from frame j to its antecedent a(j) at x_j = 0 [Khalil, Kleinfinger 1986]. The script `templates/drawing.js`
 //! computes and draws the frames: its function `Drawing.of(element)` reads the data of this module as JSON, so that any page
-//! can contain a moving robot. It also closes the loops that are solved numerically.
+//! can contain a moving robot. The script also closes loops whose equations are solved numerically.
 
 use gate::shown::lines;
 use robot::value::CoordinateId;
@@ -16,7 +16,7 @@ use crate::template::rendered;
 
 /// Factor for rounding the numbers of a drawing to nine decimals (m, or without unit).
 const DECIMALS: f64 = 1e9;
-/// Largest length in a drawing, m. A larger length would make all others invisible.
+/// Largest length in a drawing, m. Next to a larger length, all other lengths would be invisible.
 const LARGEST_LENGTH_M: f64 = 1e6;
 /// Largest angle of a slider, rad. One turn is enough for a continuous joint.
 const LARGEST_ANGLE_RAD: f64 = 2.0 * std::f64::consts::PI;
@@ -57,8 +57,8 @@ struct DrawnFrame {
     kind: &'static str,
     /// Constant transform A_j to the antecedent: a 3 x 4 matrix, row by row.
     place: [f64; 12],
-    /// Two corners of the drawn path from the antecedent's origin to the axis of the frame: after the shift b along z, and
-    /// after the shift d along x. In the frame of the antecedent, m.
+    /// Two corners of the drawn path from the origin of the antecedent frame to the axis of this frame: the point after the
+    /// shift b along z, and the point after the shift d along x. Coordinates in the antecedent frame, m.
     corners: [[f64; 3]; 2],
     /// The variables that move the frame: index and factor of each.
     terms: Vec<(usize, f64)>,

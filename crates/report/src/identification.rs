@@ -228,7 +228,8 @@ impl Page<'_> {
         }
     }
 
-    /// The heading of the page. It follows from the first of these that the page has: estimate, validation, motion, plan.
+    /// The heading of the page. The page can have an estimate, a validation, a motion and a plan; the first of these in this
+    /// order determines the heading.
     fn kind(&self) -> &'static str {
         match (self.estimate, self.validation, self.motion, self.plan) {
             (Some(_), ..) if self.against.is_some() => "Two estimates compared",

@@ -1,5 +1,5 @@
-//! A map of the correlations between parameters, and a table of leverages: the share of each joint and time interval in the
-//! information on a parameter.
+//! A map of the correlations between parameters, and a table of leverages. A leverage is the share of one joint, or of one
+//! joint and time interval, in the information on a parameter.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};

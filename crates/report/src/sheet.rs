@@ -31,7 +31,7 @@ pub struct Sheet {
     pub count: String,
     /// The base parameters, grouped by link.
     pub groups: Vec<LinkBaseParameters>,
-    /// Rules of the regrouped parameters that the rules of base parameters name and that are not base parameters. Empty if the
+    /// Rules of regrouped parameters that are not base parameters, but occur in the rules of base parameters. Empty if the
     /// rules are expanded.
     pub regrouped: Vec<String>,
     /// Names of the standard parameters that have no effect on the torque.
@@ -39,7 +39,7 @@ pub struct Sheet {
     /// The drawing of the robot for a page; `None` if its lengths are too large to draw.
     #[serde(skip)]
     pub drawing: Option<Drawing>,
-    /// For each link: the base parameters that contain each of its standard parameters.
+    /// For each link and each of its standard parameters: the base parameters that contain this standard parameter.
     pub regroupings: Vec<LinkRegrouping>,
     /// Sentences that justify the number of base parameters.
     pub evidence: Vec<String>,

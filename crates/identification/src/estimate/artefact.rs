@@ -93,8 +93,7 @@ pub struct Estimate {
     /// rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters. It stands on the last line of the file, so its absence shows that the file was cut short. `None`
-    /// in memory.
+    /// Number of parameters. It is the last line of the file, so a file without this line was cut short. `None` in memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
@@ -197,9 +196,9 @@ pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Op
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Number of decimals with which a value is printed: at least five. More are printed if two significant digits of sigma need
-/// them. Without sigma, more are printed if three significant digits of the value need them (parameters of small robots are
-/// small). The value has at most six significant digits, unless sigma needs more.
+/// Number of decimals with which a value is printed: at least five. Small values need more decimals: as many as show two
+/// significant digits of sigma or, without sigma, three significant digits of the value. A value with more than six significant
+/// digits gets fewer decimals, unless sigma needs them.
 fn decimals(sigma: f64, value: f64) -> usize {
     let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {
@@ -211,8 +210,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Least number of decimals of a printed value. There are fewer only if the value would get more than `MOST_VALUE_DIGITS`
-/// digits.
+/// Usual least number of decimals of a printed value. A value has fewer decimals only if it would otherwise have more than
+/// `MOST_VALUE_DIGITS` digits.
 const USUAL_DECIMALS: usize = 5;
 /// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;

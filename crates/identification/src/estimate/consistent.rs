@@ -33,10 +33,11 @@ use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::{sum_by_joint, weighted};
 
-/// The weight of the prior is multiplied by this if no nominal bodies are known, because guessed bodies then replace them.
+/// Factor on the weight of the prior if no nominal bodies are known, because the prior then uses guessed bodies.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
 
-/// Assumed lever arm, m. The mass of a guessed body is the largest first moment of all links divided by this.
+/// Assumed distance of a centre of mass from the link frame, m. The mass of a guessed body is the largest first moment of all
+/// links divided by this distance.
 const GUESSED_ARM_M: f64 = 0.3;
 
 /// Options of the physically consistent estimate.
@@ -234,7 +235,7 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
 /// The bodies are refused if their relative residual exceeds the residual of least squares by this factor, and is above
 /// `LARGE_RESIDUAL_SHARE`. Noise does not explain such a difference.
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
-/// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this.
+/// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this value.
 const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {

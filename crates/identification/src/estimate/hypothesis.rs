@@ -60,8 +60,8 @@ pub enum Hypothesis {
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate drifts: from the first to the last sample it grows by a share of itself. The size is this
-    /// share.
+    /// The torque of a coordinate drifts between the first and the last sample. The size is the growth of the torque, as a
+    /// share of the torque.
     Drift(usize),
     /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
@@ -126,7 +126,8 @@ pub(super) struct HypothesisKind {
     pub least: f64,
     /// Smallest share of the torque that the hypothesis must explain to be reported.
     pub least_share: f64,
-    /// A detection limit of at least this is useless: the hypothesis counts as not detectable. In the unit of the hypothesis.
+    /// Smallest useless detection limit, in the unit of the hypothesis. With a limit of at least this value, the hypothesis
+    /// counts as not detectable.
     pub useless: f64,
     /// Whether the hypothesis inflates the standard deviations of the parameters if the data do not exclude it.
     pub may_be_there: bool,
@@ -154,7 +155,7 @@ impl Hypothesis {
             ..of(topic, Counts::AsPosition)
         };
         let scale = HypothesisKind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
-        // Wrong bodies may hide a zero offset, a drift or a spring. So these inflate standard deviations unless the data
+        // Wrong bodies may hide a zero offset, a drift or a spring. So these faults inflate standard deviations unless the data
         // exclude them.
         match self {
             Zero(_) => angle(ZERO, true),
@@ -199,7 +200,7 @@ impl Hypothesis {
         is_there && self.kind().counts != Counts::AsLog
     }
 
-    /// Kind of columns that the fault exchanges; `None` for other faults, and if it exchanges only positions or only
+    /// Kind of columns that the fault exchanges. `None` for other faults, and for a fault that exchanges only positions or only
     /// velocities.
     pub(super) fn exchanges(self) -> Option<ColumnKind> {
         match self {

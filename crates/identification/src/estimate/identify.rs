@@ -203,8 +203,9 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     }
 }
 
-/// A remark reports cross talk if the motion of another joint explains more than this share of a joint's squared residual.
-/// Robots with a complete model of the transmission stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
+/// A remark reports cross talk if the motion of another joint explains more than this share of the squared residual of a joint.
+/// Robots with a complete model of the transmission stay below 0.25; a TX40 whose model lacks the coupling of the wrist has
+/// 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
 /// Cross talk is not reported if the residual of the joint, relative to its torque, is below this.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
@@ -239,8 +240,8 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (compared as numbers in SI units).
-    // In a motion of unit size, its error would then cause a torque error larger than every torque.
+    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (compared as numbers in SI
+    // units). In a motion of unit size, an error of this parameter would then change a torque by more than the largest torque.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =

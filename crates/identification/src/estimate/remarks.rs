@@ -7,10 +7,10 @@ use numerics::least_squares::Solution;
 
 use crate::rows::observation::Observation;
 
-/// A revolute joint has a short range of motion below this, rad. A short range is a reason for large standard deviations,
-/// unless the joint is fast.
+/// A revolute joint has a short range of motion if its range is below this angle, rad. A short range is a reason for large
+/// standard deviations, unless the joint is fast.
 const SHORT_RANGE_RAD: f64 = 0.5;
-/// A prismatic joint has a short range of motion below this, m.
+/// A prismatic joint has a short range of motion if its range is below this length, m.
 const SHORT_RANGE_M: f64 = 0.05;
 
 /// A joint is slow if its largest speed is at most this share of the largest speed of all joints of its kind (revolute or

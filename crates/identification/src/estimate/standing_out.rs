@@ -4,9 +4,9 @@
 //! ```text
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals,
-//! and if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB, so the
-//! part of e that such a value explains is no evidence:
+//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals, and
+//! if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB. So a part of e
+//! that dry friction in this range explains is no evidence, and it is removed:
 //! ```text
 //! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS      (s is that of e before)
 //! FB = BREAKAWAY_RATIO FS; d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
@@ -129,7 +129,7 @@ pub fn merged(mut found: Vec<StandingOut>) -> Vec<StandingOut> {
 
 /// Friction at breakaway divided by Coulomb friction, at most: the Stribeck effect [Armstrong-Helouvry, Dupont, Canudas de Wit 1994].
 const BREAKAWAY_RATIO: f64 = 1.5;
-/// A joint is slow below this share of its RMS speed.
+/// A joint is slow if its speed is below this share of its rms speed.
 const SLOW_SHARE_OF_SPEED: f64 = 0.1;
 
 /// The band of dry friction of joint j. `dry`: N m (N).
@@ -139,7 +139,7 @@ fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
     Band { noise: 0.0, low_speed: 0.0, dry, speed: (SLOW_SHARE_OF_SPEED * rms).max(f64::MIN_POSITIVE) }
 }
 
-/// The residual of a joint, N m (N), and the part of it that dry friction at low speed does not explain.
+/// The residual of a joint, N m (N), and the part of the residual that dry friction at low speed does not explain.
 #[derive(Clone, Debug, Default)]
 struct Residual {
     whole: Vec<f64>,

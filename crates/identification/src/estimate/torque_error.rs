@@ -86,8 +86,9 @@ pub struct TorqueError {
     /// Relative error over all joints, 90 % quantile over random motions. With revolute and prismatic joints, the larger
     /// value of both kinds.
     pub relative: f64,
-    /// The same relative error, but at positions within the range of the logs. `None` unless `relative` (positions within the
-    /// limits) exceeds `SURE_TORQUE` and this error is less than half of it.
+    /// The same relative error, but at positions within the range of the logs. It is given only if `relative` (positions within
+    /// the limits) exceeds `SURE_TORQUE`, and if the error at positions of the logs is less than half of `relative`; otherwise
+    /// `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
@@ -110,12 +111,12 @@ const FEWEST_STATES: usize = 30;
 const STATES_PER_MOTION: usize = 10;
 /// Each random motion covers this share of each joint's range.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// If the parameters change by x, a torque changes by y x (y: regressor row). The change counts if |y x| exceeds this share of
-/// sum |y_c x_c|, and if this sum exceeds this number, N m (N). Smaller changes are rounding errors.
+/// Limit for rounding errors. A change x of the parameters changes a torque by y x (y: regressor row). The change of the torque
+/// counts only if |y x| exceeds the sum of |y_c x_c| times this number, and if the sum itself exceeds this number, N m (N).
 const SHOWN_SHARE: f64 = 1e-6;
 /// The reported relative error is this quantile over the random motions.
 const REPORTED_QUANTILE: f64 = 0.9;
-/// The error at positions within the logs is also reported if it is below this share of the error at positions within the
+/// The error at positions within the logs is reported too if it is below this share of the error at positions within the
 /// limits.
 const NEAR_ERROR_SHARE: f64 = 0.5;
 

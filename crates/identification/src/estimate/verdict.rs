@@ -99,15 +99,16 @@ pub struct Evidence<'a> {
     pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are wrong by a common factor if the median of their ratios (identified / nominal) exceeds this or is below its
-/// inverse, and if all ratios are near the median.
+/// All masses are wrong by a common factor if the median ratio (identified / nominal mass) is above this value or below the
+/// inverse of this value, and if all ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
-/// A mass ratio is near the median if it differs from it by less than this factor.
+/// A mass ratio is near the median if the two differ by less than this factor.
 const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
 /// Least number of masses to detect a common factor.
 const LEAST_MASSES: usize = 3;
 
-/// Plausible range of the ratio (identified / nominal mass) of a body. A body outside is a reason to refuse all bodies.
+/// Plausible range of the ratio (identified / nominal mass) of a body. If the ratio of one body is outside, all bodies are
+/// refused.
 const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 /// If the mass of a body changes by at most this share of the mass of the robot, the change is ignored.
@@ -144,8 +145,8 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // The residual of the fit says nothing about other logs. So it is not a reason in the verdict on a validation of other
-        // logs.
+        // The residual of the fit says nothing about other logs. So this residual is not a reason in the verdict on a
+        // validation of other logs.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
         let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
@@ -285,8 +286,8 @@ pub fn what_mends(claim: &Claim) -> String {
     }
 }
 
-/// The common factor of all masses compared with the description; `None` if they have none. `ratios`: identified / nominal
-/// mass of each body.
+/// The common factor between all identified and nominal masses; `None` if there is no common factor. `ratios`: identified /
+/// nominal mass of each body.
 fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);

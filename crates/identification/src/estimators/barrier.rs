@@ -23,19 +23,19 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 /// How Newton's method of the barrier problem ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BarrierStatus {
-    /// The squared Newton decrement fell below its tolerance, or the objective could decrease only by rounding.
+    /// The squared Newton decrement fell below its tolerance, or the objective could decrease only by rounding errors.
     Converged,
     /// The decrement stayed above its tolerance: the line search found no descent because of rounding, or the step limit was
     /// reached.
     Stalled,
 }
 
-/// Newton's method stops if half the squared Newton decrement is below this, nats.
+/// Newton's method stops if half the squared Newton decrement is below this value, nats.
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// A point counts as near the solution if the squared Newton decrement divided by gamma (weight of the barrier) is below this.
-/// The objective divided by gamma is self-concordant, so Newton's method converges quadratically there.
+/// A point counts as near the solution if the squared Newton decrement divided by gamma (weight of the barrier) is below this
+/// value. The objective divided by gamma is self-concordant, so Newton's method converges quadratically near the solution.
 const NEAR_DECREMENT: f64 = 0.1;
 /// Near the solution, each Newton step must reduce the squared decrement to at most this share. Otherwise the Hessian is too
 /// inaccurate.
@@ -47,7 +47,7 @@ const SHORTEST_STEP: f64 = 5e-11;
 /// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
 /// objective is below this.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
-/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until it is positive definite.
+/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
 /// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times the
@@ -167,8 +167,8 @@ impl Problem {
     /// compared with the barrier, and the direction comes from the rows (QR).
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
         let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
-        // `is_right`: the Hessian is accurate enough, judged by quadratic convergence near the solution. `last`: previous squared
-        // decrement.
+        // `is_right`: whether the Hessian is accurate enough, that is, whether convergence near the solution is quadratic.
+        // `last`: previous squared decrement.
         let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, BarrierStatus::Stalled) };
@@ -213,8 +213,8 @@ impl Problem {
         ((g.dot(&direction), direction), self.direction_by_rows(y, gamma).expect("y is in the cone"))
     }
 
-    /// Line search: the point after a step that is halved until the objective decreases enough, and the objective there. `None`
-    /// if no step is sufficient.
+    /// Line search: halves the step until the objective decreases enough. Returns the point after the step and the objective at
+    /// this point. `None` if no step is sufficient.
     fn down(
         &self,
         y: &DVector<f64>,

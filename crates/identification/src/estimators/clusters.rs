@@ -22,10 +22,10 @@ pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// A cluster: rows that have a common error (for example, all rows of one block of a record).
 pub struct Cluster {
-    /// The columns that have non-zero entries in these rows.
+    /// The columns that have non-zero entries in the rows of the cluster.
     columns: Vec<usize>,
-    /// `gram`: A_g = W_g' W_g. `score`: W_g' e_g. Both have only these columns. W_g, e_g: weighted rows and residuals of the
-    /// cluster.
+    /// `gram`: A_g = W_g' W_g. `score`: W_g' e_g. Both contain only the entries of `columns`. W_g, e_g: weighted rows and
+    /// residuals of the cluster.
     gram: DMatrix<f64>,
     score: DVector<f64>,
 }

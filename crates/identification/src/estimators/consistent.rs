@@ -55,8 +55,8 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// 1/2 chi^2 of the data at the solution, divided by the discount, nats. The prior is not included.
     pub objective: f64,
-    /// Suboptimality bound of `objective`, nats, compared with all bodies up to `LARGEST_BOUNDED_RATIO` times as large. `None`
-    /// if the solver stalled.
+    /// Suboptimality bound of `objective`, nats: by how much it can exceed the objective of any bodies up to
+    /// `LARGEST_BOUNDED_RATIO` times as large. `None` if the solver stalled.
     pub excess: Option<f64>,
     /// Final weight of the prior relative to its full weight. It is 1 if the data do not contradict the prior.
     pub prior_share: f64,
@@ -282,7 +282,7 @@ mod tests {
             let excess = out.excess.unwrap();
             assert_eq!(out.outcome, BarrierStatus::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // 0.8 = 2 x 4 logarithms x 0.1 nats: once for the allowed excess, once for the bound itself.
+            // 0.8 = 2 x 4 logarithms x 0.1 nats: one half for the allowed excess, one half for the bound itself.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
@@ -340,7 +340,7 @@ mod tests {
         }
     }
 
-    /// The entropic prior does not depend on the frame. If the frames of the body, of its reference and of its data are rotated
+    /// The entropic prior does not depend on the frame. If the frames of the body, the reference body and the data are rotated
     /// and moved in the same manner, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {

@@ -35,7 +35,7 @@ pub struct Reweighted {
     /// The function that gives the robust weight of a row from its residual.
     pub rows: Robust,
     /// slope = mean w / mean psi' over all rows. w: robust weight, psi: influence function. Standard deviations of a robust fit
-    /// use the scores W' e; there, each residual e is multiplied by slope times w.
+    /// use the scores W' e, in which each residual e is multiplied by slope times w.
     pub slope: f64,
 }
 
@@ -150,8 +150,8 @@ struct Sizes {
     counts: Vec<u32>,
 }
 
-/// The bin number of a float contains the exponent and the 8 highest fraction bits. This is the number of the other fraction
-/// bits.
+/// The bin number of a float contains the exponent and the 8 highest fraction bits. This constant is the number of the other
+/// fraction bits.
 const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {

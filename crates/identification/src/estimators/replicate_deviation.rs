@@ -53,8 +53,8 @@ const BAND_LEVERAGE_SHARE: f64 = 0.5;
 /// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and
 /// play at least 0.5.
 const EQUAL_OCTAVES: f64 = 0.5;
-/// Two variances are different if the median |log2(ratio)| is at least this. Then the larger one is used. Between `EQUAL_OCTAVES`
-/// and this, the result is interpolated.
+/// Two variances are different if the median |log2(ratio)| is at least this value. Then the larger variance is used. Between
+/// `EQUAL_OCTAVES` and this value, the result is interpolated.
 const DIFFERENT_OCTAVES: f64 = 1.0;
 
 /// Probability of an error outside the 95 % interval (1.96 sigma).
@@ -302,8 +302,8 @@ mod tests {
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
-    /// With three estimates of one variance, the largest is about 1.3 times that variance. It is used, because three parameters
-    /// are too few for a comparison.
+    /// With three estimates of one variance, the largest is about 1.3 times that variance. The largest is used here, because
+    /// three parameters are too few for a comparison.
     #[test]
     fn white_noise_stays_white() {
         let [white, by_part, sigma] = calibration(0.0);

@@ -15,7 +15,7 @@ const LAW_POINTS_PER_SIDE: usize = 60;
 /// Points (speed, torque), thinned by a grid. The cell size grows with the extent of the points.
 #[derive(Clone, Debug, Default)]
 pub struct FrictionCloud {
-    /// The first point (speed, torque) that fell into each cell, by indices of the cell.
+    /// For each cell, by its two indices: the first point (speed, torque) that fell into the cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
     /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque| so far.
     size: (i32, i32),

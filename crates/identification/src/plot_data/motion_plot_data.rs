@@ -83,8 +83,8 @@ pub struct KnownRobot<'a> {
 }
 
 impl MotionPlotData {
-    /// Makes the plot data of an exciting motion that was read from a file, without a model. Certificate and notes are those of
-    /// the file.
+    /// Makes the plot data of an exciting motion that was read from a file, without a model. Certificate and notes are copied
+    /// from the file.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPlotData {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
         MotionPlotData::new(artefact, motion, limits, None).with_certificate_of(artefact)

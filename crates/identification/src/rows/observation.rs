@@ -27,8 +27,8 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Least number of samples for which threads are started. With fewer samples, starting threads takes longer than they save. A log
-/// of twenty thousand rows has about this number of samples after decimation.
+/// Least number of samples for which threads are started. With fewer samples, starting threads takes longer than the threads
+/// save. A log of twenty thousand rows has about this number of samples after decimation.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
 /// Makes one triangle (R of QR) per joint from the samples in `range`. `weight`: factors of the rows; `None`: all factors are 1.
@@ -230,7 +230,7 @@ impl Observation {
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
-    /// Merges each block with the next block of its log. If no log has two blocks, blocks of different logs are merged.
+    /// Merges each block with the next block of the same log. If no log has two blocks, blocks of different logs are merged.
     fn merge_pairs(&mut self) {
         let has_pairs = self.log_of.windows(2).any(|pair| pair[0] == pair[1]);
         let all = std::mem::take(&mut self.parts).into_iter().zip(std::mem::take(&mut self.log_of));

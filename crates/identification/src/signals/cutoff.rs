@@ -57,8 +57,8 @@ const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
 /// f95 of a joint is the frequency below which this share of the energy of its velocity lies.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of all joints. In speed this
-/// is a tenth.
+/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of all joints. This share
+/// of the energy corresponds to a tenth of the speed.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Largest allowed energy of the filtered acceleration noise, divided by the energy of the acceleration.
@@ -218,7 +218,7 @@ impl MotionEnergy {
         if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
-        // The length has small prime factors, because the transform of a prime length is several times slower.
+        // The length has small prime factors, because the transform of a prime length takes several times longer.
         let of_motion = self.plans.forward(smooth_length(count));
         let of_noise = self.plans.forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);

@@ -92,7 +92,8 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // If the rows come from two sources, velocities and positions may not belong together. The log check reports such rows.
+        // If the rows come from two sources, velocities and positions may not belong together. The log check reports rows from
+        // two sources.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -180,7 +181,7 @@ impl Pass {
 /// It is at least the cut-off of the torques. The noise of dq grows with f^(3/2); with a higher cut-off, encoder steps would
 /// change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
-/// If the cut-off of the low-pass before sign(dq) is above this share of the sampling rate, the velocity is not filtered.
+/// The velocity is not filtered if the cut-off of the low-pass before sign(dq) is above this share of the sampling rate.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
 
 /// The low-passes for the signals of a log.
@@ -208,7 +209,7 @@ impl Filters {
             true => (REVERSAL_CUTOFF_RATIO * effort_cutoff).min(MAX_REVERSAL_CUTOFF_SHARE / period).max(effort_cutoff),
             false => REVERSAL_CUTOFF_RATIO * effort_cutoff,
         });
-        // If the sampling rate is too low for this cut-off, the velocity is not filtered.
+        // If the sampling rate is too low for the cut-off `wide`, the velocity is not filtered.
         let reversal = if wide < HIGHEST_FILTER_CUTOFF_SHARE / period { pass(wide)? } else { Pass(None) };
         Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
     }

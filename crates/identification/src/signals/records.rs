@@ -122,7 +122,7 @@ impl<'a> SourceRecords<'a> {
     }
 }
 
-/// Largest memory for long logs and their states, bytes. With working memory the total is 700 MiB.
+/// Largest memory for long logs and their states, bytes. Together with the working memory, 700 MiB are used.
 const MAX_HELD_BYTES: usize = 1 << 29;
 
 /// A copy of `preparation` with the frequency content of all logs together, from which the default cut-off follows.
@@ -273,8 +273,8 @@ mod tests {
                 // The effect of the start of the filter has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // A streamed log has about fifty clusters of rows instead of twenty, because each of its blocks is divided. So
-                // its sigma differs.
+                // A streamed log has about fifty clusters of rows instead of twenty, because each block of the stream is
+                // divided. So the sigma of a streamed log differs.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);

@@ -5,12 +5,12 @@
 
 use logs::{Error, GAP_PERIODS};
 
-/// Number of time spans into which a log is divided, in each of which position and velocity are compared.
+/// Number of time spans into which a log is divided. Position and velocity are compared in each span.
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// If the slope differs from a conversion factor between two units by at most this relative distance, the message names this
-/// unit.
+/// The error message names the wrong unit if the slope differs from the factor between two units by at most this relative
+/// distance.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
 /// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).

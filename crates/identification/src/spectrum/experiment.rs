@@ -61,8 +61,9 @@ impl SpectralExperiment {
         }
     }
 
-    /// Finds the joint whose position scatters most: its index, and the standard deviation of its samples about their mean
-    /// period divided by the standard deviation of the mean period. `None` for a sweep and for a single period.
+    /// Finds the joint with the largest relative scatter of its position. Returns the index of the joint and the relative
+    /// scatter: the standard deviation of the samples about the mean period, divided by the standard deviation of the mean
+    /// period. `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -139,11 +140,12 @@ impl NoiseLevels {
     }
 }
 
-/// Margin that is added to frequency times period before it is rounded down to a number of harmonics. Without it, rounding
-/// errors could turn an integer product into the next smaller integer.
+/// Margin that is added to the product frequency times period before this product is rounded down to a number of harmonics.
+/// Without the margin, rounding errors could turn an integer product into the next smaller integer.
 const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
 
-/// Number of harmonics with a frequency up to `f`, Hz. The limit is what `period` samples can resolve. `h`: sample time, s.
+/// Number of harmonics with a frequency up to `f`, Hz, but at most the number that `period` samples can resolve. `h`: sample
+/// time, s.
 pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
     ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
@@ -188,8 +190,8 @@ mod tests {
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
         assert_eq!(experiment.len(), 4000);
         let levels = NoiseLevels::measured(&[experiment]).unwrap();
-        // With 3600 degrees of freedom, the relative standard error of a standard deviation is 1.2 %. The tolerance is five of
-        // these.
+        // With 3600 degrees of freedom, the relative standard error of a standard deviation is 1.2 %. The tolerance is five
+        // standard errors.
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();

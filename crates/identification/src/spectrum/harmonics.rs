@@ -43,7 +43,7 @@ pub struct JointSpectrum {
     /// Number N of recorded samples.
     pub samples: usize,
     /// Derivative of row j of the regressor Y with respect to the acceleration of joint l, at the centre of the motion:
-    /// `acceleration[l][c]` for parameter c. It converts position noise of joint l into torque noise.
+    /// `acceleration[l][c]` for parameter c. This derivative converts position noise of joint l into torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     pub(crate) sample_time: f64,
@@ -82,8 +82,8 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: number of the experiment; `motion`: its
-/// [`mean_period`].
+/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: number of the experiment; `motion`:
+/// the [`mean_period`] of the experiment.
 pub(crate) fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
@@ -140,7 +140,8 @@ impl JointSpectrum {
         self.frequency.resize(count + quadratures(f, current).count(), f);
     }
 
-    /// Sets `rows` to the spectra of the regressor columns of this joint. `columns`: their values over one period, N m per unit.
+    /// Sets `rows` to the spectra of the regressor columns of this joint. `columns`: values of the columns over one period, N m
+    /// per unit.
     pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
         self.rows = self.rows_of(columns, 1);
         let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
@@ -255,7 +256,7 @@ impl JointSpectrum {
     }
 }
 
-/// If x is below this, the correction factor of [`hold`] is 1 up to rounding.
+/// If x is below this value, the correction factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
 /// The rows of a Fourier coefficient c at frequency `f`: its real part and its imaginary part. At frequency zero there is one

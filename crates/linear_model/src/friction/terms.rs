@@ -5,12 +5,13 @@
 //!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) in addition to Coulomb friction, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque. Since tau is on both sides of the equation, a small residual is no
-//!   evidence for this term. It is used for diagnosis only, never for the comparison of models;
+//! - load: FL |tau| sign(dq), tau: measured torque. Since tau is on both sides of the equation, a small residual is no evidence
+//!   for this term. It is used for diagnosis only, never for the comparison of models;
 //! - rotor inertia IA ddq, for regressors without this parameter.
 //!
 //! Terms of a single joint, which cross-validation chooses:
-//! - load: FL |Y x0| sign(dq), Y x0 the torque of the bodies predicted by an earlier fit x0. So tau is on one side only;
+//! - load: FL |Y x0| sign(dq), Y x0: the torque without friction, predicted by an earlier fit x0. So the measured torque tau is
+//!   on one side of the equation only;
 //! - Stribeck, with a speed for this joint;
 //! - viscous asymmetry: FVA |dq|;
 //! - root: FR sqrt(|dq|) sign(dq).
@@ -60,8 +61,8 @@ impl JointTerm {
         }
     }
 
-    /// The entry of its column at one sample. `load`: torque without friction, predicted by an earlier fit, N m (N); `direction`:
-    /// sign of dq, possibly filtered.
+    /// The entry of the column of the term at one sample. `load`: torque without friction that an earlier fit predicts, N m
+    /// (N); `direction`: sign of dq, possibly filtered.
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
         match self {

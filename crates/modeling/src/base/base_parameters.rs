@@ -1,10 +1,10 @@
 //! The base parameters: the smallest set of parameters that determines the torque, each with the parameters that it absorbs.
 //!
 //! tau = D X = D_base X_base, X: standard parameters, D: their regressor. The columns of D_base are columns of D. From left to
-//! right (links in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the columns
-//! kept before it. This is decided in a finite field if the loops allow it ([`crate::base::exact_rank`]), otherwise numerically
-//! ([`crate::base::rank`]). A dropped column is a combination of kept columns, D_d = sum_k beta_kd D_k, so its parameter is added
-//! to the parameters of these columns:
+//! right (links in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the
+//! columns kept before it. Independence is decided in a finite field if the loops allow it ([`crate::base::exact_rank`]),
+//! otherwise numerically ([`crate::base::rank`]). A dropped column is a combination of kept columns, D_d = sum_k beta_kd D_k,
+//! so its parameter is added to the parameters of these columns:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
@@ -52,8 +52,8 @@ pub struct BaseParameters {
     /// The constants that rules and coefficients may name, with their values in m or rad: symbols of the robot's file, and
     /// numbers named by their place (`d3`, `alpha5`). The value of a number is its magnitude.
     pub constants: Vec<(String, f64)>,
-    /// The reason why there are no base parameters; `None` if there are. With a reason, `base` holds the standard parameters, not
-    /// regrouped.
+    /// The reason why there are no base parameters; `None` if there are base parameters. With a reason, `base` holds the
+    /// standard parameters, not regrouped.
     pub refused: Option<UnclearRank>,
     /// The data from which [`BaseParameters::rules`] writes the regrouping rules.
     pub(crate) sources: RuleSources,
@@ -69,8 +69,8 @@ pub struct BaseParameter {
     pub column: usize,
     /// The summands: first the standard parameter itself, then the parameters that it absorbs, in the order of their columns.
     pub terms: Vec<Term>,
-    /// Norm of the component of its regressor column that is independent of the columns before it, divided by the norm of the
-    /// largest column. It bounds the contribution of the parameter to the torque.
+    /// Norm of that component of the parameter's regressor column that is independent of the columns before it, divided by the
+    /// norm of the largest column. This share bounds the contribution of the parameter to the torque.
     pub share: f64,
 }
 
@@ -79,8 +79,8 @@ pub struct BaseParameter {
 pub struct WeakParameter {
     /// Index of the parameter's column in the standard regressor D.
     pub column: usize,
-    /// Norm of the omitted component of its regressor column, divided by the norm of the largest column in the torque of the same
-    /// joint.
+    /// Norm of the omitted component of the parameter's regressor column, divided by the norm of the largest column in the
+    /// torque of the same joint.
     pub share: f64,
 }
 
@@ -104,8 +104,8 @@ impl BaseParameters {
         self.base.is_empty()
     }
 
-    /// The regrouping rules as text, one per base parameter. They name standard parameters if that is short, otherwise also other
-    /// regrouped parameters.
+    /// The regrouping rules as text, one per base parameter. If rules in standard parameters are short, they are used;
+    /// otherwise the rules also name other regrouped parameters.
     pub fn rules(&self) -> Rules {
         self.sources.short(&self.columns())
     }
@@ -182,8 +182,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. Functions that need
-/// no base parameters use them.
+/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. They are for
+/// functions that need no base parameters.
 fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
@@ -288,7 +288,8 @@ fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, 
     }
 }
 
-/// (name, value) of the named constants of the regressor. A number is listed once for each place in the robot's file that has it.
+/// (name, value) of the named constants of the regressor. A number that the robot's file has at several places is listed once
+/// for each place.
 fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
     let symbols = regressor.graph().symbols().iter();
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
@@ -315,13 +316,13 @@ struct ColumnChoice {
     /// rounding. If the field has no result, the numeric columns.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
-    /// The columns that are independent in the finite field; empty if it has no result.
+    /// The columns that are independent in the finite field; empty if the field has no result.
     columns: Vec<usize>,
 }
 
-/// Chooses the columns to keep: the independent columns of the finite field if there is a result, otherwise the numeric ones.
-/// `exact(stand_out, expected)` determines the rank in the field; `stand_out` says whether the numeric distances of given columns
-/// are clearly above rounding.
+/// Chooses the columns to keep: the independent columns of the finite field if the field has a result, otherwise the
+/// numerically independent columns. `exact(stand_out, expected)` determines the rank in the field; `stand_out` says whether the
+/// numeric distances of given columns are clearly above rounding.
 fn choice(
     triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
@@ -331,8 +332,8 @@ fn choice(
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numeric scan has one threshold for all robots. Columns that were chosen in the finite field may have distances (from
-    // the span of the columns before them) below it, if these are still clearly above rounding.
+    // The numeric scan has one threshold for all robots. The distance of a column from the span of the columns before it may be
+    // below this threshold if the column was chosen in the finite field and its distance is clearly above rounding.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());

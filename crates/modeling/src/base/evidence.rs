@@ -15,11 +15,11 @@ pub struct Rank {
     /// Smallest distance of a kept column from the span of the columns before it, relative to the norm of this column.
     pub smallest_kept: f64,
     /// Largest distance of a dropped column from the span of the kept columns, relative to the norm of this column. For a zero
-    /// column it is its norm relative to the norm of the largest column.
+    /// column: the norm of the column, relative to the norm of the largest column.
     pub largest_dropped: f64,
-    /// Bound of the torque error |D_base X_base - D X| that one parameter causes because weak columns are not kept. It is the
-    /// largest component of a column that its relation to the kept columns omits, divided by the largest column in the torque
-    /// of the same joint.
+    /// Bound of the torque error |D_base X_base - D X| that one parameter causes because weak columns are not kept. The
+    /// relation of a dropped column to the kept columns omits a component of the column. The bound is the largest such
+    /// component, divided by the largest column in the torque of the same joint.
     pub left_out: f64,
     /// Number of relations between columns that are proven in the robot's symbols.
     pub exact_relations: usize,
@@ -42,7 +42,7 @@ pub enum ExactRank {
         /// Whether other assemblies of the loops have other independent columns.
         other_assemblies: bool,
     },
-    /// The rank is not known, for this reason.
+    /// The rank is not known. The reason is given.
     Unknown(NoCertificate),
 }
 
@@ -108,8 +108,8 @@ impl Rank {
     }
 }
 
-/// Largest relative difference between an exact and a numeric coefficient of a relation that counts as rounding. The weakest kept
-/// column amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
+/// Exact and numeric coefficients of a relation agree up to rounding if their relative difference is at most this value. The
+/// weakest kept column amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
 /// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient has a relative difference of about one.
 const RULE_ROUNDING: f64 = 1e-6;
 

@@ -14,7 +14,8 @@ pub(crate) struct FieldAlgebra<'a> {
     angles: &'a GraphAngles,
     constants: &'a [Assignment],
     random: &'a mut SplitMix,
-    /// Symbol -> the point (cos, sin) of its angle divided by the common denominator of the ratios with which it occurs.
+    /// Symbol -> the point (cos, sin) of the angle symbol / D. D: common denominator of the ratios with which the symbol
+    /// occurs.
     points: BTreeMap<Symbol, CirclePoint>,
     /// Argument of a sine or cosine that is no rational multiple of a symbol -> its random point (cos, sin).
     others: BTreeMap<Expr, CirclePoint>,

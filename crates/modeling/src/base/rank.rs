@@ -1,5 +1,5 @@
-//! Finds the independent columns of a matrix from left to right, and the distance of each column from the span of those before
-//! it.
+//! Finds the independent columns of a matrix from left to right, and the distance of each column from the span of the kept
+//! columns before it.
 //!
 //! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left to right: a column is kept
 //! if its distance from the span of the columns kept before it, relative to its own norm, is above the threshold [Gautier 1991].
@@ -11,10 +11,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::base::triangle::triangle;
 
-/// A column is independent if its distance from the span of the columns kept before it, relative to its norm, is above this
+/// A column is independent if its distance from the span of the columns kept before it, divided by its norm, is above this
 /// value.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
-/// A column is treated as zero if its norm, relative to the norm of the largest column, is at most this value.
+/// A column is treated as zero if its norm is at most this share of the norm of the largest column.
 const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 /// The numeric rank is clear-cut if the smallest distance of a kept column is at least this many times the largest distance of a
 /// dropped column.
@@ -29,7 +29,8 @@ pub struct Scan {
     pub zero: Vec<usize>,
     /// Columns in the span of kept columns, each as (index, coefficients of all kept columns).
     pub dependent: Vec<(usize, Vec<f64>)>,
-    /// Distance of each column relative to its norm. For a zero column: its norm relative to the largest column.
+    /// Distance of each column, divided by the norm of this column. For a zero column: its norm, divided by the norm of the
+    /// largest column.
     pub distance: Vec<f64>,
     /// Distance of each column relative to the norm of the largest column; 0 for a zero column.
     pub share: Vec<f64>,

@@ -1,16 +1,16 @@
 //! The regrouping rules of trees: combinations of a link's inertial parameters that act like parameters of its antecedent.
 //!
-//! If a body is symmetric about the joint axis and has no inertia about it, its inertia seen from the antecedent does not depend
-//! on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic joint the
-//! whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body of link j adds to the parameters of
-//! the antecedent i, about O_i and in frame i,
+//! If a body is symmetric about the joint axis and has no inertia about this axis, its inertia, seen from the antecedent, does
+//! not depend on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic
+//! joint the whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body of link j adds to the
+//! parameters of the antecedent i, about O_i and in frame i,
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
 //! MS_i += s + m p,   M_i += m,      s = R MS_j
 //! ```
-//! with R = R_ij and p = p_ij at joint variable zero. So the columns of D obey D_j X_j = D_i X_i: one relation for each such set
-//! of parameters, exact in the robot's symbols. It also holds for passive joints.
+//! with R = R_ij and p = p_ij at joint variable zero. So the columns of D obey D_j X_j = D_i X_i: one relation for each such
+//! set of parameters, exact in the robot's symbols. The relation also holds for passive joints.
 
 use expr::{Expr, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot};

@@ -19,9 +19,10 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// Rules are written expanded if they have at most this many characters in total. A humanoid of 44 joints needs a third of it.
+/// Rules are written expanded if they have at most this many characters in total. The rules of a humanoid of 44 joints need a
+/// third of this number.
 const EXPANDED_RULES_CHARACTERS: usize = 200_000;
-/// Largest total number of summands of expanded rules, if a user requests them: about 30 MB of text.
+/// Largest total number of summands of expanded rules that a user requests. This number of summands gives about 30 MB of text.
 const MAX_SUMMANDS: usize = 1_000_000;
 
 /// The regrouping rules of all base parameters as text.
@@ -45,7 +46,7 @@ pub(crate) struct RuleSources {
     names: Vec<String>,
     /// Kind (XX .. IA) of each standard parameter.
     inertials: Vec<Inertial>,
-    /// A graph with only the constants of the robot; it gives their values and names in coefficients.
+    /// A graph with only the constants of the robot. The graph gives the values and names of constants in coefficients.
     symbols: Graph,
     /// Name of a constant -> the names of the places in the file that use it, if there are several
     /// ([`crate::kinematics::constants`]).

@@ -10,8 +10,8 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is small if it explains less than this share of the torque. In another motion its share may be five times as large, so
-/// this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
+/// A fault is small if it explains less than this share of the torque. In another motion, the fault may explain a share that is
+/// five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
@@ -55,8 +55,8 @@ pub(crate) fn claims_of_faults(
     claims
 }
 
-/// A fault within its linear range is preferred if its gain is at most this times the gain of the strongest fault. Gain: error of
-/// cross-validation with the fault / without it; the strongest fault has the smallest gain.
+/// A fault within its linear range is preferred if its gain is at most the gain of the strongest fault times this factor. Gain:
+/// error of cross-validation with the fault / without it; the strongest fault has the smallest gain.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
 /// Largest number of possible causes that are listed in the claim that the cause is not identified.
 const MOST_NAMED_CAUSES: usize = 3;
@@ -105,8 +105,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found. Each states the smallest detectable fault; the claims are sorted by it. Hypotheses with equal
-/// detection limits share one claim.
+/// Claims that no fault was found. Each states the smallest detectable fault, and the claims are sorted by this size.
+/// Hypotheses with equal detection limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {

@@ -33,8 +33,8 @@ pub(crate) struct TorqueContext {
     /// Whether no motion at all could identify the undetermined parameters. Then torques depend only on sums of these
     /// parameters.
     pub opens_in_any_motion: bool,
-    /// Whether errors of predicted torques were computed from the covariance. They include the uncertainty of the weakest
-    /// combination of parameters. So no claim is then made on the condition number.
+    /// Whether errors of predicted torques were computed from the covariance. Such errors include the uncertainty of the
+    /// weakest combination of parameters. So no claim is made on the condition number then.
     pub determines_torques: bool,
 }
 

@@ -32,8 +32,8 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     }
     let contacts = log_check.contacts.iter();
     claims.extend(contacts.map(|why| cannot_tell(Subject::whole(RESIDUAL), why, "a log without contact")));
-    // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this offset
-    // but did not, there is no offset; then the real bodies differ from the nominal bodies.
+    // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this
+    // offset but did not find it, the zero is right and the real bodies differ from the nominal bodies.
     let is_seen =
         |t: &MisplacedJoint| faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs());
     let turned = log_check.turned.as_ref().filter(|t| !is_seen(t));
@@ -107,7 +107,7 @@ fn common_scale(log_check: &LogCheck) -> Vec<Claim> {
     vec![cannot_tell(at(LOG, &agreeing), why, "a known load, or masses that are weighed")]
 }
 
-/// The smallest common factor of all torques that would have been detected; `None` if no factor would have been.
+/// The smallest common factor of all torques that would have been detected; `None` if no factor would have been detected.
 pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     common_scale(log_check).iter().find_map(|claim| match claim.outcome() {
         Outcome::Agrees { smallest } => Some(smallest.value),

@@ -18,13 +18,14 @@ const USELESS_PREDICTION_ERROR: f64 = 0.5;
 const WORSE_ERROR_RATIO: f64 = 1.05;
 /// The estimate contradicts another log if its error there exceeds the error of the description by this factor.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
-/// Standard deviations of the parameters explain a prediction error up to this many times the rms error that they cause.
+/// A prediction error is explained by the standard deviations of the parameters if it is at most this many times the rms error
+/// that these deviations cause.
 const EXPLAINED_DEVIATIONS: f64 = 2.0;
 /// The parameters are overfitted (valid for their own log only) if the error on other data exceeds the residual of the fit by
 /// this factor.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// An error on data that were not fitted is accepted up to this, relative to the torque, even if the description predicts
-/// better.
+/// An error on data that were not fitted, relative to the torque, is accepted up to this value, even if the description
+/// predicts better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
 /// Text in a claim: why no remedy for a bad prediction was tried.
@@ -101,8 +102,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters.
-    // This is no contradiction.
+    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters. Such
+    // an error is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
     // A good prediction counts only if the motion differs from the fitted one. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);
@@ -136,7 +137,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     };
     // Noise cannot be predicted, so a larger error is accepted if the residual is noise.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
-    // An error that remains in a fit to the other log alone does not come from the parameters either.
+    // An error that remains after a fit to the other log alone does not come from wrong parameters either.
     let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {

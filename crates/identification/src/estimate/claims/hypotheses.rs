@@ -119,9 +119,9 @@ pub(super) const LEFT_OUT_PARTS: usize = 10;
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A hypothesis is not identifiable if less than this share of its column (norm) is orthogonal to the parameters' columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter is listed in `within` if its term is at least this share of the norm of the column of the hypothesis.
+/// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Largest number of coordinates for which hypotheses are tested; for more the test takes too long.
+/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the test takes too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
 /// Tests every hypothesis at a fit. `fit`: the solution and the weights of its rows. Empty if the robot has more than 12
@@ -233,7 +233,8 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // Two conditions: the error falls by enough, and u is significant. The limit is the larger |u| of both.
+        // A fault is found if it reduces the error by enough and if u is significant. So the detection limit is the larger of
+        // the values of |u| from these two conditions.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;

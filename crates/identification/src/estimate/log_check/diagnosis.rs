@@ -32,14 +32,15 @@ pub(super) struct DiagnosisInput<'a> {
     pub description: Option<&'a Description<'a>>,
 }
 
-/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this. T: nominal torques without friction;
-/// every real machine has friction.
+/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this value. T: nominal torques without friction.
+/// Torques of a real machine always contain friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Remedy if gravity was subtracted from the logged torques.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
-/// In a short motion, a fault is reported only if undoing it multiplies the misfit (error of the description) by less than this.
+/// In a short motion, a fault is reported only if undoing the fault multiplies the misfit (error of the description) by less
+/// than this factor.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
 /// Slopes of joints count as equal if their relative distance from the median is below this.
@@ -178,8 +179,8 @@ impl DiagnosisInput<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
             );
         }
-        // If at least one explanation has findings, explanations without findings are dropped. The one with the fewest findings
-        // comes first.
+        // If at least one explanation has findings, explanations without findings are dropped. The explanation with the fewest
+        // findings comes first.
         let is_needed = |found: &Vec<Finding>| !found.is_empty();
         if all.iter().any(is_needed) {
             all.retain(is_needed);
@@ -232,8 +233,8 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// Findings of those suspected faults that are needed: no other bodies explain the log without them. The other suspicions are
-    /// added to `log_check.explained`.
+    /// Findings of the needed faults: without these faults, no other bodies explain the log. The other suspicions are added to
+    /// `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
         let needed = free.needed(changes);
@@ -253,8 +254,8 @@ impl DiagnosisInput<'_> {
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
-    /// The finding that the slopes of all joints have a common factor; `None` if they do not. `meaningful`: slopes of
-    /// measured on nominal torque.
+    /// The finding that the slopes of all joints have a common factor; `None` if they have no common factor. `meaningful`:
+    /// slopes of measured on nominal torque.
     fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(meaningful);
         // A load or other bodies would change only some slopes, or change them in different directions.
@@ -282,8 +283,8 @@ impl DiagnosisInput<'_> {
         if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
-    /// The finding that the torques were computed, because they equal the nominal torques without friction; `None` if they do
-    /// not.
+    /// The finding that the torques were computed, because they equal the nominal torques without friction; `None` if they
+    /// differ from these torques.
     fn computed(&self, description: &Description) -> Option<Finding> {
         let torques = description.torques(&self.samples.kept, self.rows, &[]);
         let n = self.n();

@@ -55,7 +55,7 @@ use crate::estimate::log_check::trial::tried;
 use crate::estimate::log_check::trials::Trials;
 use crate::signals::records::Records;
 
-/// A velocity column is in time if its lag behind the derivative of the position is below this, s.
+/// A velocity column is in time if it lags behind the derivative of the position by less than this time, s.
 pub const TIMELY_S: f64 = 1e-3;
 
 /// Least number of samples from which slopes are computed (if the log has so many).

@@ -95,8 +95,8 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
-        // A sample is used if it has a neighbour before and after it. The sums include all used samples. Only every m-th used
-        // sample is kept.
+        // A sample is used if it has a neighbour before and a neighbour after it. All used samples enter the sums, but only
+        // every m-th used sample is kept.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);

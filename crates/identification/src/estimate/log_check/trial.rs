@@ -1,7 +1,7 @@
 //! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
 //!
-//! If the second check reveals another fault, it is undone too. If no contradiction remains in the end, all these faults are
-//! reported. Otherwise the report says that the cause is not identified.
+//! If the second check reveals another fault, this fault is undone too. If no contradiction remains in the end, all undone
+//! faults are reported. Otherwise the report says that the cause is not identified.
 
 use crate::estimate::digits::percent;
 use crate::estimate::log_check::change::Change;
@@ -33,8 +33,8 @@ pub const AS_WELL_RATIO: f64 = 1.5;
 /// changes applied.
 ///
 /// An explanation (a list of findings) is confirmed if no contradiction remains after its faults are undone. Only explanations
-/// with the fewest faults are kept. The one with the smallest residual comes first, and equivalent ones are reported as
-/// alternatives.
+/// with the fewest faults are kept. The explanation with the smallest residual comes first, and equivalent explanations are
+/// reported as alternatives.
 pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) -> LogCheck {
     if !first.is_gross() {
         return first;
@@ -49,7 +49,8 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of the confirmed explanations, the one with the smallest residual is kept, with all explanations that are equivalent to it.
+    // Of the confirmed explanations, the explanation with the smallest residual is kept, and all explanations that are
+    // equivalent to it.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);
@@ -73,7 +74,7 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
 }
 
 /// Number of faults for which a finding counts. `NoTorque` gives each joint a free gain, so it counts as the largest allowed
-/// number.
+/// number of faults.
 fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
@@ -161,8 +162,8 @@ impl JointCheck {
     fn misfit(&self) -> Option<f64> {
         let (slope, share) = (self.slope?, self.share?);
         let allowed = slope.clamp(PLAUSIBLE_SLOPES.0, PLAUSIBLE_SLOPES.1);
-        // xx, yy: squared nominal and squared measured torque. With its own slope the description explains slope^2 xx = share
-        // yy. With the slope `allowed` the residual grows by (slope - allowed)^2 xx.
+        // xx, yy: squared nominal and squared measured torque. With the fitted slope, the description explains slope^2 xx =
+        // share yy. With the slope `allowed` instead, the squared residual grows by (slope - allowed)^2 xx.
         let missed = if slope == 0.0 { 0.0 } else { share * ((slope - allowed) / slope).powi(2) };
         Some((1.0 - share + missed).min(1.0))
     }

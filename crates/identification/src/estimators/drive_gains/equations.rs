@@ -24,9 +24,10 @@ pub struct JointEquations {
 /// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Residual sum of squares of the currents, A^2, that remains for any parameters. The residuals of `rows` are not part of it.
+    /// Residual sum of squares of the currents, A^2, that remains for any values of the parameters. The residuals of `rows` are
+    /// not part of this sum.
     pub left: f64,
-    /// Number of independent equations from which the rows and `left` were computed.
+    /// Number of independent equations from which `rows` and `left` were computed.
     pub equations: f64,
 }
 

@@ -32,7 +32,7 @@ use crate::estimators::drive_gains::equations::JointEquations;
 pub enum Gain {
     /// The gain is known without error.
     Known(f64),
-    /// The gain is expected near the first value, with the second as its standard deviation.
+    /// The gain is expected near the first value. The second value is the standard deviation of this expectation.
     Expected(f64, f64),
     /// The gain is to be estimated.
     Free,
@@ -48,7 +48,7 @@ impl Gain {
 /// The estimated drive gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
-    /// Gain of each joint, N m/A; a known gain as it was given.
+    /// Gain of each joint, N m/A. A known gain is returned unchanged.
     pub gain: Vec<f64>,
     /// Standard deviations of the gains, N m/A; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
@@ -78,7 +78,7 @@ const MAX_GAUSS_NEWTON_STEPS: usize = 50;
 const LARGEST_GAIN_CHANGE: f64 = 0.5;
 /// The iteration ends if no unknown changes by more than this many standard deviations.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-6;
-/// The iteration also ends if no gain changes by more than this share. Without noise in the data this limit is at the level of
+/// The iteration also ends if no gain changes by more than this share. Without noise in the data, this share is at the level of
 /// rounding.
 const SETTLED_GAIN_CHANGE: f64 = 1e-10;
 

@@ -28,7 +28,7 @@ pub enum Scaling {
 const RELATIVE_RANK_TOLERANCE: f64 = 1e-10;
 /// Least noise variance of a projected column, divided by the noise variance of the column before projection.
 const SMALLEST_NOISE_VARIANCE: f64 = 1e-12;
-/// If the entry that fixes the common scale of the gains is below this, the gains are not determined.
+/// The gains are not determined if the entry that fixes the common scale of the gains is below this value.
 const SMALLEST_SCALE_COEFFICIENT: f64 = 1e-12;
 
 /// An orthonormal basis of the column space of the decomposed matrix. Singular values up to `tolerance` count as zero.

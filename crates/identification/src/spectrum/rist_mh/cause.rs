@@ -33,15 +33,16 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// A cause is named if it explains at least this share of the misfit, that is, of chi^2 per degree of freedom minus 1 (1: its
-/// value for noise alone). With half it explains more than all other effects together.
+/// A cause is named if it explains at least this share of the misfit. The misfit is chi^2 per degree of freedom minus 1,
+/// because noise alone gives 1. A cause that explains half of the misfit explains at least as much as all other effects
+/// together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
-/// Columns are significant if the probability of their F statistic by chance is below this.
+/// Columns are significant if the probability that chance gives their F statistic is below this value.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Largest number of ripple periods per turn that is tried. No encoder resolves more periods.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named if an unknown of its effect exceeds this many standard deviations. For a normal error, the probability to
-/// exceed it by chance is `SIGNIFICANCE_LEVEL`.
+/// A joint is named if an unknown of its effect exceeds this many standard deviations. A normal error exceeds this limit by
+/// chance with the probability `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
 /// smaller torque is caused by the effect at another joint.
@@ -55,7 +56,8 @@ pub struct Cause {
     /// For each entry of `effects`: natural frequency of an elastic joint, Hz, where the motor is locked and the inertia behind
     /// the joint oscillates. `None` for other effects.
     pub frequency: Vec<Option<f64>>,
-    /// Share of the misfit (chi^2 per degree of freedom minus 1, its value for noise alone) that the effect explains.
+    /// Share of the misfit that the effect explains. The misfit is chi^2 per degree of freedom minus 1, because noise alone
+    /// gives 1.
     pub explained: f64,
     /// Change of each base parameter when the effect is added to the model.
     pub shift: Vec<f64>,
@@ -189,7 +191,7 @@ impl HarmonicData<'_> {
     }
 
     /// The ripple of a joint that explains most of the residual `left`. `basis`: columns to which ripple columns are made
-    /// orthogonal. `None` if it is not significant.
+    /// orthogonal. `None` if the ripple is not significant.
     fn wave(
         &self,
         joint: usize,

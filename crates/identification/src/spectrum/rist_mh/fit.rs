@@ -17,7 +17,7 @@ use crate::spectrum::rist_mh::layout::Layout;
 /// Largest number of steps of the evidence iteration for s, the relative standard deviation of the friction drifts. The error of
 /// s halves in each step.
 const DRIFT_ITERATIONS: usize = 12;
-/// If the relative standard deviation s of the friction drifts is below this, there is no drift.
+/// Friction counts as not drifting if the relative standard deviation s of the drifts is below this value.
 const SMALLEST_DRIFT_SIGMA: f64 = 2e-3;
 /// Initial relative standard deviation s of the friction drifts.
 const INITIAL_DRIFT_SIGMA: f64 = 0.1;
@@ -40,7 +40,7 @@ pub struct Owner {
 
 /// A weighted, linearised equation. Its unknowns are the unknowns of the fit, then the unknown drive gains.
 pub struct GainEquation {
-    /// The joint and cluster of the equation. `None` for the row of an expected gain.
+    /// The joint and cluster of the equation. `None` for the row of an expected gain, which belongs to no joint.
     pub owner: Option<Owner>,
     /// Index of the spectrum, and index of the row in it. `None` for a gravity row of a sweep, and for a row that regularises an
     /// unknown.

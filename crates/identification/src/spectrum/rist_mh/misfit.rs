@@ -42,8 +42,8 @@ pub struct Misfit {
     pub chi_square: f64,
     /// Degrees of freedom of all rows.
     pub freedom: f64,
-    /// Standard deviations of parameters and friction with experiments as clusters; zero if there are too few. Empty if noise
-    /// explains the residual of every joint.
+    /// Standard deviations of parameters and friction with experiments as clusters; zero if there are too few experiments.
+    /// Empty if noise explains the residual of every joint.
     pub by_experiment: Vec<f64>,
     /// Standard deviations of the drive gains with experiments as clusters, N m per unit of current, one per joint; zero for
     /// known gains.
@@ -91,7 +91,7 @@ impl HarmonicData<'_> {
     }
 
     /// For each experiment, a copy of the unknowns `x` of the whole fit, in which parameters, friction and effects are
-    /// estimated from all other experiments. Weights and linearisation are those of the whole fit. Empty if there is only one
+    /// estimated from all other experiments. Weights and linearisation are taken from the whole fit. Empty if there is only one
     /// experiment.
     pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);

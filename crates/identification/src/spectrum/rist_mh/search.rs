@@ -42,7 +42,7 @@ const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 /// The result of RIST-MH: parameters, friction and misfit.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// All unknowns, in the order of `layout`. Its `inverse` is the covariance for the noise that the weights contain.
+    /// All unknowns, in the order of `layout`. The field `inverse` is the covariance for the noise that the weights contain.
     pub solution: Solution,
     /// The index ranges of the unknowns.
     pub layout: Layout,
@@ -57,7 +57,8 @@ pub struct HarmonicEstimate {
     pub effects: Vec<EffectSize>,
     /// The misfit, computed with the measured noise. It does not depend on the weights.
     pub misfit: Misfit,
-    /// The effect that the model most likely lacks. `None` if it lacks none, or if no single effect explains the misfit.
+    /// The effect that the model most likely lacks. `None` if the model lacks no effect, or if no single effect explains the
+    /// misfit.
     pub cause: Option<Cause>,
 }
 
@@ -78,7 +79,8 @@ impl HarmonicEstimate {
         self.layout.parameters().map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
-    /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if it lacks none.
+    /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if the model lacks
+    /// no effect.
     ///
     /// It combines the standard deviation with experiments as clusters and the change by a named cause.
     pub fn lacked(&self, i: usize) -> f64 {

@@ -2,9 +2,10 @@
 //!
 //! There are two methods, tried in this order:
 //!
-//! - constants first, for planar loops: all constants are drawn at random, then the variables, loop by loop. Of each loop some
-//!   variables are drawn, and two or three are solved for ([`crate::base::closed::planar_loop`]). These may be coordinates or
-//!   passive variables, because closure does not depend on which joints are driven. Lengths with the same symbol stay equal;
+//! - constants first, for planar loops: all constants are drawn at random, then the variables, loop by loop. In each loop some
+//!   variables are drawn, and two or three are solved for ([`crate::base::closed::planar_loop`]). All of them may be
+//!   coordinates or passive variables, because closure does not depend on which joints are driven. Lengths with the same symbol
+//!   stay equal;
 //! - angles first: all angles are drawn, except the angles that close the orientation of each loop
 //!   ([`crate::base::closed::orientation`]). The position equations are then affine in the lengths
 //!   ([`crate::base::closed::lengths`]), and a random solution is taken.
@@ -32,11 +33,11 @@ use random::SplitMix;
 
 /// Largest number of draws of all constants of a robot: with k quadratic equations, one of 2^k draws has a closed point.
 const DRAWS_OF_CONSTANTS: usize = 400;
-/// Largest number of failures of the constants-first method, except missing roots. A few such failures may be chance, because
+/// Largest number of failures of the constants-first method, missing roots not counted. A few failures may be chance, because
 /// roots may coincide.
 const MAX_FAILED_DRAWS: usize = 24;
-/// Largest number of failures of the angles-first method, except missing roots. It is small, because random angles never
-/// coincide.
+/// Largest number of failures of the angles-first method, missing roots not counted. The number is small, because random angles
+/// never coincide.
 const MAX_FAILED_ANGLE_DRAWS: usize = 4;
 /// Largest number of draws of all variables when the constants of the loops are given.
 const DRAWS_OF_A_STATE: usize = 60;
@@ -86,8 +87,8 @@ impl ClosedPoints {
     }
 
     /// Finds a closed point by random draws of constants, variables and roots. With `other_roots`, the other root of each
-    /// quadratic equation is taken. So equal draws give another assembly of the loops (for example, elbow up instead of elbow
-    /// down).
+    /// quadratic equation is taken. So the same draws, with the other roots, give another assembly of the loops (for example,
+    /// elbow up instead of elbow down).
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first
@@ -104,7 +105,7 @@ impl ClosedPoints {
         let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
-                // Whatever the method, all closure equations must hold at the point.
+                // All closure equations must hold at the point, whichever method found it.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
                 Ok(None) => {}
                 Ok(Some(_)) => failures += 1,
@@ -291,8 +292,8 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The values of the variables as inputs for a function along a curve. The variables do not change along this curve: each
-    /// series has only its constant term.
+    /// The values of the variables, as inputs for a function along a curve on which the variables do not change: each series
+    /// has only its constant term.
     pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
         let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),

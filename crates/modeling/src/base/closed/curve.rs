@@ -5,10 +5,11 @@
 //! ```text
 //! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
 //! ```
-//! e: closure error, J_p: its Jacobian by p. All rows of e must vanish, not only the rows that give p: otherwise the loops do not
-//! move at these constants. dq and ddq are random and constant along the curve, because they are free at every state. A relation
-//! between columns with constant coefficients holds at every state if and only if it holds for each coefficient of the series. At
-//! a general point, if some orders bring no new row, no later order brings one [Schwartz 1980].
+//! e: closure error, J_p: its Jacobian by p. All rows of e must vanish, not only the rows from which p is solved. If another
+//! row does not vanish, the loops do not move with these constants. dq and ddq are random and constant along the curve, because
+//! they are free at every state. A relation between columns with constant coefficients holds at every state if and only if it
+//! holds for each coefficient of the series. At a general point, if some orders bring no new row, no later order brings one
+//! [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
