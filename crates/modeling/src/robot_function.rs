@@ -45,7 +45,8 @@ pub(crate) struct Derived<'a> {
     pub base: &'a BaseParameters,
 }
 
-/// A function of the whole robot: (word that requests it, sentence above it in the generated file, derivation).
+/// A function of the whole robot: the word that requests it, the sentence above the function in the generated file, and the
+/// derivation.
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
 /// The table of functions of the whole robot. Every generated file contains the first function.

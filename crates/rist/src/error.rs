@@ -1,5 +1,5 @@
-//! The error type of all steps (functions that correspond to commands of `rist`). Its text may advise another step: `[:doctor]`,
-//! or with arguments `[:validate MODEL LOG]`.
+//! The error type of all steps (functions that correspond to commands of `rist`). The text of an error may advise another step:
+//! `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
 
 use std::fmt;
 
@@ -25,8 +25,8 @@ pub struct Error {
 }
 
 impl Error {
-    /// An error of the kind [`ErrorKind::Input`]. If the message is about a field of a request, it starts with the field in
-    /// brackets: `[gain=q9]: ..`. A step that it advises is in brackets too: `[:doctor]`.
+    /// An error of the kind [`ErrorKind::Input`]. If the message is about a field of a request, the message starts with this
+    /// field in brackets: `[gain=q9]: ..`. A step that the message advises is in brackets too: `[:doctor]`.
     pub fn new(message: impl fmt::Display) -> Error {
         let message = message.to_string();
         let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
@@ -102,8 +102,8 @@ impl From<numerics::Error> for Error {
     }
 }
 
-/// For each step: its word in texts, the command of the program, and the name in Python. Python has no `columns`, so the
-/// command is given there.
+/// For each step: the word in texts, the command of the program, and the name in Python. Python has no `columns`, so the
+/// command is listed there too.
 const STEPS: [(&str, &str, &str); 14] = [
     ("accumulate", "rist accumulate", "rist.Accumulator"),
     ("check", "rist check", "rist.check"),

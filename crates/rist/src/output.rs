@@ -1,10 +1,10 @@
 //! Writes the output files of a command completely or not at all, and never overwrites its inputs.
 //!
-//! An input is a file that the user named, or a file that it refers to: an included file, a mesh, a part of a data set
-//! ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is renamed
-//! to the final name (atomic replacement), or removed if writing fails. The next writer removes such files of killed writers. A
-//! symbolic link is followed and stays a link, even if its target does not exist yet. A read-only file is not replaced. A path
-//! that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
+//! An input is a file that the user named, or a file to which a named file refers: an included file, a mesh, a part of a data
+//! set ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is
+//! renamed to the final name (atomic replacement), or removed if writing fails. A killed writer leaves its new file behind; the
+//! next writer removes it. A symbolic link is followed and stays a link, even if its target does not exist yet. A read-only
+//! file is not replaced. A path that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -108,17 +108,17 @@ fn clear_remains(folder: &Path) {
         if let Ok(file) = OpenOptions::new().write(true).open(&path)
             && file.try_lock().is_ok()
         {
-            // A file stays if the permission to remove it is missing.
+            // If the permission to remove a file is missing, the file stays.
             let _ = fs::remove_file(&path);
         }
     }
 }
 
-/// Creates and locks a new file next to `place`. It never opens an existing file or follows a link.
+/// Creates and locks a new file next to `place`. An existing file is never opened, and a link is never followed.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
     for _ in 0..MOST_TRIES {
-        // Each new hasher has random keys, so this number is random.
+        // Each new hasher has random keys, so the hash of nothing is a random number.
         let random = RandomState::new().build_hasher().finish();
         let neighbour = place.with_file_name(format!(".{name}.{random:016x}{PART_EXTENSION}"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {

@@ -321,7 +321,7 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     }
 }
 
-/// Least number of samples for a second thread. With fewer samples the start of a thread takes longer than it saves.
+/// Least number of samples for a second thread. With fewer samples, starting the thread takes longer than the thread saves.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
 /// The times of the uniform clock to which the signals are resampled, s. `None`: the signals keep their own clock. `places`: rows

@@ -15,7 +15,7 @@ pub(crate) struct GraphAngles {
     /// Argument -> (symbol, power). w: point (cos, sin) of the angle symbol / D. The point of the argument is w raised to this
     /// power.
     powers: BTreeMap<Expr, (Symbol, u128)>,
-    /// Symbol -> the common denominator D of the ratios with which it occurs.
+    /// Symbol -> the common denominator D of the ratios with which the symbol occurs.
     common: BTreeMap<Symbol, u128>,
     /// Bits of a constant (f64) that is a product of two other constants -> the product of their field elements.
     products: BTreeMap<u64, Residue>,

@@ -81,8 +81,8 @@ impl Algebra for FieldAlgebra<'_> {
         *a * b.inverse()
     }
     fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of numbers have been evaluated before. A named constant need not have a square root in the field. So its root
-        // is treated as another random element, with the cube of the constant as its value.
+        // Roots of numbers have been evaluated before. A named constant need not have a square root in the field. So the root
+        // of a constant is treated as another random element: its value is the cube of the constant.
         a.power(3)
     }
 }

@@ -14,8 +14,8 @@
 //! ([`crate::dynamics::momenta`]). The force and moment (wrench) on this body change by I_j (A, a_0) + 2 B_j(W). For j = i this
 //! wrench is transformed inward to every k before i. In the derivative by q_i, the present force and moment of link i also turn
 //! with joint i. For j after i only the component of the wrench along z_j is needed: the rows of I_j and B_j along z_j are
-//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals [Singh, Russell,
-//! Wensing 2022], with classical accelerations.
+//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals that of [Singh,
+//! Russell, Wensing 2022], written with classical accelerations.
 //!
 //! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.
@@ -203,8 +203,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench (force f, moment n) that rotates with its joint: z x f and z x n for a revolute joint. For a
-/// prismatic joint only the moment changes, by z x f.
+/// The change of a wrench (force f, moment n) that turns with its joint, per unit of the joint variable. Revolute joint: z x f
+/// and z x n. Prismatic joint: only the moment changes, by z x f.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
@@ -221,7 +221,8 @@ struct AccelerationField {
     a_0: Vector,
 }
 
-/// The changes of the acceleration field per change of the joint's variable, and per change of its rate.
+/// The changes of the acceleration field per unit change of the joint variable, and per unit change of the rate of this
+/// variable.
 struct Change {
     by_q: AccelerationField,
     by_dq: AccelerationField,

@@ -1,6 +1,6 @@
 //! Factors a symmetric matrix of expressions as L D L^T [Cholesky]. The inertia matrix is positive definite for physical
-//! parameters, so no pivot is zero. Each pivot is inverted once, and a product with the inverse replaces every division by the
-//! pivot, because a division takes about as long as ten products.
+//! parameters, so no pivot is zero. A division takes about as long as ten products. So each pivot is inverted once, and every
+//! division by the pivot becomes a product with the inverse.
 
 use expr::{Expr, Graph};
 

@@ -3,10 +3,10 @@
 //! ```text
 //! v_f = v_j + w_j x p,   a_f = a_j + U_j p,   U_j = [dw_j]x + [w_j]x^2
 //! ```
-//! w_j, dw_j: angular velocity and angular acceleration of the link; v_j, a_j: velocity and acceleration (without gravity) of its
-//! origin; p: position of the frame in the link. The results are in the axes of the frame itself, of the base, or of another
-//! link. At ddq = 0 the acceleration is (dJ/dt) dq, with the Jacobian J in the axes of the base. In other axes it is the same
-//! vector with other components.
+//! w_j, dw_j: angular velocity and angular acceleration of the link; v_j, a_j: velocity and acceleration (without gravity) of
+//! the link's origin; p: position of the frame in the link. The results are in the axes of the frame itself, of the base, or of
+//! another link. At ddq = 0 the acceleration in the axes of the base is (dJ/dt) dq, with the Jacobian J in the axes of the
+//! base. In other axes, the acceleration is the same vector with other components.
 
 use expr::{Expr, Function, Output};
 

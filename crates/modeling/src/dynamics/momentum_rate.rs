@@ -1,6 +1,6 @@
-//! The part of the rate of the generalised momentum that does not depend on torques, b = C^T dq - g, together with the momentum.
-//! An observer of external torques integrates them instead of the acceleration [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
-//! 2006]:
+//! The part of the rate of the generalised momentum that does not depend on torques, b = C^T dq - g, together with the
+//! momentum. An observer of external torques integrates b and the torques, and needs no acceleration [De Luca, Albu-Schaeffer,
+//! Haddadin, Hirzinger 2006]:
 //!
 //! ```text
 //! dp/dt = tau + b,   b = C^T dq - g = dL/dq        L = K - U, the Lagrangian
@@ -14,7 +14,8 @@
 //! w, v: angular velocity of link j and velocity of O_j, in frame j. If loops are solved numerically, b is the rate of p at ddq = 0
 //! minus the torques at ddq = 0.
 //!
-//! For a load on a link, both are linear in its ten parameters. The two regressors are derived in this second way, for all robots.
+//! For a load on a link, p and b are linear in the ten parameters of the load. The two regressors are derived in the second way
+//! (rate of p minus torques) for all robots.
 
 use expr::{Expr, Function, Output};
 use robot::{Inertial, JointKind, StandardParameter, transform_inertial};

@@ -1,12 +1,12 @@
 //! Finds axis intersections: points through which several joint axes pass, as in shoulders and wrists.
 //!
-//! If coordinates k turn link j about axes z_jk through one point P, the linear parts of their twists at the origin O_j are
+//! If coordinates k turn link j about axes z_jk through one point P, the linear parts of the twists at the origin O_j are
 //!
 //! ```text
 //! d_jk = z_jk x c,   c = O_j - P
 //! ```
-//! with the same c for all of them. The axes of an intersection belong to consecutive joints: only the last intersection of a
-//! chain can get another axis.
+//! with the same c for all these coordinates. The axes of an intersection belong to consecutive joints: only the last
+//! intersection of a chain can get another axis.
 
 use expr::Graph;
 use robot::{JointKind, Link, LinkId};
@@ -35,7 +35,7 @@ pub(crate) struct AxisIntersection {
 }
 
 impl AxisIntersections {
-    /// The axis intersections of the base: none, because no coordinate moves the base.
+    /// The axis intersections of the base. There are none, because no coordinate moves the base.
     pub(crate) fn of_base(n: usize) -> AxisIntersections {
         AxisIntersections { all: Vec::new(), of: vec![None; n] }
     }
@@ -72,8 +72,8 @@ impl AxisIntersections {
         poles
     }
 
-    /// Adds a new point at O_j, for the axis of joint j. If the last point has only one axis, it is removed, because it cannot
-    /// get a second axis any more.
+    /// Adds a new point at O_j, for the axis of joint j. If the last point has only one axis, this last point is removed,
+    /// because it cannot get a second axis any more.
     fn begin(&mut self, j: LinkId) {
         if self.all.last().is_some_and(|last| last.axes < 2) {
             self.all.pop();

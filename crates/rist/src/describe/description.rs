@@ -135,7 +135,8 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Fails if the derivation would need much time or memory. The error gives estimates of both. With `any_size` it never fails.
+/// Fails if the derivation would need much time or memory. The error states the estimated time and memory. With `any_size`, the
+/// check never fails.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

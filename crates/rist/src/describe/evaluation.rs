@@ -42,7 +42,7 @@ pub struct OutputShape {
     pub columns: usize,
 }
 
-/// Arguments of an evaluation at many states. An argument that the quantity does not depend on may be empty.
+/// Arguments of an evaluation at many states. An argument may be empty if the quantity does not depend on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
     /// Positions, rad (m), one row per state.
@@ -147,7 +147,7 @@ impl Evaluation {
     /// Writes the output matrices of all states, one state after the other. The outputs of a state are NaN if a loop does not
     /// close there.
     ///
-    /// Fails if the arguments and `outputs` are not for the same number of states, or if X has another length.
+    /// Fails if the arguments and `outputs` are not for the same number of states, or if X has the wrong length.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
@@ -209,7 +209,7 @@ impl Evaluation {
         }
     }
 
-    /// The parameters that the outputs depend on; `None` if they depend on none.
+    /// The parameters on which the outputs depend; `None` if they depend on no parameters.
     pub fn parameters(&self) -> Option<ParametersOf> {
         self.parameters
     }

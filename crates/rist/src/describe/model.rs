@@ -40,7 +40,7 @@ pub struct Model {
     /// The options with which the description was read. Result files store them.
     pub description: Option<DescriptionOptions>,
     /// A configuration in which the numerically solved loops are closed: name and value (rad or m) of each coordinate, then of
-    /// each passive joint. The solver follows all other configurations from there. Empty without such loops.
+    /// each passive joint. The solver reaches all other configurations from this configuration. Empty without such loops.
     pub assembly: Vec<(String, f64)>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor + Send>,
@@ -62,7 +62,7 @@ impl Model {
     }
 
     /// Derives the dynamics of a description in memory; the extension of `path` gives its format. `path` is only named in
-    /// messages; this file is not opened.
+    /// messages, and no file is opened at `path`.
     pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         let robot = parse_robot(text, path, options)?;
@@ -184,7 +184,7 @@ impl Model {
     }
 
     /// Inertial parameters of each body in the description, in the order of [`Model::standard_map`]; `None` for a body without
-    /// them.
+    /// inertial parameters.
     pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
         self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
     }
@@ -194,14 +194,14 @@ impl Model {
         self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
     }
 
-    /// Base parameters from the inertial parameters of the description; a link without them counts as massless. `None` if no
-    /// link has any.
+    /// Base parameters from the inertial parameters of the description; a link without inertial parameters counts as massless.
+    /// `None` if no link has inertial parameters.
     pub fn nominal_parameters(&self) -> Option<Vec<f64>> {
         Some(self.parameters.values(&self.nominal_standard_parameters()?))
     }
 
-    /// Standard parameters from the inertial parameters of the description; a link without them counts as massless. `None` if
-    /// no link has any.
+    /// Standard parameters from the inertial parameters of the description; a link without inertial parameters counts as
+    /// massless. `None` if no link has inertial parameters.
     pub fn nominal_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
             return None;
@@ -275,7 +275,7 @@ impl Model {
     }
 
     /// Fails if a result file (estimate, motion, plan) was made with another robot or geometry. `differences`: sentences on
-    /// options of its description that differ from the model's options.
+    /// reading options with which the file was made and which differ from the options of this model.
     pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {

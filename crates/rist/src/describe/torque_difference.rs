@@ -3,8 +3,9 @@
 //! ```text
 //! max over states of  |tau_a - tau_b|_inf / |tau_a|_inf
 //! ```
-//! over a few random states. tau_a and tau_b are computed with the inertial parameters of each description; a body without them
-//! counts as 1 kg in the frame of its file. The result shows values that a reader rounded or a writer lost.
+//! over a few random states. tau_a and tau_b are computed with the inertial parameters of each description; a body without
+//! inertial parameters counts as a body of 1 kg in its frame of the file. The result shows values that a reader rounded or a
+//! writer lost.
 
 use expr::Tape;
 use modeling::{Closure, Derivation};

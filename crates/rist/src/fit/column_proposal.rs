@@ -18,15 +18,15 @@ const READ_ROWS: usize = 20_000;
 pub struct ColumnProposal {
     /// The proposed lines of the options, and the signals for which no column was found.
     pub proposal: Proposal,
-    /// What is known of the arm, if one is named.
+    /// Options that follow from the data of the arm, if an arm is named.
     pub arm: DriveProposal,
     /// The headers of the columns of the log.
     pub header: Vec<String>,
 }
 
-/// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived.
-/// `rate`: rows per second, Hz, of a log without a clock; `None`: from the velocities, if the log has them. `arm`: name of a
-/// hobby arm or of its servos, with the form of its positions (`so101:degrees`); its data complete the proposal.
+/// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived. `rate`: rows per second,
+/// Hz, of a log without a clock; `None`: from the velocities, if the log has them. `arm`: name of a hobby arm or of its servos,
+/// with the form of its positions (`so101:degrees`); the data of this arm complete the proposal.
 ///
 /// Fails if the log cannot be read, or if the arm is not known or does not fit the robot.
 pub fn propose_columns(

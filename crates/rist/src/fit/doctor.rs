@@ -34,7 +34,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
     Ok(found)
 }
 
-/// The check of [`examine`] without contact, and the options with which the logs were read.
+/// The check of [`examine`] without the search for contact, and the options with which the logs were read.
 pub(crate) fn examine_columns(
     model: &Model,
     logs: &[LogSource],
@@ -69,7 +69,7 @@ pub(crate) fn examine_columns(
 }
 
 impl DoctorRequest {
-    /// The options for checking logs: those of the request, with its sample rate and drive gains.
+    /// The options for checking logs: the options of the request, including its sample rate and drive gains.
     ///
     /// Fails if a gain names an unknown coordinate.
     pub fn options(&self, model: &Model) -> Result<Options, Error> {
@@ -98,8 +98,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
         let together = log_check.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
         let together = say(&together.collect::<Vec<Change>>());
-        // Missing drive gains get no remedy here: they come from a data sheet, since the description determines them only
-        // roughly.
+        // Missing drive gains get no remedy here: gains are taken from a data sheet, because the description determines them
+        // only roughly.
         let is_said = |f: &&mut Finding| f.instead == number && !f.undo.is_empty() && f.fault != Fault::NoTorque;
         for finding in log_check.findings.iter_mut().filter(is_said) {
             finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
@@ -113,8 +113,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
 /// The remedy if no option can undo a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// Checks logs by `records`, which were made from them with `options`. `gains`: the drive gains by which currents became
-/// torques, if they are known.
+/// Checks logs by their records. `records`: made from the logs with `options`. `gains`: the drive gains by which currents
+/// became torques, if they are known.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],

@@ -20,7 +20,7 @@ pub(crate) fn drive_gains(
     given: &[(String, Gain)],
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
-    // Nothing is estimated if the logs hold torques, if the options give the gains, or if all gains are given.
+    // No gain is estimated if the logs hold torques, if the options give the gains, or if all gains are given.
     let effort = efforts(logs)?;
     if effort == Effort::Torque {
         return match given.first() {
@@ -52,7 +52,7 @@ pub(crate) fn drive_gains(
     }
     // Fails if an estimated gain is not significant, because all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    // An estimated gain has to be positive, unless a negative one is expected.
+    // An estimated gain has to be positive, unless a negative gain is expected.
     let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
     let is_insignificant =
         |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= sign(*k) * found.gain[*k];

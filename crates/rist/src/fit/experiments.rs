@@ -81,7 +81,8 @@ pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method)
 
 static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
 
-/// Registers the function `identify`, or the error text if this build has none. Only the first call has an effect.
+/// Registers the function `identify`, or the error text if this build does not contain the function. Only the first call has an
+/// effect.
 pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
     IN_LOOP.get_or_init(|| identify);
 }
@@ -183,7 +184,7 @@ fn errors_of_bodies(
 /// periodic logs gives less than 0.01, a saturated drive gives 1.
 const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
-/// A sentence on an experiment whose motion does not repeat; `None` if it repeats.
+/// A sentence on an experiment whose motion does not repeat; `None` if the motion repeats.
 fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
     let (joint, scatter) = experiment.scatter()?;
     (scatter > UNLIKE_PERIODS_SCATTER).then(|| {

@@ -37,8 +37,8 @@ const LEAST_SAMPLES: usize = 9;
 const EXPLAINED_JOINT_RESIDUAL: f64 = 0.5;
 /// No other mount is searched if the squared relative residual of the description is below this value.
 const LEAST_UNEXPLAINED_SHARE: f64 = 0.1;
-/// Smallest rotation of gravity that the log check searches, rad. The fit identifies smaller ones, because it does not assume
-/// the described bodies.
+/// Smallest rotation of gravity that the log check searches, rad. Smaller rotations are identified by the fit, which does not
+/// assume the described bodies.
 const SMALLEST_TURN_RAD: f64 = 0.26;
 /// A direction within this angle of an axis of the base is replaced by the axis, rad: bases are usually mounted along an axis.
 const AXIS_TOLERANCE_RAD: f64 = 0.09;
@@ -54,8 +54,8 @@ struct SampledLog {
 }
 
 /// The samples of one joint: its torque, its torque P without gravity, and its torques G by unit gravity along each axis. The
-/// joint's own columns (ddq, dq, sign of dq, 1) are projected out of all of them. All are divided by the norm of the projected
-/// torque.
+/// joint's own columns (ddq, dq, sign of dq, 1) are projected out of these torques. All torques are divided by the norm of the
+/// projected measured torque.
 struct GravityOfJoint {
     torque: DVector<f64>,
     columns: DMatrix<f64>,
@@ -67,12 +67,13 @@ struct Gravity {
     vector: Vector3<f64>,
     left: f64,
     before: f64,
-    /// The joints whose torque this vector explains: both residuals are over these joints.
+    /// The joints whose torque this vector explains. Both residuals are computed over these joints.
     joints: Vec<usize>,
 }
 
-/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the vector of the description
-/// if its residual is not larger, or if [`Tilt`] cannot compute the torques of gravity for the robot.
+/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the vector of the
+/// description if the residual with this vector is not larger, or if [`Tilt`] cannot compute the torques of gravity for the
+/// robot.
 ///
 /// Fails if a record cannot be read.
 pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Vector3<f64>, Error> {
@@ -125,8 +126,8 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
         return Ok(());
     }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
-    // Other explanations are kept together with the mount if their residual is about equal. They are kept alone if their
-    // residual is smaller or if they need fewer faults.
+    // Other explanations are kept together with the mount if their residual is about equal. Other explanations replace the
+    // mount if their residual is smaller or if they need fewer faults.
     let own: Vec<[f64; 2]> = log_check.findings.iter().filter(|f| f.instead == 0).filter_map(|f| f.tried).collect();
     let gross_count = turned.findings.iter().filter(|f| f.fault.is_gross()).count();
     let left = own.iter().map(|tried| tried[1]).reduce(f64::max);
@@ -242,7 +243,8 @@ impl SampledLog {
         let axis = Vector3::ith(nearest, direction[nearest].signum());
         let direction = if direction.angle(&axis) < AXIS_TOLERANCE_RAD { axis } else { direction };
         let vector = direction * described.norm();
-        // Only joints count whose torque is explained by this gravity. Descriptions do not predict the torques of light joints.
+        // Only joints whose torque is explained by this gravity count, because descriptions do not predict the torques of light
+        // joints.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT_RESIDUAL);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();

@@ -32,7 +32,7 @@ impl<'a> LoadedLogs<'a> {
         let gains = options.transmission.drive_gains.as_deref();
         let (log_check, rows, with_rotors) = match records.are_made_anew() {
             false => (log_check_of(model, logs, &records, gains, options)?, None, None),
-            // These records are recomputed on each use. So the rows are computed in the same pass as the log check.
+            // These records are computed again on each use. So the rows are computed in the same pass as the log check.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
                 let look = |records: &SinglePass<SourceRecords<'_>>| log_check_of(model, logs, records, gains, options);

@@ -40,8 +40,8 @@ use identification::estimate::artefact::Estimate;
 
 /// The outcome of an identification.
 pub struct Identification {
-    /// The model of the fit; `None` if it is the given model. It may have rotor inertias, for example, which a URDF cannot
-    /// contain.
+    /// The model of the fit, if it differs from the given model; `None` if it is the given model. The model of the fit may have
+    /// rotor inertias, for example, which a URDF cannot contain.
     pub model: Option<Model>,
     /// Parameter values, intervals, residuals and remarks.
     pub estimate: Estimate,
@@ -49,11 +49,12 @@ pub struct Identification {
     pub decided: Decisions,
     /// The load in the loaded logs; `None` without such logs.
     pub load: Option<Load>,
-    /// The identified bodies; `None` if the request did not ask for physically possible ones.
+    /// The identified bodies; `None` if the request did not ask for physically possible bodies.
     pub bodies: Option<Bodies>,
     /// The log check: whether the logs belong to the description.
     pub log_check: LogCheck,
-    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
+    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if the description has no inertial
+    /// parameters.
     pub described: Option<f64>,
     /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the others.
     pub held_out: Option<f64>,
@@ -67,7 +68,7 @@ pub struct Identification {
     pub faults: Vec<HypothesisTest>,
     /// Whether the residuals have outliers at some times.
     pub has_events: bool,
-    /// Base parameters by the inertial parameters of the description; `None` if it has none.
+    /// Base parameters from the inertial parameters of the description; `None` if the description has no inertial parameters.
     pub described_parameters: Option<Vec<f64>>,
 }
 
@@ -189,7 +190,7 @@ fn identify_kept(
     let (mut log_check, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
     let (gains, map, link) = (decided.gains.as_ref(), model.standard_map(), request.loaded_link.as_deref());
-    // Load and noise are computed before the possible bodies, because these may change the fit.
+    // Load and noise are computed before the physically possible bodies, because these bodies may change the fit.
     let scales = Scales { gains, faults: &faults, log_check: &log_check };
     let of_gains = gains.map(|found| gain_remark(model, logs, &request.gain, found));
     let load = (!loaded.is_empty()).then(|| load(model, &map, link, &fit, loaded, &options, &scales)).transpose()?;
@@ -243,7 +244,7 @@ fn identify_kept(
     })
 }
 
-/// An estimate, with its bodies if physically possible ones were asked for.
+/// An estimate, with physically possible bodies if they were requested.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,
@@ -264,7 +265,7 @@ impl FoundBodies {
     }
 }
 
-/// The estimate with physically possible bodies, if these were asked for. Parameters that the logs do not identify get values
+/// The estimate, with physically possible bodies if they were requested. Parameters that the logs do not identify get values
 /// from the description.
 fn found_bodies(
     model: &Model,
@@ -326,7 +327,7 @@ fn found_bodies(
     })
 }
 
-/// For each coordinate, the index of the standard parameter of its rotor inertia; `None` if the model has none.
+/// For each coordinate, the index of the standard parameter of its rotor inertia; `None` if the model has no such parameter.
 fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
     let robot = &model.robot;
     let of_link = |link: LinkId| {

@@ -1,7 +1,7 @@
 //! Searches the best variant: a model, and the options of its fit.
 //!
 //! Decisions that the request leaves free are tried one after the other. Each candidate proposes a variant, and computes the
-//! error E of the fit without and with it, on segments of the logs that are held out in turn. A variant is kept if
+//! error E of the fit without and with the variant, on segments of the logs that are held out in turn. A variant is kept if
 //!
 //! ```text
 //! E(with) <= limit E(without)
@@ -38,9 +38,9 @@ use crate::fit::loaded_logs::LoadedLogs;
 use crate::fit::undetermined::with_undetermined;
 use crate::request::SamplesRequest;
 
-/// A candidate is kept if the error on held-out data with it, divided by the error without it, is at most this value.
+/// A variant is kept if the error on held-out data with the variant, divided by the error without it, is at most this value.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// Relative errors on held-out data below this value are rounding, so their differences do not count.
+/// Relative errors on held-out data below this value are rounding errors, so differences between such errors do not count.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
 /// Selects which parameters an identification keeps, and whether the bodies must be physically possible.
@@ -80,8 +80,8 @@ pub(crate) enum Evidence {
     Given,
     /// The errors on held-out data without and with the variant; the second has to be at most `limit` times the first.
     Errors { errors: [f64; 2], limit: f64 },
-    /// An unknown of the variant is significant. It is enough that the error on held-out data falls; the two errors are without
-    /// and with the variant.
+    /// An unknown of the variant is significant. The variant is then kept if the error on held-out data falls at all. The two
+    /// errors are without and with the variant.
     Significant([f64; 2]),
 }
 
@@ -133,11 +133,11 @@ pub struct Decisions {
     pub joint_terms: Option<JointTerms>,
     /// The last Gauss-Newton step of each unknown. The values of the unknowns are in the options and the description.
     pub unknowns: Vec<UnknownStep>,
-    /// Whether the parameters are restricted to physically possible bodies although the request does not ask for it.
+    /// Whether the parameters are restricted to physically possible bodies although the request does not require this.
     pub possible_bodies: bool,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
-    /// Corrections that the request did not ask for, with the errors without and with them.
+    /// Corrections that the request did not ask for, with the errors without and with the correction.
     pub mended: Vec<Claim>,
 }
 
@@ -236,7 +236,7 @@ impl<'a> TriedVariant<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        // If the load changed during the log, the outliers are explained by this and not listed.
+        // If the load changed during the log, the change explains the outliers, and they are not listed.
         let has_events = !looked.log_check.has_changed_load()
             && !standing_out(&linear, &looked.records, fitted.fit.point().x)?.is_empty();
         let log_check = std::mem::take(&mut looked.log_check);
@@ -251,12 +251,12 @@ impl<'a> TriedVariant<'a> {
     }
 }
 
-/// Proposes a variant; `None` if there is none to try. Fails if a log cannot be read.
+/// Proposes a variant; `None` if there is no variant to try. Fails if a log cannot be read.
 pub(crate) type VariantProposer = fn(&mut TriedVariant<'_>) -> Result<Option<Proposal>, Error>;
 
 /// The result of a search.
 pub(crate) struct SearchResult<T> {
-    /// The model; `None` if it is the given one.
+    /// The model of the accepted variant; `None` if it is the given model.
     pub model: Option<Model>,
     pub options: Options,
     pub found: Decisions,

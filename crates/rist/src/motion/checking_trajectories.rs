@@ -30,7 +30,7 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// States which derivatives of a trajectory have no bound, because a derivative jumps at points.
+/// The lowest derivative of a trajectory that has no bound, because the derivative below it jumps at points.
 struct Discontinuity {
     /// The lowest derivative without bound. All higher derivatives have no bound either.
     from: LimitKind,
@@ -46,8 +46,8 @@ const PLAN_ROUNDING_SHARE: f64 = 1e-9;
 const LOCKED_TOLERANCE: f64 = 1e-9;
 
 /// Proves the limits of a motion through points from another source, with the given interpolation. If none is given, the
-/// smoothest interpolation that the points allow is used. Limits come from the description and the request; efforts and powers
-/// may reach them fully.
+/// smoothest interpolation that the points allow is used. Limits come from the description and the request. Efforts and powers
+/// may use these limits fully.
 ///
 /// Fails if the file moves an unknown coordinate, or does not give the position of a coordinate; if the points lack derivatives
 /// that the interpolation needs; or if the limits exclude every motion.

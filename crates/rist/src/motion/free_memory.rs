@@ -2,7 +2,7 @@
 //!
 //! A process may use the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the free memory of its
 //! control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these files
-//! first). The free memory changes no result; it only serves to refuse a request that would run out of memory.
+//! first). The free memory changes no result. It is used only to refuse a request that would run out of memory.
 
 use std::path::Path;
 

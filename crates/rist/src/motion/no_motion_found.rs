@@ -24,7 +24,7 @@ const NAMED_VIOLATIONS: usize = 5;
 const ACCEPTED_PAIR_SHARE: f64 = 0.95;
 /// Largest number of coordinates that a remedy may lock.
 const MOST_LOCKED: usize = 2;
-/// Number of starts of the search that tests a remedy. It needs some proven motion, not the best one.
+/// Number of starts of the search that tests a remedy. This search needs any proven motion, not the best motion.
 const TRIAL_STARTS: usize = 2;
 /// Iterations of the search that tests a remedy.
 const TRIAL_ITERATIONS: usize = 10;
@@ -35,7 +35,7 @@ const POSES_SEED: u64 = 41;
 /// The reason why no motion was found, and possible remedies.
 pub(crate) struct Refusal {
     message: String,
-    /// Changed requests that may help. The message prints only their differences from the original.
+    /// Changed requests that may help. The message prints only their differences from the original request.
     candidates: Vec<ExciteRequest>,
 }
 

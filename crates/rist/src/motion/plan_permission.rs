@@ -25,7 +25,8 @@ const PLACES_ON_PATH: std::ops::RangeInclusive<usize> = 5..=60;
 /// Requirements of the description and of the user on torques and distances.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
-    /// Known base parameters of the robot, and these with a possible payload; empty if no base parameters are known.
+    /// Known base parameters of the robot, and known base parameters with a possible payload; empty if no base parameters are
+    /// known.
     parameters: Vec<Vec<f64>>,
     friction: Vec<NominalFriction>,
     /// Largest allowed torque without dry friction, one per coordinate, N m (N); `None` if there is no limit.

@@ -38,8 +38,9 @@ pub struct Planned {
 }
 
 /// CPU time, s, to check the limits of one motion and compute its regression rows, divided by (coordinates x base parameters),
-/// for a rough forecast. Measured on two cores of an AMD EPYC (2026-11-26): 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a
-/// chain of 14 joints; 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds.
+/// for a rough forecast. Measured on two cores of an AMD EPYC (2026-11-26): for a chain of 14 joints, 4.6e-6 with 60
+/// configurations and 5.6e-6 with 20; for a UR5, whose plan takes only seconds, 7.5e-6 with 60 configurations and 9.8e-6 with
+/// 200.
 const S_PER_ROWS: f64 = 5e-6;
 /// CPU time, s, to choose among the motions, divided by (motions x coordinates x base parameters x starts x experiments).
 /// Measured: 4.4e-8 on a chain of 14 joints, less on a UR5.
@@ -88,9 +89,9 @@ fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>)
 /// Largest number of times that a plan is chosen. Each choice omits the experiments whose proof failed before.
 const LARGEST_NUMBER_OF_CHOICES: usize = 10;
 
-/// Chooses the experiments with the largest determinant (or the smallest condition number) of their information. Each keeps the
-/// limits of the description and of the request on torques and bodies, and the limits are proved. `progress`: number of
-/// finished starts, number of all starts, best value.
+/// Chooses the experiments with the largest determinant (or the smallest condition number) of their information. Each
+/// experiment keeps the limits of the description and of the request on torques and bodies, and these limits are proved.
+/// `progress`: number of finished starts, number of all starts, best value.
 ///
 /// Fails if a number of the request or a limit of the description is out of range, if the limits exclude every motion, or if a
 /// requirement of the request cannot be checked. If the user interrupts the search, it returns the best plan found.
@@ -175,8 +176,8 @@ const RISE_S: f64 = 0.3;
 /// Noise (sigma) of a torque sample if the description has no inertial parameters, N m (N).
 const DEFAULT_TORQUE_NOISE: f64 = 0.1;
 
-/// The limits of the motions of a plan, from the description and the user's file; a limit that neither gives is assumed. Also
-/// returns sentences on the assumptions.
+/// The limits of the motions of a plan, from the description and the user's file. If neither gives a limit, the limit is
+/// assumed. Also returns sentences on these assumptions.
 fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
     let mut robot = model.robot.clone();
     let mut quick = Vec::new();

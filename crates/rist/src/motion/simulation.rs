@@ -79,7 +79,8 @@ impl Motions<'_> {
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                // The controller samples one step after the motion ends. At a low rate, this step is long.
+                // The controller takes one more sample after the motion ends. At a low sample rate, this sample is long after
+                // the end.
                 let (rate, seconds) =
                     (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
                 check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
@@ -90,8 +91,8 @@ impl Motions<'_> {
 }
 
 impl SimulateRequest {
-    /// Whether the simulated logs hold torques or currents. If no drive gain is known, they hold torques, since these can be
-    /// identified without gains.
+    /// Whether the simulated logs hold torques or currents. If no drive gain is known, the logs hold torques, because torques
+    /// can be identified without gains.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
@@ -236,7 +237,8 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// Stream of the random numbers of validation motions. It differs from the stream of the noise, so both are independent.
+/// Stream of the random numbers of validation motions. It differs from the stream of the noise, so motions and noise are
+/// independent.
 const VALIDATION_STREAM: u64 = 0x76;
 
 /// A validation motion between random points, at the limits of the joints. Each `number` gives other points.

@@ -39,7 +39,7 @@ pub struct StagedPlay {
 const FRANKA_HZ: f64 = 1000.0;
 /// Largest velocity, acceleration and jerk of x(u) with length 1 and duration 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
 const PATH_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
-/// The duration that the limits allow is multiplied by this factor, as a reserve for rounding.
+/// Factor on the duration that the limits allow, as a reserve for rounding.
 const PATH_DURATION_FACTOR: f64 = 1.001;
 /// Shortest duration of a path to or from the motion, s.
 const SHORTEST_PATH_S: f64 = 1.0;
@@ -118,7 +118,7 @@ fn comments(sentences: &[String]) -> String {
 }
 
 /// The request for checking the paths. Margins come from the motion. Limits of acceleration and jerk come from the motion too,
-/// if neither the description nor the user gives any.
+/// if neither the description nor the user gives such limits.
 fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
     if let Some(margins) = &motion.margins {
@@ -208,7 +208,7 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Appends the motion `then` to `first`. It starts where `first` ends, so its first sample is dropped.
+/// Appends the motion `then` to `first`. The motion `then` starts where `first` ends, so the first sample of `then` is dropped.
 fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();

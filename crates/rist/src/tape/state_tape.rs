@@ -1,5 +1,5 @@
 //! Evaluates a function of a robot's state by a tape (a list of arithmetic operations). If the loops of the robot are closed
-//! numerically, it also solves for the passive joints.
+//! numerically, the passive joints are solved for too.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -4,9 +4,10 @@
 //! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
 //! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
 //!
-//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed links
-//! get zero mass (MuJoCo allows this for a body without a joint). Without an inertial, MuJoCo would compute one from their
-//! shapes. Inertials that the model already has are not read, because they may differ from the description.
+//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed
+//! links get zero mass (MuJoCo allows this for a body without a joint). Without an inertial element, MuJoCo would compute the
+//! mass of these bodies from their shapes. Inertials that the model already has are not read, because they may differ from the
+//! description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -263,7 +264,8 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // The name in the model lacks the hidden characters, so it differs. The message must make them visible.
+        // The name in the model lacks the hidden characters, so the two names differ. The message must make the hidden
+        // characters visible.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -348,7 +350,7 @@ mod tests {
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
     }
 
-    /// Joints at another point of their body, elements without names, and the armature of an actuator.
+    /// The model has joints at another point of their body, elements without names, and the armature of an actuator.
     #[test]
     fn the_model_itself_is_kept_whole() {
         let text = r#"<mujoco><worldbody><body><!-- one --><joint type="hinge" pos="0.1 0 0.2" ref="30" axis="0 1 0"/>

@@ -59,7 +59,7 @@ pub fn write_repaired(
     let read = |text: &str| parse_robot(text, path, options);
     let written = write_repairs(&text, &file, &read(&text)?, &bodies)?;
     let robot = read(&written)?;
-    // What was known before and has no repair stays.
+    // Findings that were known before and have no repair are allowed to remain.
     let is_known =
         |g: &Finding| found.findings.iter().any(|f| !repaired(f) && (f.mistake, &f.fact) == (g.mistake, &g.fact));
     let is_repaired = |name: &String| bodies.iter().any(|body| body.name == *name);
@@ -80,7 +80,7 @@ pub fn write_repaired(
     Ok((written, bodies.iter().map(|body| body.name.clone()).collect()))
 }
 
-/// Largest rounding error of a number that is written and read, as a fraction of the largest of the body.
+/// Largest rounding error of a number that is written and read, as a fraction of the largest number of the body.
 const ROUNDING: f64 = 1e-9;
 
 /// Whether the robot has this body: its ten parameters about the origin of the frame of the file.
@@ -149,8 +149,8 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous friction, Coulomb friction and rotor inertia of every joint. Of an asymmetric friction, the mean of both directions is
-/// taken. `None` if a joint lacks viscous or Coulomb friction.
+/// Viscous friction, Coulomb friction and rotor inertia of every joint. If friction is asymmetric, the mean of both directions
+/// is taken. `None` if a joint lacks viscous or Coulomb friction.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));

@@ -1,9 +1,10 @@
 //! Writes identified inertials into the URDF of a robot; all other bytes (comments, order, spacing) stay as they are.
 //!
-//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link frame).
-//! In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically impossible,
-//! it gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the centre of mass, here
-//! with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'). c: centre of mass; m: mass; 1: identity matrix.
+//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link
+//! frame). In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically
+//! impossible, the moving link gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about
+//! the centre of mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'). c: centre of mass; m: mass; 1:
+//! identity matrix.
 
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};

@@ -27,8 +27,8 @@ pub(crate) fn random_zero(
     f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
 }
 
-/// Solves the linear equations with rows [a_1 .. a_n b], a x = b, for the leftmost entries of x that they determine; the other
-/// entries are given. `None` if the equations contradict each other.
+/// Solves the linear equations with rows [a_1 .. a_n b], a x = b. The leftmost entries of x that the equations determine are
+/// solved for; the other entries are given. `None` if the equations contradict each other.
 fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
     let n = x.len();
     let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();

@@ -57,8 +57,8 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// Does what [`RobotSurroundings::new`] does. If `assumes_floor` is set and no file gives a floor, the floor is the plane
-    /// of the base.
+    /// The same as [`RobotSurroundings::new`], with one addition: if `assumes_floor` is set and no file gives a floor, the
+    /// floor is the plane of the base.
     pub(crate) fn on_floor(
         model: &Model,
         user: &SpaceLimits,
@@ -199,7 +199,8 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user's limits `user` contain the requirement `matter`. It is called for requirements that no gap covers.
+/// Whether the user's limits `user` contain the requirement `matter`. The function is called for requirements that no gap
+/// covers.
 fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
         LeftOutTopic::Distance => user.distance.is_some(),

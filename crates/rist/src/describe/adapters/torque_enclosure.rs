@@ -47,7 +47,8 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         let nodes = self.function.graph().nodes();
         let mut values = vec![Jet::constant(Interval::ZERO); nodes.len()];
         let constants = self.values.iter().map(|x| Jet::constant(Interval::point(*x)));
-        // Values of the inputs in their order: q, dq, ddq, then the standard parameters, which are intervals of width zero.
+        // Values of the inputs in the order of the function: q, dq, ddq, then the standard parameters. The standard parameters
+        // are intervals of width zero.
         let given = q.iter().chain(dq).chain(ddq).copied().chain(constants);
         for (e, jet) in self.function.inputs.iter().flat_map(|i| &i.entries).zip(given) {
             values[e.node()] = jet;

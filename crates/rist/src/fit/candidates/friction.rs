@@ -75,7 +75,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
     let found = found_joint_terms(model, logs, load, &speed, &mut options, fit.of_rows())?;
     let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
-    // A log fault has one parameter, the friction terms have several. So the logarithm of the error ratio must be twice as
+    // A log fault has one parameter, but the friction terms have several. So the logarithm of the error ratio must be twice as
     // large for the terms as for any fault.
     let of_faults = faults.iter().filter_map(HypothesisTest::gain).fold(1.0, f64::min);
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
@@ -126,7 +126,7 @@ struct Predicted {
     load: Vec<f64>,
     /// The largest speed of each joint, rad/s or m/s.
     speed: Vec<f64>,
-    /// All parameters of this fit.
+    /// All parameters of the fit without load-dependent friction.
     x: Vec<f64>,
     robust: Option<Robust>,
 }

@@ -1,5 +1,5 @@
-//! Adds rotor inertias that a description does not give. They are kept if they lower the error on held-out data, or if one of
-//! them is significant.
+//! Adds rotor inertias that a description does not give. The rotor inertias are kept if they lower the error on held-out data,
+//! or if one of them is significant.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;
