@@ -1,8 +1,8 @@
 //! Estimates the time and memory that the derivation of a robot needs, before it starts.
 //!
-//! Numbers: n of coordinates; p of standard parameters; E of non-zero entries of the regressor (the parameters of a link have
-//! entries in the row of each coordinate that moves the link); S = 3 p/n + 8 of states for the numeric rank; m_b of passive
-//! coordinates that are solved together in block b; L of loops. Then the work is
+//! n: number of coordinates; p: number of standard parameters; E: number of non-zero entries of the regressor (the parameters
+//! of a link have entries in the row of each coordinate that moves the link); S = 3 p/n + 8: number of states for the numeric
+//! rank; m_b: number of passive coordinates that are solved together in block b; L: number of loops. Then the work is
 //!
 //! ```text
 //! time    17 us E + 0.4 ns p^3 + S T sum_b (1 us m_b + 1 ns m_b^3) + 0.5 ms L^3

@@ -24,7 +24,7 @@ pub struct CrossTalk {
 
 /// Number of motion columns of a joint k: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
-/// Singular values below this are treated as zero. The matrix contains the products of the columns, scaled to unit norm.
+/// Singular values below this value are treated as zero. The matrix contains the products of the columns, scaled to unit norm.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
 /// Sums from which cross talk is computed: products of the motion columns (ddq_k, dq_k, direction) of each joint k with one

@@ -71,7 +71,7 @@ pub fn estimate_drive_gains(
 const WEIGHING_ROUNDS: usize = 3;
 
 /// The discount of an expected gain is not updated if the ratio (information of the data / information of the expected value)
-/// is below this, because rounding would dominate.
+/// is below this value, because rounding would dominate.
 const LEAST_INFORMATION_RATIO: f64 = 1e-6;
 
 /// Computes the discount s of each expected gain: the number of correlated equations that count as one. It is 1 for other

@@ -35,11 +35,11 @@ const SMALLEST_TORQUE_SHARE: f64 = 0.002;
 /// A spring is not reported if it explains a smaller share of the torque than this. Its stiffness has no lower limit.
 const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Zero offsets and tilts of the base below this are calibration errors and are not reported, rad.
+/// Zero offsets and tilts of the base below this value are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
+/// Scale errors of a torque below this value are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
-/// A zero offset or a tilt counts as not detectable if its detection limit is at least this, rad (45 degrees).
+/// A zero offset or a tilt counts as not detectable if its detection limit is at least this value, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// A scale error counts as not detectable if its detection limit is at least this (0.5: 50 %).
 const USELESS_SCALE: f64 = 0.5;

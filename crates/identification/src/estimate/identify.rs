@@ -207,7 +207,7 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
 /// Robots with a complete model of the transmission stay below 0.25; a TX40 whose model lacks the coupling of the wrist has
 /// 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
-/// Cross talk is not reported if the residual of the joint, relative to its torque, is below this.
+/// Cross talk is not reported if the residual of the joint, relative to its torque, is below this value.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
 /// Sentences on joints with cross talk: the motion of another joint explains much of their residual. `talk`: one entry per

@@ -30,7 +30,7 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
-/// A term is added only if it multiplies the error E of cross-validation by less than this.
+/// A term is added only if it multiplies the error E of cross-validation by less than this value.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
 /// A Stribeck candidate decays over one of these shares of the joint's largest speed.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];

@@ -17,10 +17,11 @@ const SHORT_RANGE_M: f64 = 0.05;
 /// prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
-/// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this.
+/// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this value.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// A remark names a parameter of a direction (combination of parameters) if its entry exceeds this; the largest entry is 1.
+/// A remark names a parameter of a direction (combination of parameters) if its entry exceeds this value; the largest entry is
+/// 1.
 const SMALLEST_NAMED_ENTRY: f64 = 0.05;
 /// Largest number of parameters that a sentence names for a direction.
 const MAX_NAMED_MEMBERS: usize = 6;

@@ -390,7 +390,7 @@ pub fn claim_line(claim: &Claim) -> String {
     }
 }
 
-/// The table of uses names the worst joint if the relative error of its torque exceeds this.
+/// The table of uses names the worst joint if the relative error of its torque exceeds this value.
 const NAMED_JOINT_ERROR: f64 = 0.02;
 
 impl fmt::Display for Verdict {

@@ -45,7 +45,7 @@ const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
 /// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
-/// objective is below this.
+/// objective is below this value.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
 /// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
@@ -297,7 +297,7 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Following the central path fails if the factor between two successive values of gamma falls below this.
+/// Following the central path fails if the factor between two successive values of gamma falls below this value.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
 /// If a decrease of gamma needs fewer Newton steps than this, the factor between successive values of gamma grows again.

@@ -49,9 +49,9 @@ const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
 /// k in S_g = (A - k A_g)^-1 W_g' e_g (see the module) if the clusters g are bands of speed or position, or logs.
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
-/// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this. Then their mean
-/// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and
-/// play at least 0.5.
+/// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this value. Then
+/// their mean is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
+/// ripple and play at least 0.5.
 const EQUAL_OCTAVES: f64 = 0.5;
 /// Two variances are different if the median |log2(ratio)| is at least this value. Then the larger variance is used. Between
 /// `EQUAL_OCTAVES` and this value, the result is interpolated.

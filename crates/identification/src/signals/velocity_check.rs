@@ -13,7 +13,7 @@ const LEAST_SPAN_SAMPLES: usize = 5;
 /// distance.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
-/// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).
+/// A joint is not checked if its largest change of position over a span is smaller than this value, rad (m).
 const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
 /// Slopes of the fit in this range can be explained by noise, and are accepted.

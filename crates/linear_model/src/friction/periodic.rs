@@ -7,8 +7,8 @@
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
 //! The viscous columns are max(v, 0) and min(v, 0), smoothed in the same manner: v+ = w/2 ln(1 + exp(2 v/w)) and v- = v - v+.
-//! If the controller makes the joint chatter at rest, w must be large: the sign of the velocity alternates at rest, and the
-//! mean of the sign over the periods changes smoothly.
+//! If the controller makes the joint chatter at rest, w is large: the sign of the velocity alternates at rest, and the mean of
+//! this sign over the periods changes smoothly with the velocity.
 //!
 //! Without the mean over the cell, the sign at the samples would shift every reversal by up to half a sample. Coulomb friction
 //! would then have the phase of the acceleration. The mean over the cell has no such shift, and the recorded torque is also a

@@ -50,8 +50,8 @@ fn into_urdf(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String,
     Ok(edits.apply())
 }
 
-/// A body that is given by principal moments is written with principal moments. Other inertias are written in the axes of the
-/// body, because `fullinertia` has no orientation.
+/// If an `<inertial>` has principal moments (`diaginertia`) and the body is not moved, it keeps principal moments. Other
+/// inertias are written in the axes of the body, because `fullinertia` has no orientation.
 fn into_mjcf(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String, Error> {
     let document = parsed(text, file)?;
     let mut edits = Edits::of(text);

@@ -10,14 +10,14 @@ use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agrees, cannot_tell, contradicted};
 
-/// The model lacks an effect if chi^2 per degree of freedom exceeds this. An exact model has 1.5 to 2.0 in simulation; 2 % of
-/// torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
+/// The model lacks an effect if chi^2 per degree of freedom exceeds this value. An exact model has 1.5 to 2.0 in simulation; 2
+/// % of torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
 /// Largest chi^2 per degree of freedom that noise alone gives. It exceeds 1, because the response of a controller to its
 /// encoder partly repeats in each period.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
-/// The residual lowers the trust if |tau - W X| / |tau| exceeds this.
+/// The residual lowers the trust if |tau - W X| / |tau| exceeds this value.
 const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
 
 /// Above this condition number (columns scaled), model errors dominate the weakest combination of parameters. Correct estimates

@@ -45,7 +45,7 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }
 
-/// A joint stands still if its range of positions, rad (m), is below this. Rounding errors alone can cause such a range.
+/// A joint stands still if its range of positions, rad (m), is below this value. Rounding errors alone can cause such a range.
 const STANDSTILL_RANGE: f64 = 1e-9;
 
 /// Splits the joints by `holds`: names of the joints for which it is true, then names of the other joints.
@@ -115,7 +115,7 @@ pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     })
 }
 
-/// Common factors of all torques below this are not reported, because errors of nominal masses explain them.
+/// Common factors of all torques below this value are not reported, because errors of nominal masses explain them.
 const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// Significance level of a common factor: the probability that the mean of slopes with the true mean 1 is this far from 1 by
 /// chance.

@@ -111,7 +111,7 @@ impl HypothesisTest {
 
 /// A fault is significant if its size exceeds this many standard deviations.
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
-/// A fault is found only if it multiplies the error of cross-validation by less than this.
+/// A fault is found only if it multiplies the error of cross-validation by less than this value.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;

@@ -17,7 +17,7 @@ use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::*;
 use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, Use};
 
-/// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this.
+/// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this value.
 const USELESS_TORQUE_ERROR: f64 = 0.5;
 /// Largest accepted torque error of one joint, relative to its torque in the use or in the logs, whichever is larger. Errors
 /// below the rms residual of the joint are always accepted. This limit is larger than the limit for the whole robot

@@ -43,7 +43,7 @@ const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out 
 /// than this factor.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
-/// Slopes of joints count as equal if their relative distance from the median is below this.
+/// Slopes of joints count as equal if their relative distance from the median is below this value.
 const EQUAL_SLOPES_TOLERANCE: f64 = 0.15;
 
 /// A scale of the torques counts as a power of ten if its decimal logarithm is within this distance of an integer.
@@ -393,8 +393,8 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
 }
 
 /// The finding "another robot" uses only joints for which the ratio squared nominal torque / squared measured torque exceeds
-/// this.
+/// this value.
 const HEAVY_JOINT_SHARE: f64 = 0.2;
 
-/// The torque of a joint counts as noise if |residual| / |torque| of a fit of this joint alone exceeds this.
+/// The torque of a joint counts as noise if |residual| / |torque| of a fit of this joint alone exceeds this value.
 const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

@@ -35,14 +35,14 @@ use crate::rows::observation::Observation;
 const FITTED_SAMPLES: usize = 1000;
 /// Number of blocks of the record. Cross-validation leaves out two blocks at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
-/// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this.
+/// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this value.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
-/// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this. The limit is
-/// stricter than for other faults: if the log has another fault, some wrong scale also reduces the error.
+/// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this value. The limit
+/// is stricter than for other faults: if the log has another fault, some wrong scale also reduces the error.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
-/// Half width of the search interval of ln(scale). The scale from the nominal bodies, where the search starts, is wrong by a
-/// factor of at most 1.5.
+/// Half width of the search interval of ln(scale). The interval is centred at the scale found with nominal bodies, which is
+/// right within a factor of 1.5.
 const LOG_SCALE_RANGE: f64 = 0.4;
 /// The search for a scale ends when the interval of ln(scale) is shorter than this value.
 const LOG_SCALE_TOLERANCE: f64 = 0.01;

@@ -54,7 +54,7 @@ pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Optio
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
 }
 
-/// A zero offset is reported if it multiplies the relative error of the description by less than this.
+/// A zero offset is reported if it multiplies the relative error of the description by less than this value.
 const TURNED_ERROR_RATIO: f64 = 0.4;
 /// Smallest zero offset that is reported, rad. The zeros of encoders are accurate to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;

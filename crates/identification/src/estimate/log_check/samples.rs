@@ -20,9 +20,9 @@ const MIN_KEPT_SAMPLES: usize = 512;
 /// The lag of a velocity is not estimated if the rms velocity of the joint is below this share of the largest rms velocity of
 /// all joints.
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
-/// A velocity column counts as the derivative of the position if their squared correlation exceeds this.
+/// A velocity column counts as the derivative of the position if their squared correlation exceeds this value.
 const SAME_VELOCITY_CORRELATION: f64 = 0.9;
-/// An acceleration column counts as the derivative of the velocity if their squared correlation exceeds this.
+/// An acceleration column counts as the derivative of the velocity if their squared correlation exceeds this value.
 const SAME_ACCELERATION_CORRELATION: f64 = 0.25;
 /// Plausible range of the ratio (rms of an acceleration column / rms of the derivative of the velocity).
 pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
@@ -31,7 +31,7 @@ pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 /// periods of the cut-off), with ten rows per period.
 const CORRELATED_NOISE_ROWS: f64 = 6.4;
 
-/// A motion is short if the number of periods (there and back) is below this.
+/// A motion is short if the number of periods (there and back) is below this value.
 const FEW_PERIODS: f64 = 1.5;
 
 /// The data of a log check, collected in one pass over the records.

@@ -80,7 +80,7 @@ pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
-/// Exchanges are tried for joints whose numbers differ by at most this, if the robot has more joints than
+/// Exchanges are tried for joints whose numbers differ by at most this value, if the robot has more joints than
 /// [`MAX_JOINTS_FOR_ALL_PAIRS`].
 const NEAR_PAIR_DISTANCE: usize = 3;
 /// Largest number of joints for which exchanges of all pairs are tried.

@@ -21,7 +21,7 @@ const MIN_PERIODS: f64 = 0.75;
 /// A velocity is the derivative of a position if their squared correlation exceeds this value. A measured velocity and the
 /// position of the same joint reach at least 0.97.
 const DERIVATIVE_CORRELATION: f64 = 0.8;
-/// A velocity is not the derivative of a position if their squared correlation is at most this.
+/// A velocity is not the derivative of a position if their squared correlation is at most this value.
 const NO_DERIVATIVE_CORRELATION: f64 = 0.5;
 
 /// Torques below this value cannot be measurements of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6 N

@@ -12,12 +12,12 @@ use crate::estimate::log_check::search::MAX_MISTAKES;
 /// Number of repeated checks: one with the found faults undone, and two for faults that these checks reveal.
 const REPEATED_CHECKS: usize = 3;
 
-/// A joint is wrong if its squared relative residual with the description exceeds this. The slope (measured / nominal torque)
-/// is limited to `PLAUSIBLE_SLOPES`.
+/// A joint is wrong if its squared relative residual with the description exceeds this value. The slope (measured / nominal
+/// torque) is limited to `PLAUSIBLE_SLOPES`.
 const WRONG_JOINT_MISFIT: f64 = 0.5;
 
-/// A log belongs to another robot if the squared relative residual of the description, as a mean over the joints, exceeds
-/// this.
+/// A log belongs to another robot if the squared relative residual of the description, as a mean over the joints, exceeds this
+/// value.
 pub(super) const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
 /// Remedy if the log belongs to another robot.
 pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of columns mends it: look for another model, another \
@@ -26,7 +26,7 @@ pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of 
 /// Plausible range of the slope (measured / nominal torque) of a joint: nominal bodies may be wrong by a factor of two.
 const PLAUSIBLE_SLOPES: (f64, f64) = (0.5, 2.0);
 
-/// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this.
+/// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this value.
 pub const AS_WELL_RATIO: f64 = 1.5;
 
 /// Tries the findings of the log check `first`, and returns the check with the confirmed findings. `again`: checks the log with

@@ -64,7 +64,7 @@ impl Replicates {
     /// Standard deviations at the solution `found`: first of the parameters, then of the logarithms of the unknown gains.
     ///
     /// `discounts`: for each joint, the number of correlated equations that count as one independent equation. The row of an
-    /// expected gain is independent of other rows, so this row is multiplied by the number of its joint.
+    /// expected gain is independent of other rows, so this row is multiplied by the discount of its joint.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();

@@ -89,7 +89,7 @@ impl RobotSurroundings {
         Ok(RobotSurroundings { clearance, gaps, left_out })
     }
 
-    /// A note that lists the meshes that are cut into convex pieces; `None` if there are none.
+    /// A note that lists the meshes that are cut into convex pieces; `None` if no mesh is cut.
     pub(crate) fn note(&self) -> Option<String> {
         let of = |(link, shapes): &(String, usize)| format!("{link} into {shapes}");
         let all: Vec<String> = self.clearance.cut_bodies().iter().map(of).collect();
