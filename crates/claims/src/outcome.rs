@@ -35,7 +35,7 @@ pub enum Outcome {
     CannotTell {
         /// The reason, as a clause: `these joints carry too little gravity`.
         why: String,
-        /// Data that would decide it, as a noun: `a log in which the shoulder moves`.
+        /// Data that would decide whether the statement holds, as a noun: `a log in which the shoulder moves`.
         would_tell: String,
     },
     /// The statement was not checked.

@@ -38,12 +38,13 @@ impl Need {
         Need { subject, kind: NeedKind::AtLeast(standing) }
     }
 
-    /// All claims about `subject` count. Without claims about it, the level of the purpose is not lowered.
+    /// All claims about `subject` count. Without claims about `subject`, the level of the purpose is not lowered.
     pub fn where_claimed(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::WhereTold }
     }
 
-    /// Only a contradicted claim about `subject` counts. An undecided claim about it does not lower the level of the purpose.
+    /// Only a contradicted claim about `subject` counts. An undecided claim about `subject` does not lower the level of the
+    /// purpose.
     pub fn uncontradicted(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::Uncontradicted }
     }
@@ -87,7 +88,8 @@ impl Need {
     }
 }
 
-/// A purpose of the user with its needs. It has at least one need, because a purpose without needs would always be proven.
+/// A purpose of the user with its needs. A purpose has at least one need, because a purpose without needs would always be
+/// proven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Purpose {
     /// The printed name: `gravity compensation`.

@@ -1,4 +1,4 @@
-//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from it.
+//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from this level.
 
 use serde::Serialize;
 

@@ -1,5 +1,5 @@
-//! Handles Ctrl-C. The first one ends a search with its best result, the second ends the program. A file that is being written
-//! is completed first.
+//! Handles Ctrl-C. The first Ctrl-C ends a search with the best result of the search; the second Ctrl-C ends the program. A
+//! file that is being written is completed first.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -48,7 +48,7 @@ static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     Ending { at_once, asked }
 });
 
-/// Runs work that Ctrl-C and SIGTERM do not interrupt. If such a signal comes during the work, the program ends after it.
+/// Runs work that Ctrl-C and SIGTERM do not interrupt. If such a signal comes during the work, the program ends after the work.
 pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     ENDING.at_once.store(false, Ordering::SeqCst);
     let outcome = work();

@@ -30,8 +30,8 @@ const WINGS: [(&str, &[&str], bool, &str); 6] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
-/// Registers the wings. This must happen before a text is printed or a file is read. The program does this itself; the package
-/// for Python does it when it is loaded.
+/// Registers the wings. Wings must be registered before a text is printed or a file is read. The program registers them at its
+/// start, and the package for Python registers them when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
         #[cfg(feature = "calibration")]

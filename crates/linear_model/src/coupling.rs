@@ -50,8 +50,8 @@ impl Coupling {
         Coupling { of: Coupled::Motor(motor), joints }
     }
 
-    /// Speed dw/dt = sum_k c_k dq_k of the motor or element. With positions instead of speeds it gives w, and with accelerations
-    /// d2w/dt2.
+    /// Speed dw/dt = sum_k c_k dq_k of the motor or element. With positions instead of speeds, the result is w; with
+    /// accelerations, d2w/dt2.
     #[inline]
     pub fn speed(&self, dq: impl Fn(usize) -> f64) -> f64 {
         self.joints.iter().map(|&(k, c)| c * dq(k)).sum::<f64>()

@@ -115,7 +115,7 @@ impl<'a> Model<'a> {
         still(1.0).iter().zip(still(0.0)).map(|(with, without): (&f64, f64)| (with - without).abs()).collect()
     }
 
-    /// Calls `take(r, rows)` for each sample r of `range`. `rows`: its n rows of W, n x p, row by row.
+    /// Calls `take(r, rows)` for each sample r of `range`. `rows`: the n rows of W for this sample, n x p, row by row.
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
@@ -139,7 +139,7 @@ impl<'a> Model<'a> {
     }
 
     /// Writes the n rows of W for sample r into `w` (n x p). `y`: base regressor at this sample; `filtered`: for each friction
-    /// term, its filtered columns, or `None` if its columns are computed from the sample.
+    /// term, the filtered columns, or `None` if the columns of the term are computed from the sample.
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());

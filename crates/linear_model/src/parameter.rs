@@ -53,7 +53,7 @@ impl ParameterId {
         ParameterId::DriveGain(Label::of_coordinate(coordinate))
     }
 
-    /// The SI unit of the parameter. `is_prismatic`: whether its joint is prismatic.
+    /// The SI unit of the parameter. `is_prismatic`: whether the joint of the parameter is prismatic.
     pub fn unit(&self, is_prismatic: bool) -> Unit {
         match self {
             ParameterId::Base(name) => match name.inertial {
@@ -223,7 +223,7 @@ pub enum FrictionParameter {
     LoadForward,
     /// FLN: growth of Coulomb friction per unit of load torque for dq < 0.
     LoadBackward,
-    /// IA: rotor inertia, for regressors that do not contain it.
+    /// IA: rotor inertia, for regressors that do not contain rotor inertias.
     Rotor,
     /// FVA: half of the difference between viscous friction forward and backward.
     ViscousAsymmetry,
@@ -265,14 +265,15 @@ impl FrictionParameter {
         Self::ALL[self as usize].2
     }
 
-    /// Whether it is a friction parameter beyond the standard ones (viscous friction, Coulomb friction, offset) and rotor
-    /// inertia.
+    /// Whether the parameter is a friction parameter, but neither standard friction (viscous friction, Coulomb friction,
+    /// offset) nor rotor inertia.
     pub fn is_other_friction(self) -> bool {
         let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
         !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
-    /// Whether it is a viscous friction coefficient. If it were negative, friction would drive the joint instead of braking it.
+    /// Whether the parameter is a viscous friction coefficient. If such a coefficient were negative, friction would drive the
+    /// joint instead of braking it.
     pub fn is_viscous(self) -> bool {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }

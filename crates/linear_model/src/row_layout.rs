@@ -59,7 +59,7 @@ impl RowLayout {
             let first = p + columns_before(friction, j);
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
-        // A coupling has the same columns in the row of each of its joints.
+        // A coupling has the same columns in the rows of all joints on which it acts.
         let mut of_couplings = Vec::new();
         let mut first = p + columns_before(friction, n);
         for coupling in couplings {

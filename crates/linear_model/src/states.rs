@@ -45,7 +45,7 @@ pub struct States {
     pub effort_cutoff: f64,
     /// Time between samples, s.
     pub period: f64,
-    /// For each coordinate, the frequency below which 95 % of the energy of its velocity lies, Hz.
+    /// For each coordinate, the frequency below which 95 % of the energy of the velocity lies, Hz.
     pub f95: Vec<f64>,
 }
 

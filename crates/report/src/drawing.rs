@@ -124,8 +124,8 @@ fn up(robot: &Robot) -> [f64; 3] {
     if norm > 0.0 && norm.is_finite() { g.map(|x| rounded(-x / norm)) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Variable k with the range of its slider (a default if the file gives none). Its initial value is zero if the range contains
-/// zero, otherwise the middle of the range.
+/// Variable k with the range of its slider (a default if the file gives none). The initial value of the variable is zero if the
+/// range contains zero, otherwise the middle of the range.
 fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
     let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
@@ -149,7 +149,8 @@ fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     }
 }
 
-/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot. 0.5 if it has no lengths.
+/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot; 0.5 if the robot has no
+/// lengths.
 fn slider_stroke(robot: &Robot) -> f64 {
     let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
     let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();

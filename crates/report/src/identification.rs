@@ -75,7 +75,8 @@ struct IdentificationContext {
     name: String,
     title: String,
     kind: &'static str,
-    /// For each time axis: its name, and its lines as JSON, escaped so that it cannot end the script element of the page.
+    /// For each time axis: its name, and its lines as JSON. The JSON is escaped so that it cannot end the script element of the
+    /// page.
     times: Vec<(&'static str, String)>,
     /// The drawing of the robot as HTML, and the name of the time axis by which it moves.
     drawing: Option<(String, &'static str)>,
@@ -94,7 +95,7 @@ struct PlotPart {
     joints: Vec<JointSection>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
-    /// Number of samples per time span of the drawn lines; `None` if it is one.
+    /// Number of samples per time span of the drawn lines; `None` if each span is a single sample.
     thinned: Option<usize>,
     used: Vec<Used>,
     map: Option<MapPart>,
@@ -252,7 +253,8 @@ impl Page<'_> {
     }
 
     /// The drawing of the robot, and the name of the time axis by which it moves: the logs, or else the exciting motion. `None`
-    /// for a robot with numerically solved loops, because only the page of the robot itself has the script that closes them.
+    /// for a robot with numerically solved loops, because only the page of the robot itself has the script that closes such
+    /// loops.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
         let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;

@@ -24,7 +24,7 @@ use rist::output::check_given_once;
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
-    // Fails if a flag is given without the flag that it belongs to.
+    // Fails if a flag is given without another flag that it needs.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
@@ -199,7 +199,7 @@ impl Opened<'_> {
     }
 }
 
-/// Fails if the flag `name` is given without the flag `of`, to which it belongs.
+/// Fails if the flag `name` is given without the flag `of`, which it needs.
 fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     let is_given = |wanted: &str| given.names().any(|name| name == wanted);
     match is_given(name) && !is_given(of) {

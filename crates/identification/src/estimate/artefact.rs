@@ -89,8 +89,8 @@ pub struct Estimate {
     /// requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Result of comparing the checksum in the file with the text of the file. It shows whether the file was changed after
-    /// rist wrote it.
+    /// Result of comparing the checksum in the file with the text of the file. The result shows whether the file was changed
+    /// after rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
     /// Number of parameters. It is the last line of the file, so a file without this line was cut short. `None` in memory.
@@ -104,9 +104,9 @@ impl Estimate {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Inflates the standard deviation of each parameter c (its index) by a possible change of its value: sigma becomes
-    /// sqrt(sigma^2 + shift(c)^2). `shift(c)`: the change, in the unit of the parameter. Row and column c of the covariance are
-    /// multiplied by (new sigma / old sigma), so correlations do not change.
+    /// Inflates the standard deviation of each parameter by a possible change of the parameter: sigma becomes sqrt(sigma^2 +
+    /// shift(c)^2). c: index of the parameter; `shift(c)`: the change, in the unit of the parameter. Row and column c of the
+    /// covariance are multiplied by (new sigma / old sigma), so correlations do not change.
     pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
@@ -119,7 +119,7 @@ impl Estimate {
         }
     }
 
-    /// The identified value of a parameter; `None` if it is not identifiable or not part of the estimate.
+    /// The identified value of a parameter; `None` if the parameter is not identifiable or not part of the estimate.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
@@ -133,8 +133,8 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The value of a parameter to use in torque predictions, also if it is not identifiable; `None` if it is not in the
-    /// estimate.
+    /// The value of a parameter to use in torque predictions, also if the parameter is not identifiable; `None` if the
+    /// parameter is not in the estimate.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
@@ -219,7 +219,7 @@ const MOST_DECIMALS: f64 = 9.0;
 const SIGMA_DIGITS: f64 = 2.0;
 /// Significant digits of a printed value without sigma.
 const DIGITS_WITHOUT_SIGMA: f64 = 3.0;
-/// Largest number of significant digits of a printed value, unless its sigma needs more.
+/// Largest number of significant digits of a printed value, unless the sigma of the value needs more.
 const MOST_VALUE_DIGITS: f64 = 6.0;
 
 impl fmt::Display for Estimate {

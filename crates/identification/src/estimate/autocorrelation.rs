@@ -109,8 +109,8 @@ impl Autocorrelation {
             .collect()
     }
 
-    /// Autocorrelation time of the residual of joint j, s: the area below its autocorrelation up to the first zero or the
-    /// last lag, by the trapezoidal rule. `None` without a residual.
+    /// Autocorrelation time of the residual of joint j, s: the area below the autocorrelation up to its first zero or the last
+    /// lag, by the trapezoidal rule. `None` without a residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {

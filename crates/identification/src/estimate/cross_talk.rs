@@ -33,7 +33,7 @@ const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 pub struct CrossTalkSums {
     n: usize,
     /// Entry k: products of the three columns of joint k, summed over the samples in which all joints are used with weight 1.
-    /// Most samples are of this kind, and their sum is the same for every residual.
+    /// Most samples are of this kind, and the sum over these samples is the same for every residual.
     motions: Vec<Matrix3<f64>>,
     /// Entry j n + k: products of the three columns of joint k, summed over the rows of joint j in the samples that are not
     /// in `motions`.
@@ -54,7 +54,7 @@ impl CrossTalkSums {
         CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n], robust }
     }
 
-    /// For each joint, the other joint whose motion explains most of its residual; empty for a single joint.
+    /// For each joint, the other joint whose motion explains the largest part of the residual; empty for a single joint.
     pub(crate) fn cross_talk(&self) -> Vec<CrossTalk> {
         let n = self.n;
         let share = |j: usize, k: usize| {

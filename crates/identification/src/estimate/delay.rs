@@ -62,7 +62,7 @@ impl Records for AwayFromReversals<'_> {
     }
 }
 
-/// Marks the rows of a joint as not used if they are within 1 / f_c of a reversal, that is, of a change of sign of its
+/// Marks the rows of a joint as not used if they are within 1 / f_c of a reversal, that is, of a change of sign of the joint's
 /// velocity (f_c: cut-off of the low-pass, Hz).
 fn leave_out_reversals(states: &mut States, joint: usize) {
     let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
@@ -94,7 +94,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The cut-off follows from the motion, which the delay of the torques does not change. So it is computed once.
+            // The cut-off follows from the motion, which the delay of the torques does not change. So the cut-off is computed
+            // once.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);
@@ -210,7 +211,7 @@ mod tests {
                 let free = tau - 9.81 * (mx * q.cos() - my * q.sin()) - viscous * v;
                 let dry = if v == 0.0 { free.clamp(-coulomb, coulomb) } else { coulomb * v.signum() };
                 let next = v + h / f64::from(parts) * (free - dry) / zz;
-                // The pendulum stops when its velocity changes sign; the next step decides whether it sticks.
+                // The pendulum stops when the velocity changes sign. The next step decides whether the pendulum sticks.
                 v = if v * next < 0.0 { 0.0 } else { next };
                 q += h / f64::from(parts) * v;
             }

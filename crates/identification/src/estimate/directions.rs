@@ -15,8 +15,8 @@ use crate::estimate::identified::INTERVAL;
 
 /// Largest number of directions that an estimate contains.
 const MAX_KEPT_DIRECTIONS: usize = 6;
-/// A parameter is named for a direction only if its entry is at least this share of the largest entry (columns scaled to unit
-/// norm).
+/// A parameter is named for a direction only if its entry in the direction is at least this share of the largest entry (columns
+/// scaled to unit norm).
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
@@ -84,7 +84,7 @@ pub fn directions(
             open: order.iter().take(DECISIVE_MEMBERS).all(open),
         }
     };
-    // Directions of zero columns are skipped, because remarks report their parameters as not identifiable.
+    // Directions of zero columns are skipped, because remarks report the parameters of these columns as not identifiable.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
@@ -127,8 +127,8 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that stays near one angle determines only one combination of its first moments MX1 and MY1, so they are not
-    /// separable.
+    /// A pendulum that stays near one angle determines only one combination of the first moments MX1 and MY1, so these two are
+    /// not separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

@@ -154,7 +154,8 @@ mod tests {
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
 
-    /// With hardly any data the estimated gain equals the expected value. With good data it equals the gain of the data.
+    /// With hardly any data, the estimated gain equals the expected value. With good data, the estimated gain equals the gain
+    /// of the data.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];

@@ -21,7 +21,7 @@ use crate::rows::observation::weighted;
 /// 95 % quantile of chi^2 with one degree of freedom (one eliminated parameter).
 const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
-/// Reduces a fit to its essential parameters. The eliminated ones get the value zero and keep their standard deviations.
+/// Reduces a fit to its essential parameters. The eliminated parameters get the value zero and keep their standard deviations.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
@@ -96,7 +96,8 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // The factor 1.001 allows for the variance of the residual: with fewer parameters it has more degrees of freedom.
+                // The factor 1.001 allows for the variance of the residual: with fewer parameters, the residual has more
+                // degrees of freedom.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

@@ -54,9 +54,9 @@ pub struct Fit {
     pub observation: Observation,
     /// The least-squares solution.
     pub solution: Solution,
-    /// Weight of the rows of each joint: 1 / standard deviation of its residual; 1 for ordinary least squares (OLS).
+    /// Weight of the rows of each joint: 1 / standard deviation of the joint's residual; 1 for ordinary least squares (OLS).
     pub weights: Vec<f64>,
-    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
+    /// Robust weights of rows, which depend on the residual of each row; `None` if all rows have equal weight.
     pub robust: Option<Robust>,
     /// Standard deviations of the parameters, for white noise and for several kinds of correlated errors.
     pub deviation: ReplicateDeviation,
@@ -126,7 +126,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        // Statistics of the residuals need the solution. So they need another pass over the records.
+        // Statistics of the residuals need the solution. So these statistics need another pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -168,8 +168,8 @@ pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds to the estimate: the bandwidth of each joint (95 % of the velocity's energy is below it), Hz; the cut-off, Hz; and the
-/// options with the cut-off that was used.
+/// Adds to the estimate: the bandwidth of each joint, Hz (95 % of the energy of the velocity is below this frequency); the
+/// cut-off, Hz; and the options with the cut-off that was used.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -210,8 +210,8 @@ const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
 /// Cross talk is not reported if the residual of the joint, relative to its torque, is below this value.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
-/// Sentences on joints with cross talk: the motion of another joint explains much of their residual. `talk`: one entry per
-/// joint.
+/// Sentences on joints with cross talk: the motion of another joint explains much of the residual of such a joint. `talk`: one
+/// entry per joint.
 fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let loud = talk
         .iter()

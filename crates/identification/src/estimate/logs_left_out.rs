@@ -41,8 +41,8 @@ pub struct LogLeftOut {
     pub described: Option<f64>,
 }
 
-/// Computes the errors of each log when it is left out of the fit; empty if there is only one log. `described`: nominal base
-/// parameters.
+/// For each log, computes the errors when this log is left out of the fit; empty if there is only one log. `described`: nominal
+/// base parameters.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
     if logs.is_empty() {

@@ -13,7 +13,7 @@ const SHORT_RANGE_RAD: f64 = 0.5;
 /// A prismatic joint has a short range of motion if its range is below this length, m.
 const SHORT_RANGE_M: f64 = 0.05;
 
-/// A joint is slow if its largest speed is at most this share of the largest speed of all joints of its kind (revolute or
+/// A joint is slow if its largest speed is at most this share of the largest speed of all joints of the same kind (revolute or
 /// prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
@@ -29,7 +29,8 @@ const MAX_NAMED_MEMBERS: usize = 6;
 /// Two turns, rad. Few joints of arms turn farther, so a larger angle is more likely a column in degrees.
 pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
-/// For each joint, whether it hardly moves: its range is short, and it is slow compared with the fastest joint of its kind.
+/// For each joint, whether it hardly moves: the range of the joint is short, and the joint is slow compared with the fastest
+/// joint of the same kind.
 pub(crate) fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
@@ -53,7 +54,7 @@ pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// A remark reports a body if its mass differs from its nominal mass by more than this factor.
+/// A remark reports a body if its identified mass and its nominal mass differ by more than this factor.
 const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
 /// A sentence on a body whose mass differs from its nominal mass by a large factor; `None` for other bodies. `known`: the

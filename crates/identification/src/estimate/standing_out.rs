@@ -63,14 +63,16 @@ const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
 const LEAST_WINDOW_SAMPLES: usize = 5;
 /// Least length of a record, in half windows of the moving mean. Shorter records are not searched.
 const LEAST_RECORD_HALF_WINDOWS: usize = 20;
-/// A moving mean is an outlier beyond this many robust standard deviations. A normal variable exceeds it once in 5e8 draws.
+/// A moving mean is an outlier if it exceeds this many robust standard deviations. A normal variable exceeds this limit once in
+/// 5e8 cases.
 const OUTLIER_SCALES: f64 = 6.0;
 /// Median absolute value of a standard normal variable.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Largest number of intervals of a joint in a record. If there are more, the model has an error, and no interval is
 /// reported.
 pub const MOST_INTERVALS: usize = 2;
-/// Largest total duration of the intervals of a joint, as a share of the record. If they are longer, no interval is reported.
+/// Largest total duration of the intervals of a joint, as a share of the record. If the total duration is longer, no interval
+/// is reported.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 
 /// Finds the intervals in which the residuals of the parameters x are outliers, in the order of logs and time.
@@ -147,7 +149,7 @@ struct Residual {
 }
 
 /// Intervals (start in s, end in s, ratio) of one record in which the residual of one joint is an outlier. ratio: largest
-/// moving mean / its robust standard deviation. Empty if there are too many intervals.
+/// moving mean / robust standard deviation of the moving mean. Empty if there are too many intervals.
 fn times(states: &States, residual: &Residual) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;

@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Use {
-    /// Gravity compensation: torques that hold the robot at rest, at positions within its limits.
+    /// Gravity compensation: torques that hold the robot at rest, at positions within the position limits.
     Gravity,
     /// Feedforward of motions at positions within the limits, up to the speeds of the logs.
     SpeedsSeen,
@@ -64,7 +64,7 @@ pub struct MotionRange {
     pub acceleration: Vec<f64>,
 }
 
-/// The rms error of the predicted torque of one joint, and the rms torque with which it is compared.
+/// The rms error of the predicted torque of one joint, and the rms torque with which this error is compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
@@ -135,7 +135,7 @@ impl TorqueError {
     }
 }
 
-/// Uncertainty of the parameters, from several sources. The errors of predicted torques are computed from it.
+/// Uncertainty of the parameters, from several sources. The errors of predicted torques are computed from this uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorContributions<'a> {
     /// Covariance C of the parameters for noise, row by row.
@@ -144,7 +144,7 @@ pub struct ErrorContributions<'a> {
     /// effect is added to the variance.
     pub changes: &'a [Vec<f64>],
     /// Changes of the parameters that single logs cause, one vector per log. For each torque, the sum of the squared effects
-    /// replaces the variance from C if it is larger.
+    /// replaces the variance from C if the sum is larger.
     pub logs: &'a [Vec<f64>],
     /// Changes of the parameters that the logs do not determine, one vector each. A torque that depends on such a change has
     /// an infinite error.
@@ -422,8 +422,8 @@ mod tests {
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// A lift has three columns: mass, rotor and offset. In any motion their rank is 2. The rank of the columns of mass and rotor
-    /// alone is 2 too.
+    /// A lift has three columns: mass, rotor and offset. The rank of these columns is 2 in any motion. The rank of the columns
+    /// of mass and rotor alone is 2 too.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
         // A lift with the mass m and the rotor inertia J: tau = m (ddq + g) + J ddq.

@@ -63,8 +63,7 @@ pub struct BodiesEvidence {
     pub refusal: Option<String>,
     /// For each body with a nominal mass: (name, identified / nominal mass, nominal mass in kg).
     pub masses: Vec<(String, f64, f64)>,
-    /// A sentence that the torques at rest are predicted better by the description than by the bodies; `None` if they are
-    /// not.
+    /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if this is not the case.
     pub at_rest: Option<String>,
     /// Names of joints whose whole force at rest is counted as weight. An offset of the drive is not separable from the weight
     /// there.
@@ -76,7 +75,7 @@ pub struct BodiesEvidence {
 pub struct Evidence<'a> {
     /// The estimate: parameters with their statuses, residuals, condition number.
     pub estimate: &'a Estimate,
-    /// The check of the fitted (or of the validated) logs before the fit; `None` if it was not made.
+    /// The check of the fitted (or of the validated) logs before the fit; `None` if no check was made.
     pub log_check: Option<&'a LogCheck>,
     /// Relative error |tau - W X| / |tau| of the nominal parameters with fitted friction, on the logs of `total`; `None` if
     /// the description has no inertials.
@@ -367,7 +366,7 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
+/// Topics whose claims are not listed in the report, because a table, a reason or a remark of the report already states them.
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 

@@ -50,8 +50,8 @@ const STALLED_DECREMENT_SHARE: f64 = 1e-9;
 /// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times the
-/// traces of the solution. It also holds for friction parameters up to this many prior standard deviations.
+/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times
+/// the traces of the solution. The bound also holds for friction parameters up to this many prior standard deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.
@@ -150,8 +150,9 @@ impl Problem {
     /// A gamma at which y is near the solution: the first of `least` times 1, 10, 100, .. at which the squared Newton decrement
     /// divided by gamma is at most one.
     ///
-    /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases it by a fixed amount until
-    /// the decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps. [Boyd, Vandenberghe 2004, 9.6.4]
+    /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases this objective by a fixed
+    /// amount until the decrement is below one. From a smaller gamma, Newton's method would take about chi^2 / gamma steps.
+    /// [Boyd, Vandenberghe 2004, 9.6.4]
     pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
@@ -161,10 +162,10 @@ impl Problem {
         gammas.find(|&gamma| decrement(gamma).is_none_or(|d| d <= 1.0)).unwrap_or(least)
     }
 
-    /// Runs Newton's method at one gamma and changes y in place. Returns the number of steps and how they ended.
+    /// Runs Newton's method at one gamma and changes y in place. Returns the number of steps and the reason for the end.
     ///
-    /// The direction comes from the Hessian. If this gives no descent or converges too slowly, A'A is too ill-conditioned
-    /// compared with the barrier, and the direction comes from the rows (QR).
+    /// The direction comes from the Hessian. If this direction gives no descent, or if convergence is too slow, A'A is too
+    /// ill-conditioned compared with the barrier, and the direction comes from the rows (QR).
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
         let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
         // `is_right`: whether the Hessian is accurate enough, that is, whether convergence near the solution is quadratic.

@@ -64,7 +64,7 @@ impl Cluster {
 }
 
 impl Cluster {
-    /// A_g = W_g' W_g and W_g' e_g of the cluster. W_g, e_g: its weighted rows and residuals.
+    /// A_g = W_g' W_g and W_g' e_g of the cluster. W_g, e_g: weighted rows and residuals of the cluster.
     pub fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
         (&self.gram, &self.score)
     }
@@ -113,7 +113,7 @@ impl FullNormalMatrix {
                 }
             }
         }
-        // A parameter with a zero column gets a unit diagonal, so that its change is 0.
+        // A parameter with a zero column gets a unit diagonal, so that the change of this parameter is 0.
         (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
         left.cholesky()
     }

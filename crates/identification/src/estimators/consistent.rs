@@ -58,7 +58,7 @@ pub struct Consistent {
     /// Suboptimality bound of `objective`, nats: by how much it can exceed the objective of any bodies up to
     /// `LARGEST_BOUNDED_RATIO` times as large. `None` if the solver stalled.
     pub excess: Option<f64>,
-    /// Final weight of the prior relative to its full weight. It is 1 if the data do not contradict the prior.
+    /// Final weight of the prior relative to its full weight. This share is 1 if the data do not contradict the prior.
     pub prior_share: f64,
     /// How Newton's method ended.
     pub outcome: BarrierStatus,
@@ -70,7 +70,7 @@ pub struct Consistent {
 /// evaluated.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
 /// If the suboptimality bound is not tight at `BOUND_PRIOR_SHARE` (bodies much larger than their references), the weight of the
-/// prior is decreased further, down to this share. Below it, the rounding of the Hessian dominates.
+/// prior is decreased further, down to this share. Below this share, the rounding of the Hessian dominates.
 const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
 /// The suboptimality bound is tight if it is at most this share of gamma times the number of logarithms in the barrier.
 const TIGHT_BOUND_SHARE: f64 = 0.5;
@@ -88,8 +88,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then it
-    // decreases further, by [`PRIOR_SHARE_FACTOR`] a round.
+    // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then gamma
+    // decreases further, by the factor [`PRIOR_SHARE_FACTOR`] in each round.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);

@@ -30,7 +30,8 @@ pub struct Reweighted {
     pub weights: Vec<f64>,
     /// The triangles of the reweighted rows.
     pub observation: Observation,
-    /// For each joint, the share of rows with |u| larger than the bound of the loss. u: residual divided by its scale s_j.
+    /// For each joint j, the share of rows with |u| larger than the bound of the loss. u: residual divided by the scale s_j of
+    /// the residuals of the joint.
     pub outliers: Vec<f64>,
     /// The function that gives the robust weight of a row from its residual.
     pub rows: Robust,
@@ -134,7 +135,8 @@ impl Means {
         Some(self.w / self.slope).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
     }
 
-    /// The variance of a robust fit divided by the variance from its weighted rows; 1 if this is not a positive number.
+    /// The variance of a robust fit divided by the variance from the weighted rows of this fit; 1 if the ratio is not a
+    /// positive number.
     fn variance(&self) -> f64 {
         let ratio = self.rows * self.psi_psi * self.w / (self.slope * self.slope * self.psi_u);
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0).unwrap_or(1.0)

@@ -81,8 +81,8 @@ pub struct ReplicateDeviation {
     pub moved_by_logs: Vec<Vec<f64>>,
     /// Number of correlated samples that count as one independent sample.
     ///
-    /// It is computed with k = 0 in S_g = (A - k A_g)^-1 W_g' e_g. The correction by k depends on the number of blocks and not on
-    /// the correlation of their samples.
+    /// The number is computed with k = 0 in S_g = (A - k A_g)^-1 W_g' e_g. The correction by k depends on the number of blocks,
+    /// not on the correlation of the samples.
     pub correlated: f64,
 }
 
@@ -94,8 +94,8 @@ impl ReplicateDeviation {
 
     /// The standard deviation of each parameter without changes from log to log.
     ///
-    /// It is the largest of the deviations by blocks, speed and position if they differ, and their mean if they agree. It is at
-    /// least the deviation for white noise.
+    /// If the deviations by blocks, speed and position differ, the largest deviation is taken. If they agree, their mean is
+    /// taken. The result is at least the deviation for white noise.
     pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
@@ -108,8 +108,8 @@ impl ReplicateDeviation {
     }
 }
 
-/// Combines two standard deviations `above` and `below` of each parameter: the root of the larger variance if they differ, and of
-/// the mean variance if they agree.
+/// Combines two standard deviations `above` and `below` of each parameter. If the variances differ, the result is the root of
+/// the larger variance. If they agree, it is the root of the mean variance.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
     // With too few parameters, the variances count as different.
@@ -158,7 +158,7 @@ pub fn replicate_deviation(
     let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // In a robust fit, a residual e counts as slope w e (w: robust weight of its row), so W_g' e_g is multiplied by slope.
+    // In a robust fit, a residual e counts as slope w e (w: robust weight of the row), so W_g' e_g is multiplied by slope.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
@@ -380,7 +380,8 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // The error is a sine of the phase, so all phases are one draw: the error is near its maximum for a third of the phases.
+        // The error is a sine of the phase, and all phases together are one independent sample. For a third of the phases, the
+        // error is near its maximum.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

@@ -8,7 +8,7 @@
 //! If a value is missing (NaN), the spans keep their times, and a span without any value is a gap too. So lines with samples at
 //! the same times have equal spans.
 
-/// Largest number of spans of a drawn line, about one per pixel. With enough samples at least half of them are used.
+/// Largest number of spans of a drawn line, about one per pixel. With enough samples, at least half of these spans are used.
 pub const DRAWN_SPANS: usize = 720;
 
 /// A line over time, stored as spans with smallest and largest values.

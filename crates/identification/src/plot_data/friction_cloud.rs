@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of, sign};
 use linear_model::linear_model::Model;
 
-/// Largest number of grid cells along each axis. With enough points at least half of them are used.
+/// Largest number of grid cells along each axis. With enough points, at least half of these cells are used.
 const MAX_CELLS_PER_AXIS: i64 = 48;
 /// Smallest extent of an axis, in its unit.
 const SMALLEST_AXIS_EXTENT: f64 = 1e-9;

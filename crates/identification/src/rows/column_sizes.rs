@@ -1,8 +1,8 @@
-//! Computes the typical magnitude of each column of a regressor when all joints move. A column of a record that is much smaller
-//! contains only rounding errors.
+//! Computes the typical magnitude of each column of a regressor when all joints move. If a column of a record is much smaller
+//! than this magnitude, the column contains only rounding errors.
 //!
-//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares scales
-//! columns to unit norm, so without this comparison rounding would determine their parameters.
+//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares
+//! scales columns to unit norm, so without this comparison, rounding would determine the parameters of these columns.
 
 use linear_model::regressor::Regressor;
 use random::Random;

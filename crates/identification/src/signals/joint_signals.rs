@@ -27,7 +27,8 @@ use crate::signals::velocity_check::check_velocity;
 
 /// The signals of a log at the joints, after the transmission between log and joints was applied.
 pub struct JointSignals {
-    /// The log from which the signals come. Only its time is used; its other series were moved into the fields below.
+    /// The log from which the signals come. Only the time of this log is used; all other series were moved into the fields
+    /// below.
     pub log: Log,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
@@ -266,7 +267,8 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal, filtered; `None` if it must be differentiated. Fails if it is requested as measured but absent.
+    /// The measured signal, filtered; `None` if the signal must be differentiated. Fails if the measured signal is requested
+    /// but absent.
     fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
@@ -295,7 +297,7 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // The memory of each velocity is freed as soon as its direction is computed.
+        // The memory of each velocity is freed as soon as the direction is computed.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }

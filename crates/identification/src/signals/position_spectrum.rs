@@ -109,8 +109,8 @@ pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
 
-/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Multiplied by f^5 it is the energy of the noise of n accelerations up
-/// to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2; `count`: n; `period`: sample time h, s.
+/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. The noise factor times f^5 is the energy of the noise of n
+/// accelerations up to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2; `count`: n; `period`: sample time h, s.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }

@@ -80,7 +80,8 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// The states of a log, one record for each segment between gaps. Unlike `states`, it returns an empty list if no sample remains.
+/// The states of a log, one record for each segment between gaps. If no sample remains, the result is an empty list, whereas
+/// `states` fails.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: Log,
@@ -157,7 +158,8 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
             "the signals exceed the range of floating-point numbers; look for absurd values in the log",
         ));
     }
-    // The external force that moves a prescribed coordinate is unknown. So its motion is used, but its torque row is not.
+    // The external force that moves a prescribed coordinate is unknown. So the motion of this coordinate is used, but its
+    // torque row is not.
     states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());

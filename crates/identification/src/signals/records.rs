@@ -15,7 +15,7 @@ use crate::signals::preparation::{Preparation, of_log, states, states_or_none};
 use crate::signals::seldom::sample_period;
 use crate::signals::thinned::{SecondReader, ThinnedSamples};
 
-/// Records in a fixed order. An estimator can iterate over them several times.
+/// Records in a fixed order. An estimator can iterate over the records several times.
 pub trait Records {
     /// Calls `take` with the states of each record in order.
     ///
@@ -57,7 +57,7 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbours, s. In this time the effect of the start of the filter decays.
+    /// Time by which a block overlaps its neighbouring blocks, s. In this time, the effect of the start of the filter decays.
     overlap: f64,
 }
 
@@ -81,8 +81,8 @@ impl<'a> SourceRecords<'a> {
         self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and for their states,
-    /// bytes.
+    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and for the states of
+    /// these logs, bytes.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -148,7 +148,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// Prepares a log for reading in blocks. The decimation is fixed here, so that it is equal in all blocks.
+    /// Prepares a log for reading in blocks. The decimation is fixed here, so that all blocks have the same decimation.
     fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -348,8 +348,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // The default cut-off is twenty times the frequency of a bin. The bins of the whole log (30 s) are 1/30 Hz wide. The bins
-        // of its segments before and after the gap are 1/12 and 1/18 Hz wide.
+        // The default cut-off is twenty times the frequency of a bin. The bins of the whole log (30 s) are 1/30 Hz wide. The
+        // bins of the segments before and after the gap are 1/12 and 1/18 Hz wide.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }

@@ -15,8 +15,8 @@ pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// Interpolates the samples x at times t linearly at the times `at`. Before and after t it returns the first or last sample. `t`
-/// and `at` must increase.
+/// Interpolates the samples x at times t linearly at the times `at`. Before the first time of t, the result is the first
+/// sample; after the last time, the last sample. `t` and `at` must increase.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

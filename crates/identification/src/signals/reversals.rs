@@ -19,8 +19,8 @@
 
 use linear_model::friction::terms::{FrictionTerm, sign};
 
-/// The mean direction of each row, from -1 to 1: the mean sign of the velocity v over the cell of the row, half a sample before
-/// and after it.
+/// The mean direction of each row, from -1 to 1: the mean sign of the velocity v over the cell of the row (half a sample before
+/// and after the row).
 pub fn directions(v: &[f64]) -> Vec<f64> {
     let mean = |a: f64, b: f64| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) };
     let direction = |i: usize| match v.get(i.wrapping_sub(1)..i + 2) {
@@ -59,8 +59,8 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
 /// error from rounding.
 const NARROW_INTERVAL_RATIO: f64 = 1e-3;
 
-/// The mean of a function f of the velocity over the cell of each row (half a sample before and after it). `mean(a, b)`: mean of
-/// f over the velocities from a to b.
+/// The mean of a function f of the velocity over the cell of each row (half a sample before and after the row). `mean(a, b)`:
+/// mean of f over the velocities from a to b.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..v.len()).map(|i| cell_mean(v, i, &mean)).collect()
 }

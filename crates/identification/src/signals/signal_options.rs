@@ -20,7 +20,7 @@ pub struct Signal {
     /// Rate of the uniform clock for resampling, Hz. `None`: a log with a uniform clock is not resampled, and another log gets
     /// its mean rate.
     pub rate: Option<f64>,
-    /// Whether the log keeps its own clock, even if this is not uniform.
+    /// Whether the log keeps its own clock, even if this clock is not uniform.
     pub own_clock: bool,
     /// Source of the velocities dq.
     pub velocity: Velocity,
@@ -145,10 +145,10 @@ impl Signal {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Velocity {
-    /// The measured signal if the log has it, else the derivative.
+    /// The measured signal if the log has it, otherwise the derivative.
     #[default]
     Auto,
-    /// The measured signal. It is an error if the log does not have it.
+    /// The measured signal. A log without this signal is an error.
     Measured,
     /// The derivative, even if the log has the measured signal.
     Differentiated,

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-/// A joint is at standstill if it stays within [`STANDSTILL_BAND`] for this time, s.
+/// A joint is at standstill if its position stays within [`STANDSTILL_BAND`] for this time, s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
 /// Width of the position band of a standstill, rad (m): the path that is covered in [`STANDSTILL_SPAN_S`] at 1e-3 rad/s (m/s).

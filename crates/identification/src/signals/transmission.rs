@@ -57,7 +57,7 @@ pub struct TransmissionElement {
 }
 
 impl TransmissionElement {
-    /// The reason why the element is invalid for a robot of n joints, as text. `None` if it is valid.
+    /// The reason why the element is invalid for a robot of n joints, as text. `None` if the element is valid.
     fn fault(&self, n: usize) -> Option<String> {
         let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
         let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
@@ -110,7 +110,7 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets and springs may be zero. The other numbers may not, because they multiply or divide the torque.
+        // Offsets and springs may be zero. The other numbers must not be zero, because they multiply or divide the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {

@@ -47,7 +47,7 @@ pub(crate) fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
-        // A joint is not checked if it hardly moves or its velocity is noise.
+        // A joint is not checked if it hardly moves, or if its velocity is noise.
         if largest < SMALLEST_CHECKED_CHANGE
             || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
             || PLAUSIBLE_SLOPES.contains(&slope)

@@ -1,4 +1,4 @@
-//! An experiment: a motion with its record, which is cut to the samples that are used.
+//! An experiment: a motion and its record. The record is cut to the samples that are used.
 
 use std::ops::Range;
 
@@ -22,8 +22,8 @@ pub struct SpectralExperiment {
 }
 
 impl SpectralExperiment {
-    /// Cuts a record to the time windows of the motion. The record must start with the motion. `None` if it is shorter than the
-    /// motion or has another number of coordinates.
+    /// Cuts a record to the time windows of the motion. The record must start with the motion. `None` if the record is shorter
+    /// than the motion or has another number of coordinates.
     pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
         let windows: Vec<Range<usize>> = trajectory.windows();
         let end = windows.iter().map(|w| w.end).max()?;
@@ -110,7 +110,7 @@ impl NoiseLevels {
     }
 
     /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level` computes the noise level of a
-    /// series and its degrees of freedom; its arguments are the series, the experiment and the period in samples.
+    /// series and the degrees of freedom. The arguments of `level` are the series, the experiment and the period in samples.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),

@@ -100,7 +100,8 @@ pub(crate) fn joint_spectra(
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
-    // Each moving joint has one spectrum. A locked joint has none, because its friction is not identifiable.
+    // Each moving joint has one spectrum. A locked joint has no spectrum, because the friction of a locked joint is not
+    // identifiable.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {

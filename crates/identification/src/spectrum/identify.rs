@@ -214,7 +214,7 @@ fn with_paper_rows(
     let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
     let solution = paper_estimate(&blocks, &periodic, &samples, PaperWeights::Noise);
     estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
-    // Friction that leaks into the rows raises their residual. So the standard deviations are inflated.
+    // Friction that leaks into the rows raises the residual of the rows. So the standard deviations are inflated.
     let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
     for (i, base) in regressor.parameters().iter().enumerate() {
         let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();

@@ -21,8 +21,8 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Number of samples dropped at each end of a motion. The circular differences are wrong there, because they treat the start as
-/// the sample after the end.
+/// Number of samples dropped at each end of a motion. The circular differences are wrong at the ends, because they treat the
+/// start as the sample after the end.
 const BORDER_SAMPLES: usize = 30;
 /// Largest number of samples of a plotted torque.
 const SAMPLES_PER_PLOT: usize = 400;

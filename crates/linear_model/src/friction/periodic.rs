@@ -22,7 +22,7 @@
 
 use crate::parameter::FrictionParameter;
 
-/// The choice of the friction columns of a joint, with the velocities in them.
+/// The choice of the friction columns of a joint, with the velocities that occur in these columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
     /// Velocity w over which the sign changes, rad/s.

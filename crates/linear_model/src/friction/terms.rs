@@ -104,7 +104,8 @@ impl FrictionTerm {
     /// The default terms: viscous friction, Coulomb friction and offset.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
-    /// Reads a term from its word: `viscous`, `stribeck=0.1` with the speed in rad/s; `load@2` is the term of joint 2 only.
+    /// Reads a term from its word in text: `viscous`, `stribeck=0.1` with the speed in rad/s; `load@2` is the term of joint 2
+    /// only.
     ///
     /// Fails if there is no such term; the message lists the words.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
@@ -128,7 +129,7 @@ impl FrictionTerm {
             };
             return Ok(At(number, term));
         }
-        // A word without @ is a term of all joints, followed by its speed if it has one.
+        // A word without @ is a term of all joints. If the term has a speed, the speed follows the word.
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -179,7 +180,7 @@ impl FrictionTerm {
         }
     }
 
-    /// The parameters of the term in joint j, counted from 0. Empty if it is a term of another joint.
+    /// The parameters of the term in joint j, counted from 0. Empty if the term belongs to another joint.
     #[inline]
     pub fn parameters_of(self, j: usize) -> &'static [FrictionParameter] {
         match self {
@@ -188,7 +189,7 @@ impl FrictionTerm {
         }
     }
 
-    /// Whether it is a term of a single joint (and not of all joints).
+    /// Whether the term belongs to a single joint (and not to all joints).
     #[inline]
     pub fn is_of_one_joint(self) -> bool {
         matches!(self, At(..))

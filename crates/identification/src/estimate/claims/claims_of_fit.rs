@@ -13,8 +13,8 @@ use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agree
 /// The model lacks an effect if chi^2 per degree of freedom exceeds this value. An exact model has 1.5 to 2.0 in simulation; 2
 /// % of torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
-/// Largest chi^2 per degree of freedom that noise alone gives. It exceeds 1, because the response of a controller to its
-/// encoder partly repeats in each period.
+/// Largest chi^2 per degree of freedom that noise alone gives. This value exceeds 1, because the response of a controller to
+/// its encoder partly repeats in each period.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
 /// The residual lowers the trust if |tau - W X| / |tau| exceeds this value.
@@ -127,8 +127,8 @@ fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     claims
 }
 
-/// Claims on significantly negative friction. A joint is examined only if all its terms are viscous, Coulomb or offset,
-/// because a single term of another friction law may be negative.
+/// Claims on significantly negative friction. A joint is examined only if all friction terms of the joint are viscous, Coulomb
+/// or offset, because a single term of another friction law may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
     let has_no_other = |joint: &Label| {
         let others = estimate.parameters.iter().filter_map(|p| match &p.id {

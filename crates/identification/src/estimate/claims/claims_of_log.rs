@@ -48,7 +48,8 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
 /// A joint stands still if its range of positions, rad (m), is below this value. Rounding errors alone can cause such a range.
 const STANDSTILL_RANGE: f64 = 1e-9;
 
-/// Splits the joints by `holds`: names of the joints for which it is true, then names of the other joints.
+/// Splits the joints by the condition `holds`: names of the joints for which the condition is true, then names of the other
+/// joints.
 fn split(log_check: &LogCheck, holds: impl Fn(&JointCheck) -> bool) -> [Vec<String>; 2] {
     let (agreeing, unknown): (Vec<_>, Vec<_>) = log_check.joints.iter().partition(|j| holds(j));
     [agreeing, unknown].map(|joints: Vec<&JointCheck>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
@@ -128,8 +129,8 @@ const SHARED_ERROR_RATIO: f64 = 5.0;
 /// Least number of slopes for a standard deviation. Two joints may carry the same body, whose mass changes both slopes.
 const LEAST_SLOPES: usize = 3;
 
-/// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With
-/// m slopes and the standard deviation d of their logarithms, it is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`; t:
+/// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With m
+/// slopes and the standard deviation d of their logarithms, this factor is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`; t:
 /// Student's t for m - 1 degrees of freedom.
 fn common_power(slopes: &[f64]) -> f64 {
     let widest = if slopes.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
@@ -196,13 +197,14 @@ fn zeros(log_check: &LogCheck, turned: Option<&MisplacedJoint>) -> Vec<Claim> {
     agreeing.chain(undetermined_joints(ZERO, &open, why, would_tell).filter(|_| log_check.has_description())).collect()
 }
 
-/// The smallest zero offset of a joint that would have been detected, rad; `None` if it is too large to be useful.
+/// The smallest zero offset of a joint that would have been detected, rad; `None` if this offset is too large for a useful
+/// claim.
 fn shown_zero(joint: &JointCheck) -> Option<f64> {
     joint.zero_power.filter(|angle| *angle < Hypothesis::Zero(0).kind().useless)
 }
 
-/// The claim that the description fits better with another zero of a joint. Other bodies explain the log equally well, so it
-/// cannot be determined which is right.
+/// The claim that the description fits better with another zero of a joint. Other bodies explain the log equally well, so the
+/// log does not determine which explanation is right.
 fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
     let MisplacedJoint { angle, errors: (before, after), .. } = turned;
     let why = format!(
@@ -216,7 +218,7 @@ fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
 }
 
 /// The claim on a possible error of sign or zero that other bodies explain equally well. If the error is likely, the topic is
-/// the log; then it lowers the trust.
+/// the log; then the claim lowers the trust.
 fn explained_otherwise(explained: &ExplainedMistake) -> Claim {
     let ExplainedMistake { finding, is_likely } = explained;
     let topic = match finding.fault {

@@ -16,7 +16,8 @@ const USELESS_PREDICTION_ERROR: f64 = 0.5;
 /// The description predicts another log better if the error of the estimate exceeds the error of the description by this
 /// factor. Noise changes the ratio by some hundredths.
 const WORSE_ERROR_RATIO: f64 = 1.05;
-/// The estimate contradicts another log if its error there exceeds the error of the description by this factor.
+/// The estimate contradicts another log if the error of the estimate on that log exceeds the error of the description by this
+/// factor.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
 /// A prediction error is explained by the standard deviations of the parameters if it is at most this many times the rms error
 /// that these deviations cause.
@@ -55,7 +56,7 @@ pub struct Prediction {
     pub most_apart: Option<(usize, f64)>,
     /// Relative error of cross-validation: blocks of the fitted logs are left out and predicted.
     pub held_out: Option<f64>,
-    /// Whether most of the motion is not repeated: its states (q, dq) occur in no other block.
+    /// Whether most of the motion is not repeated: most states (q, dq) of a block occur in no other block.
     pub parts_are_new: bool,
 }
 
@@ -81,8 +82,8 @@ pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction)
     apart.map(|(log, apart)| contradiction(estimate, log, apart)).into_iter().chain(more).collect()
 }
 
-/// The claim that one set of parameters does not fit all logs. `log`: number of the worst log; `apart`: its error due to the
-/// common fit.
+/// The claim that one set of parameters does not fit all logs. `log`: number of the worst log; `apart`: error of this log that
+/// is due to the common fit.
 fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let name = estimate.logs.get(log).map_or("one", String::as_str);
@@ -150,8 +151,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     }
 }
 
-/// The claim that the description predicts another log better than the identified parameters do. `error`: relative error of
-/// the identified parameters. `None` if the difference is small or standard deviations explain it.
+/// The claim that the description predicts another log better than the identified parameters do. `error`: relative error of the
+/// identified parameters. `None` if the difference is small, or if standard deviations explain the difference.
 fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     let described = prediction.others_nominal?;
     if error <= WORSE_ERROR_RATIO * described || error <= SMALL_HELD_OUT_ERROR {
@@ -176,7 +177,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion ([:plan])"))
 }
 
-/// A sentence that the parameters are valid for their own log only (overfitted); `None` if they are not.
+/// A sentence that the parameters are valid for their own log only (overfitted); `None` if the parameters are not overfitted.
 pub(super) fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     if prediction.is_of_poor_logs() || prediction.has_events {
         return None;
@@ -213,15 +214,15 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice their rms error, so its limit
-        // is 0.0112.
+        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice the rms error that they
+        // cause, so the limit of this rms error is 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // The estimate is far worse than the description, and its error exceeds the tolerance of a use. This is a contradiction,
-        // unless standard deviations explain the error.
+        // The estimate is far worse than the description, and the error of the estimate exceeds the tolerance of a use. This is
+        // a contradiction, unless standard deviations explain the error.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
         assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
@@ -240,8 +241,8 @@ mod tests {
         assert_eq!(of(0.12, Some(0.034)), (true, false));
         assert_eq!(of(0.12, Some(0.06)), (false, true));
         assert_eq!(of(0.12, None), (false, true));
-        // Above 20 % the other log is too noisy to confirm the parameters. But the parameters cause only 3.4 %, so they are
-        // not overfitted.
+        // Above 20 %, the other log is too noisy to confirm the parameters. But wrong parameters cause only 3.4 %, so the
+        // parameters are not overfitted.
         assert_eq!(of(0.25, Some(0.034)), (false, false));
     }
 

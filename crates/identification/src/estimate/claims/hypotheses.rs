@@ -57,7 +57,8 @@ pub struct HypothesisTest {
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if it is identifiable.
+    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if the hypothesis is
+    /// identifiable.
     pub within: Vec<usize>,
 }
 
@@ -69,7 +70,7 @@ impl HypothesisTest {
         HypothesisTest { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
     }
 
-    /// Whether the fault is found: it is significant, large enough, and reduces the error of cross-validation.
+    /// Whether the fault is found: the fault is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.of.kind().least;
         let is_worth_naming = |(without, with): (f64, f64)| {
@@ -117,7 +118,8 @@ const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A hypothesis is not identifiable if less than this share of its column (norm) is orthogonal to the parameters' columns.
+/// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to the columns of the
+/// parameters.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
@@ -217,7 +219,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     let leaving: Vec<UnknownsResidual> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
     let noise = (all_in.square() / rows).sqrt();
-    // Each hypothesis is tested alone. It is not identifiable if the columns of W explain its column.
+    // Each hypothesis is tested alone. A hypothesis is not identifiable if the columns of W explain its column.
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
         let is_identifiable = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;

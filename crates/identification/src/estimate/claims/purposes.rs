@@ -63,7 +63,8 @@ fn common(name: &'static str) -> Purpose {
 /// The claim on the torque error in one use. `joints`: residuals of the fit, one per coordinate.
 pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    // A joint may have little torque in this use. Then its error is compared with its torque in the logs.
+    // A joint may have little torque in this use. Then the torque error of the joint is compared with the joint's torque in the
+    // logs.
     let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
         let logged = if left.relative > 0.0 { left.rms / left.relative } else { 0.0 };
         j.error > SURE_JOINT_TORQUE_ERROR * j.torque.max(logged) && j.error > left.rms

@@ -50,8 +50,8 @@ pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<
     likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
 }
 
-/// Inflates standard deviations and covariance by likely faults. It also adds a remark on the strongest of those significant
-/// faults that no claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
+/// Inflates standard deviations and covariance by likely faults. Also adds a remark on the strongest significant fault that no
+/// claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {
@@ -116,8 +116,8 @@ mod tests {
         }
     }
 
-    /// A fault of twenty sigma inflates the standard deviations of the parameters that it changes, and their covariance;
-    /// correlations do not change.
+    /// A fault of twenty sigma inflates the standard deviations and the covariance of the parameters that the fault changes.
+    /// Correlations do not change.
     #[test]
     fn what_a_fault_would_change_is_part_of_the_deviation() {
         let mut wide = estimate();

@@ -27,7 +27,8 @@ const MAX_SHARE_OF_SIGNED_RESIDUAL: f64 = 0.3;
 /// Passes of the search for the signs. Each pass lowers the residual, which converges after a few passes.
 const PASSES: usize = 10;
 
-/// Whether the torques at the samples `rows` lack their sign. `torques`: nominal torques of these samples, n per sample.
+/// Whether the torques at the samples `rows` were logged without their sign. `torques`: nominal torques of these samples, n per
+/// sample.
 pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64]) -> bool {
     let n = states.n;
     let measured = |j: usize| column(&states.tau, n, j, rows);

@@ -99,7 +99,7 @@ struct DelayRows {
 }
 
 struct DelayRow {
-    /// Entries of the regressor row Y_j, then dq_j and ddq_j. `rates`: their time derivatives.
+    /// Entries of the regressor row Y_j, then dq_j and ddq_j. `rates`: time derivatives of these entries.
     columns: Vec<f64>,
     rates: Vec<f64>,
     direction: f64,

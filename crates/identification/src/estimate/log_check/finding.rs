@@ -35,9 +35,9 @@ pub enum Fault {
     OtherRobot,
     /// Positions are normalised to the range of each joint: -100 to 100.
     Normalised,
-    /// Something is wrong, and no tested remedy corrects it.
+    /// Something is wrong with the log, and no tested remedy corrects it.
     Unidentified,
-    /// The load of a link changes: during an interval of the log it differs from the rest of the log.
+    /// The load of a link changes: during an interval of the log, the load differs from the load in the rest of the log.
     ChangedLoad {
         /// Number of the log, from 1; `None` if there is one log only.
         log: Option<usize>,
@@ -55,7 +55,7 @@ pub enum Fault {
     Computed,
     /// The torques are absolute values: their signs are missing.
     AbsoluteTorque,
-    /// The torque of a joint never changes, so it is not measured.
+    /// The torque of a joint never changes, so this torque was not measured.
     DeadTorque,
     /// The torques are too small for any machine; they may be uninitialised memory. The number is the largest torque, N m (N).
     Nothing(f64),
@@ -81,7 +81,7 @@ pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
 
 impl Fault {
-    /// Whether the fault is gross: it makes estimates from the log unusable.
+    /// Whether the fault is gross, that is, makes estimates from the log unusable.
     pub fn is_gross(self) -> bool {
         !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
     }
@@ -98,7 +98,7 @@ pub struct Finding {
     pub evidence: String,
     /// The correction of the fault in words: an option, a column header or a file.
     pub remedy: String,
-    /// The changes of the log that undo the fault; empty if no change of the log corrects it.
+    /// The changes of the log that undo the fault; empty if no change of the log undoes it.
     pub undo: Vec<Change>,
     /// Squared relative residual of the description, mean over the joints: [without, with] the remedy. `None` if the remedy
     /// was not tried or did not remove all contradictions.

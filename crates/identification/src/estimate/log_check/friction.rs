@@ -28,8 +28,8 @@ pub struct JointFriction {
     pub drives: bool,
 }
 
-/// Estimates the friction of joint j from its torques alone. `None` if the joint hardly moves, has too few samples, or if the
-/// standard deviation is too large.
+/// Estimates the friction of joint j from the torques of this joint alone. `None` if the joint hardly moves, if it has too few
+/// samples, or if the standard deviation is too large.
 pub(crate) fn own_friction(
     regressor: &dyn Regressor,
     states: &States,
@@ -88,7 +88,7 @@ pub(crate) fn own_friction(
 /// autocorrelation time.
 const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
-/// Friction counts as negative only if its normalised power (`brakes`) is below minus this.
+/// Friction counts as negative only if its normalised power (`brakes`) is below minus this value.
 const SMALLEST_DRIVING_SHARE: f64 = 0.02;
 /// Friction counts as negative only if its power is below zero by more than this many standard deviations.
 const DRIVING_FRICTION_SIGMAS: f64 = 4.0;

@@ -56,7 +56,7 @@ const BODY_PARAMETERS: usize = 10;
 const MASS_INDEX: usize = 9;
 
 impl LogCheck {
-    /// Finds a load that changes during the log. If there is none, and no other fault was identified, finds a constant load
+    /// Finds a load that changes during the log. If no load changes and no other fault was identified, finds a constant load
     /// that the description does not contain. A load replaces findings without an identified cause. `described`: nominal base
     /// parameters; `bodies`: for each body of the map that may carry a load, its index and nominal mass, kg.
     ///

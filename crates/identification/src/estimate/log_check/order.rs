@@ -33,7 +33,7 @@ const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 /// Largest number of limbs (chains of joints, such as legs) of equal length for which all orders of the limbs are tried.
 const MAX_LIMBS: usize = 4;
 
-/// A function from the numbers of two joints to the hypothesis that their columns are exchanged.
+/// A function from the numbers of two joints to the hypothesis that the columns of these joints are exchanged.
 type Exchange = fn(usize, usize) -> Hypothesis;
 
 /// The kinds of exchanges: all signals, motions only, torques only. The function `order` relies on this sequence.
@@ -169,7 +169,7 @@ fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // A permutation contains every joint once. So if joint `order[k]` is not at place k, it is at a later place.
+        // A permutation contains every joint once. So if joint `order[k]` is not at place k, this joint is at a later place.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);

@@ -33,8 +33,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of its body. The test: if k
-/// carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
+/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of the body of joint k. The test:
+/// if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =
@@ -77,7 +77,7 @@ pub struct MisplacedJoint {
     pub errors: (f64, f64),
 }
 
-/// The joint among `joints` whose zero offset reduces the error of the description most; `None` if no offset reduces it
+/// The joint among `joints` whose zero offset reduces the error of the description most; `None` if no offset reduces the error
 /// enough.
 pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Option<MisplacedJoint> {
     // Squared residual and squared torque, summed over all joints.

@@ -33,8 +33,8 @@ pub struct JointCheck {
     pub velocity_lag: Option<f64>,
     /// Standard deviation of `velocity_lag`, s.
     pub velocity_lag_deviation: f64,
-    /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if one
-    /// of the two is zero.
+    /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if the
+    /// acceleration or the derivative is zero.
     pub acceleration: Option<(f64, f64)>,
     /// Whether the acceleration is not the derivative of the velocity but another signal.
     pub wrong_acceleration: bool,
@@ -179,8 +179,8 @@ impl LogCheck {
         }
     }
 
-    /// For efforts that are known to be currents: moves findings on the torque unit to `not_checked`, because they are no
-    /// faults. The text contains the gains that the description implies.
+    /// For efforts that are known to be currents: moves findings on the torque unit to `not_checked`, because these findings
+    /// are no faults. The text contains the gains that the description implies.
     pub fn efforts_are_currents(&mut self) {
         let unit: Vec<Finding> = self.findings.extract_if(.., |f| f.is_of_scale()).collect();
         self.not_checked.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));

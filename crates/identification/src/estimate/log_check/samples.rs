@@ -39,7 +39,7 @@ const FEW_PERIODS: f64 = 1.5;
 pub(crate) struct Samples {
     /// The kept samples of all records, one after the other.
     pub kept: States,
-    /// The sample directly before each kept sample, and the sample directly after it. `span`: time from the first to the second,
+    /// The sample directly before each kept sample, and the sample directly after it. `span`: time between these two samples,
     /// s.
     pub before: States,
     pub after: States,
@@ -146,8 +146,8 @@ impl Samples {
             all.sum(&States::joined(&three), 1);
         }
         all.range = low.into_iter().zip(high).map(|(a, b)| (a.min(b), a.max(b))).collect();
-        // The path length of thinned samples is too short. So it is computed from the number of periods of the unchanged
-        // samples.
+        // The path length of thinned samples is too short. So the path length is computed from the number of periods of the
+        // unchanged samples.
         let periods = (0..n).map(|k| 2.0 * self.periods(position_of(changes, k)));
         all.path = periods.zip(&all.range).map(|(periods, (a, b))| periods * (b - a)).collect();
         all
@@ -215,7 +215,7 @@ impl Samples {
         (0..self.kept.len()).step_by(step.max(1)).collect()
     }
 
-    /// Number of periods (there and back) of joint k: its path length divided by twice its range.
+    /// Number of periods (there and back) of joint k: path length divided by twice the range of positions.
     pub(crate) fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }

@@ -39,7 +39,8 @@ pub(super) struct Suspicion {
     pub after: f64,
 }
 
-/// A set of suspected faults, and the misfit of each joint (error of the description, 0 to 1) after all of them are undone.
+/// A set of suspected faults, and the misfit of each joint (error of the description, 0 to 1) after all these faults are
+/// undone.
 pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
@@ -99,7 +100,7 @@ const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 /// The coarse search for a zero offset uses every fourth sample only.
 const COARSE_SAMPLE_STEP: usize = 4;
 
-/// Function that sums the misfits of those joints that count. Its argument contains the misfits of all joints.
+/// Function that sums the misfits of those joints that count. The argument of the function contains the misfits of all joints.
 pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl ChangeSearch<'_> {
@@ -161,8 +162,8 @@ impl ChangeSearch<'_> {
         best.into_iter().chain(others).collect()
     }
 
-    /// Builds the explanation (set of faults) that starts with the change `first`. Further changes are added as long as each of
-    /// them reduces the misfits by enough.
+    /// Builds the explanation (set of faults) that starts with the change `first`. Further changes are added as long as each
+    /// change reduces the misfits by enough.
     fn from(
         &self,
         first: (Change, Vec<f64>),
@@ -238,8 +239,8 @@ impl ChangeSearch<'_> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns it as a change. The changes `undone` are
-    /// applied before it.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns this offset as a change. The changes
+    /// `undone` are applied before this change.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -314,7 +315,7 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// If all suspected faults are exchanges of one kind of columns, they are merged into one permutation.
+/// If all suspected faults are exchanges of one kind of columns, these exchanges are merged into one permutation.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
     let kind = all.first().and_then(|change| change.of.exchanges());

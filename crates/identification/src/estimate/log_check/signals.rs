@@ -31,7 +31,7 @@ const SMALLEST_TORQUE: f64 = 1e-30;
 /// Remedy for a log without measured torques.
 const NAME_TORQUES: &str = "log the measured torques or currents, or name their columns ([options.columns.torque])";
 
-/// A torque is saturated if it is at its limit in more than this share of the rows. Quantised currents reach 1 % by chance.
+/// A torque is saturated if it equals its limit in more than this share of the rows. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl DiagnosisInput<'_> {
@@ -67,7 +67,7 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// The finding that the log is too short; `None` if it has enough periods.
+    /// The finding that the log is too short; `None` if the log has enough periods.
     pub(super) fn short(&self) -> Option<Finding> {
         let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_EXAMINED_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);

@@ -79,8 +79,8 @@ fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
 
-/// Tries one explanation: undoes its gross findings, and then the findings of the next check. `None` if a contradiction remains,
-/// or if more than `most` faults are needed. `again`: checks the log with changes applied.
+/// Tries one explanation: undoes the gross findings of the explanation, and then the findings of the next check. `None` if a
+/// contradiction remains, or if more than `most` faults are needed. `again`: checks the log with changes applied.
 fn mends(
     first: &LogCheck,
     findings: Vec<Finding>,
@@ -116,8 +116,8 @@ impl LogCheck {
         all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
-    /// Inserts an explanation before the others. The previous gross findings (they make estimates unusable) become alternatives;
-    /// all other previous findings are dropped.
+    /// Inserts an explanation before the others. The previous gross findings (which make estimates unusable) become
+    /// alternatives; all other previous findings are dropped.
     pub fn put_before(&mut self, explanation: Vec<Finding>) {
         let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
         let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();

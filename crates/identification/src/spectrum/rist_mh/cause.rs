@@ -110,7 +110,7 @@ impl HarmonicData<'_> {
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_significant = |(size, carried): (&EffectSize, &f64)| {
             // Compliance, width of a gap and stiffness are positive. A negative value means that another effect is present.
-            // Damping without compliance is not a spring, so it is not tested.
+            // Damping without compliance is not a spring, so damping alone is not tested.
             let is_positive = size.effect.is_positive();
             let tested = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
@@ -138,8 +138,8 @@ impl HarmonicData<'_> {
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
     }
 
-    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint with locked motor, Hz. K: stiffness, M: inertia behind the joint,
-    /// mean over its experiments. `None` for other effects.
+    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint with locked motor, Hz. K: stiffness; M: inertia behind the
+    /// joint, as a mean over the experiments with this joint. `None` for other effects.
     fn frequency(&self, size: &EffectSize, x: &[f64]) -> Option<f64> {
         let (Effect::Elastic { joint }, Some(&yielding)) = (size.effect, size.values.first()) else { return None };
         let moved: Vec<f64> =
@@ -214,8 +214,8 @@ impl HarmonicData<'_> {
         (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
-    /// The numbers of ripple periods per turn that are tried for a joint. They are limited by its range, its speed and the band
-    /// of the equations.
+    /// The numbers of ripple periods per turn that are tried for a joint. These numbers are limited by the range and the speed
+    /// of the joint, and by the band of the equations.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =
@@ -244,7 +244,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Ripple of one joint, and the sum of weighted squares that it explains.
+/// Ripple of one joint, and the sum of weighted squares that the ripple explains.
 #[derive(Clone)]
 struct Wave {
     periods: usize,

@@ -99,7 +99,7 @@ impl IterationState {
         // The first fit is without drift. Its friction f is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
-            // The standard deviation s of the drifts is iterated until it converges or is practically zero.
+            // The standard deviation s of the drifts is iterated until s converges or is practically zero.
             fit.spread = INITIAL_DRIFT_SIGMA;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
@@ -252,7 +252,7 @@ impl IterationState {
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
-        // Each drift has one row u' / s = 0, which regularises it (s: standard deviation of drifts).
+        // Each drift has one row u' / s = 0, which regularises the drift (s: standard deviation of drifts).
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;

@@ -21,7 +21,7 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{IterationState, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// The estimated gains and parameters, and the friction that was chosen with them.
+/// The estimated gains and parameters, and the friction that was chosen with these gains.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
     /// The gains and parameters with their standard deviations.

@@ -62,7 +62,7 @@ impl Misfit {
     }
 
     /// Factor a of the variance from clusters (see the module): 0 if noise explains the residual, 1 if the model lacks an
-    /// effect; between these limits it grows linearly with chi^2.
+    /// effect; between these limits, a grows linearly with chi^2.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -129,7 +129,7 @@ impl HarmonicData<'_> {
 }
 
 /// Standard deviations of the unknowns `x` with experiments as clusters. `triangles`: for each cluster, R of the QR
-/// decomposition of its rows in the shared columns.
+/// decomposition of the cluster's rows in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -153,8 +153,8 @@ impl IterationState {
     }
 
     /// One triangle (R of a QR decomposition) per cluster, with the columns of the shared unknowns, then of the unknown gains.
-    /// A cluster is a spectrum (after elimination of its drift and of the jumps at its ends), the gravity rows of one sweep, or
-    /// one expected gain.
+    /// A cluster is a spectrum (after elimination of the drift and of the jumps at the ends of the record), the gravity rows of
+    /// one sweep, or one expected gain.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();

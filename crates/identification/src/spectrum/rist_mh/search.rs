@@ -63,7 +63,7 @@ pub struct HarmonicEstimate {
 }
 
 impl HarmonicEstimate {
-    /// The delay of the torques in addition to the delay of the band, s. `None` if it was not estimated.
+    /// The delay of the torques in addition to the delay of the band, s. `None` if the delay was not estimated.
     pub fn delay(&self) -> Option<f64> {
         let found = self.effects.iter().find(|e| e.effect == Effect::Delay)?;
         found.values.first().copied()
@@ -105,8 +105,8 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // A gravity row is linear in the torque. If the positions replace the torques, its right-hand side is the column of a
-        // spring of 1 N m/rad.
+        // A gravity row is linear in the torque. If the positions replace the torques, the right-hand side of the row is the
+        // column of a spring of 1 N m/rad.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
