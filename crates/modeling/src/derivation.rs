@@ -40,8 +40,8 @@ impl std::fmt::Display for NeverCloses {
 impl std::error::Error for NeverCloses {}
 
 impl<'a> Derivation<'a> {
-    /// Derives the motion of every link as expressions. Fails if the robot has passive coordinates and no configuration was found
-    /// in which its loops close.
+    /// Derives the motion of every link as expressions. Fails if the robot has passive coordinates and no configuration was
+    /// found in which the loops close.
     pub fn new(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
         Derivation::in_graph(robot, Graph::new())
     }

@@ -1,4 +1,5 @@
-//! The functions that a generated file may contain: for each the word that requests it, its comment, and its derivation.
+//! The functions that a generated file may contain. For each function: the word that requests it, its comment, and its
+//! derivation.
 
 use std::sync::OnceLock;
 
@@ -316,7 +317,7 @@ impl RobotFunction {
         }
     }
 
-    /// For all functions: (word that requests it, whether it is a function of a link).
+    /// For all functions: the word that requests the function, and whether it is a function of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
         FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }

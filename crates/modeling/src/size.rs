@@ -77,8 +77,8 @@ impl fmt::Display for Size {
     }
 }
 
-/// For each link, the indices of the coordinates that move it. A passive coordinate may depend on any coordinate, so it counts as
-/// all of them.
+/// For each link, the indices of the coordinates that move it. A passive coordinate may depend on any coordinate, so it counts
+/// as all coordinates.
 fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     let n = robot.n_coordinates();
     let mut moved: Vec<BTreeSet<usize>> = Vec::with_capacity(robot.links.len());

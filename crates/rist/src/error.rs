@@ -49,7 +49,7 @@ impl Error {
         Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
-    /// The file and line of the mistake, if any; the message names them too.
+    /// The file and line of the mistake, if they are known. The message names them too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
     }

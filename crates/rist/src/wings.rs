@@ -1,7 +1,7 @@
 //! Registers wings (optional packages that add functions), and exports the types that wings need.
 //!
-//! A wing is a package on which the other packages, called core, do not depend. A program with wings passes them to
-//! [`register`] once, before it reads a file or prints a text.
+//! A wing is a package on which the other packages, called core, do not depend. A program with wings passes all wings to
+//! [`register`] once, before the program reads a file or prints a text.
 
 use std::sync::Once;
 

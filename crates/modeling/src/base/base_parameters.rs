@@ -44,8 +44,8 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Standard parameters whose columns in the regressor are so weak that no motion excites them, although for almost every
-    /// other robot of this structure they are identifiable. They are omitted.
+    /// Standard parameters whose columns in the regressor are so weak that no motion excites the parameters, although these
+    /// parameters are identifiable for almost every other robot of this structure. They are omitted.
     pub weak: Vec<WeakParameter>,
     /// The rank of the regressor (number of base parameters) and the evidence for it.
     pub rank: Rank,
@@ -62,8 +62,8 @@ pub struct BaseParameters {
 /// A base parameter: a standard parameter plus multiples of the parameters that it absorbs.
 #[derive(Clone, Debug)]
 pub struct BaseParameter {
-    /// Name as in SYMORO: `XXR2` if the parameter absorbs others, `MY2` if not. Without gravity, the name of a first moment
-    /// contains the length through which it acts: `D2MXR4`.
+    /// Name as in SYMORO: `XXR2` if the parameter absorbs others, `MY2` if it absorbs no other parameter. Without gravity, the
+    /// name of a first moment contains the length through which it acts: `D2MXR4`.
     pub name: String,
     /// Index of the column that is kept for this parameter, in the standard regressor D.
     pub column: usize,
@@ -110,7 +110,7 @@ impl BaseParameters {
         self.sources.short(&self.columns())
     }
 
-    /// The regrouping rules as text, in standard parameters only; `None` if they have more than a million summands.
+    /// The regrouping rules as text, in standard parameters only; `None` if the rules have more than a million summands.
     pub fn expanded_rules(&self) -> Option<Rules> {
         self.sources.expanded(&self.columns())
     }
@@ -169,9 +169,9 @@ impl Derivation<'_> {
         Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
     }
 
-    /// Determines the base parameters of `regressor`. If they are refused although all numbers are finite, the result holds the
-    /// standard parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the standard parameters are
-    /// right at any rank.
+    /// Determines the base parameters of `regressor`. If base parameters are refused although all numbers are finite, the
+    /// result holds the standard parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the
+    /// standard parameters are right at any rank.
     ///
     /// Fails if a torque is not finite, or if the loops never close.
     pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
@@ -199,7 +199,7 @@ fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
 }
 
-/// The kept columns, the relations of the dropped columns to them, and the evidence for the rank.
+/// The kept columns, the relations between dropped and kept columns, and the evidence for the rank.
 struct Settled {
     scan: Scan,
     regrouping: Regrouping,
@@ -238,7 +238,7 @@ fn settled(
     };
     let ColumnChoice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
-    // Finds the coefficients beta of each dropped column and compares them with numeric coefficients.
+    // Finds the coefficients beta of each dropped column, and compares these coefficients with numeric coefficients.
     let mut related = |scan: Scan, weak: &[usize]| {
         let points = closed.as_ref().map(|closed| &closed.points);
         let regrouping = regrouping(derivation, regressor, standard, &scan, points);
@@ -270,7 +270,8 @@ fn settled(
     Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
-/// Counts the relations between columns by their evidence: exact, checked at general points of the finite field, or numeric.
+/// Counts the relations between columns by the evidence for the relation: exact, checked at general points of the finite field,
+/// or numeric.
 fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
@@ -312,8 +313,8 @@ struct ColumnChoice {
     /// Ok if the numeric scan is clear-cut: the smallest distance of a kept column (from the span of the columns before it) is
     /// much larger than the largest distance of a dropped column.
     is_clear: Result<(), UnclearRank>,
-    /// The columns to keep: the columns that are independent in the finite field if their numeric distances are clearly above
-    /// rounding. If the field has no result, the numeric columns.
+    /// The columns to keep. These are the independent columns of the finite field, if the numeric distances of these columns
+    /// are clearly above rounding. If the field has no result, these are the numerically independent columns.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
     /// The columns that are independent in the finite field; empty if the field has no result.

@@ -57,7 +57,8 @@ impl Coefficient {
         self.terms.is_empty()
     }
 
-    /// The coefficient for an expression in named constants. `None` if it is no Laurent polynomial, such as a division by a sum.
+    /// The coefficient for an expression in named constants. `None` if the expression is no Laurent polynomial, such as a
+    /// division by a sum.
     pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {

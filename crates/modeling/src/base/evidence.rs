@@ -12,7 +12,7 @@ pub struct Rank {
     pub numeric: usize,
     /// The rank of the regressor in a finite field, where no tolerance is needed.
     pub exact: ExactRank,
-    /// Smallest distance of a kept column from the span of the columns before it, relative to the norm of this column.
+    /// Smallest distance of a kept column from the span of the columns before it, divided by the norm of the kept column.
     pub smallest_kept: f64,
     /// Largest distance of a dropped column from the span of the kept columns, relative to the norm of this column. For a zero
     /// column: the norm of the column, relative to the norm of the largest column.
@@ -30,7 +30,7 @@ pub struct Rank {
     pub numeric_relations: usize,
 }
 
-/// The rank of a regressor in a finite field, or the reason why it is not known.
+/// The rank of a regressor in a finite field, or the reason why this rank is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExactRank {
     /// The rank of a robot without passive joints, whose coordinates are all free.
@@ -47,7 +47,7 @@ pub enum ExactRank {
 }
 
 impl ExactRank {
-    /// The rank in the finite field; `None` if it is not known.
+    /// The rank in the finite field; `None` if this rank is not known.
     pub fn rank(self) -> Option<usize> {
         match self {
             ExactRank::Free(rank) | ExactRank::Closed { rank, .. } => Some(rank),
@@ -55,7 +55,7 @@ impl ExactRank {
         }
     }
 
-    /// The reason why the rank in the finite field is not known; `None` if it is known.
+    /// The reason why the rank in the finite field is not known; `None` if the rank is known.
     pub fn reason(self) -> Option<NoCertificate> {
         match self {
             ExactRank::Unknown(reason) => Some(reason),

@@ -70,7 +70,7 @@ pub(crate) struct Echelon {
 }
 
 impl Echelon {
-    /// Adds a row. Returns whether it is independent of the rows that were added before.
+    /// Adds a row. Returns whether the row is independent of the rows that were added before.
     pub(crate) fn add(&mut self, mut row: Vec<Residue>) -> bool {
         for c in 0..row.len() {
             if row[c] == Residue::ZERO {

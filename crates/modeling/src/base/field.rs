@@ -141,7 +141,7 @@ const MAX_DENOMINATOR: i64 = 1_000_000;
 const MAX_RATIO: f64 = 1e9;
 /// A term of a continued fraction that reaches this bound is the reciprocal of a rounding error.
 const MAX_FRACTION_TERM: f64 = 1e12;
-/// Largest relative difference between a double and its ratio of integers: two units in the last place.
+/// Largest relative difference between a double and the ratio of integers that represents it: two units in the last place.
 const TWO_ULP: f64 = 2.0 * f64::EPSILON;
 /// Number of significant digits up to which different decimal numbers are different doubles.
 pub(crate) const DIGITS: usize = 15;
@@ -186,7 +186,7 @@ fn small_ratio(x: f64) -> Option<(i64, i64)> {
     }
 }
 
-/// The field elements of one named constant: one for its value as a length, and (cos, sin) for its value as an angle.
+/// The field elements of one named constant: one element for the value as a length, and (cos, sin) for the value as an angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
     pub length: Residue,

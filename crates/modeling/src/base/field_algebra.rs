@@ -1,4 +1,4 @@
-//! Evaluates a function in the finite field ([`crate::base::field`]), with random values for its inputs.
+//! Evaluates a function in the finite field ([`crate::base::field`]), with random values for the inputs of the function.
 
 use std::collections::BTreeMap;
 

@@ -30,8 +30,8 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses a numeric rank that differs from the rank in the finite field. The error lists the columns that only one of them has.
-/// `exact`: independent columns in the field.
+/// Refuses a numeric rank that differs from the rank in the finite field. The error lists the columns that are independent in
+/// only one of the two. `exact`: independent columns in the field.
 pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
         these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()

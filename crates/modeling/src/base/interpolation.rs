@@ -23,7 +23,7 @@ use random::SplitMix;
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,
-    /// For each coefficient x_k, the power of length (m) in its unit.
+    /// For each coefficient x_k, the power of length (m) in the unit of x_k.
     pub degrees: Vec<i32>,
 }
 
@@ -91,7 +91,7 @@ pub(crate) fn interpolate(
             // the relation.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
-                    // The coefficient depends on no symbol, so it is a number and needs no fit.
+                    // The coefficient depends on no symbol, so the coefficient is a number and needs no fit.
                     return x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())));
                 }
                 fit(&mut samples, &mut points, r, k, &depends[r][k], relation.degrees[k])
@@ -248,9 +248,9 @@ struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
     angles: GraphAngles,
-    /// For each symbol: whether it is the argument of a sine or cosine.
+    /// For each symbol: whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// For each symbol: whether the function or the closure of the loops depends on it.
+    /// For each symbol: whether the function or the closure of the loops depends on the symbol.
     is_read: Vec<bool>,
     closed: Option<&'a ClosedPoints>,
     random: SplitMix,
@@ -307,7 +307,8 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation for its coefficients at these constants; `None` for a relation without a unique solution.
+    /// Solves every relation for the coefficients of the relation, at these constants; `None` for a relation without a unique
+    /// solution.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
         let rows = match self.closed {

@@ -20,7 +20,8 @@ const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 /// dropped column.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
-/// The result of a scan of columns from left to right. Distance of a column: from the span of the columns kept before it.
+/// The result of a scan of columns from left to right. The distance of a column is its distance from the span of the columns
+/// kept before it.
 #[derive(Clone, Debug, Default)]
 pub struct Scan {
     /// Indices of the columns that are kept, ascending.
@@ -69,7 +70,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         let mut v: DVector<f64> = triangle.column(c).rows(0, c + 1).into_owned();
         let mut along = vec![0.0; basis.len()];
-        // Gram-Schmidt orthogonalisation. Doing it twice is enough [Parlett, after Kahan].
+        // Gram-Schmidt orthogonalisation. Two passes are enough [Parlett, after Kahan].
         for _ in 0..2 {
             for (b, a) in basis.iter().zip(&mut along) {
                 let mut v = v.rows_mut(0, b.len());
@@ -136,7 +137,7 @@ mod tests {
         for (found, expected) in s.dependent[1].1.iter().zip([1.5, 0.5, 0.0]) {
             assert!((found - expected).abs() < 1e-13);
         }
-        // If a chosen column is dependent, its distance shows this.
+        // If a chosen column is dependent, the distance of this column shows this.
         assert!(scan(&triangle, Some(&[0, 2, 3])).unwrap().distance[3] < 1e-13);
     }
 

@@ -86,8 +86,8 @@ pub(crate) struct Regrouping {
 }
 
 impl Regrouping {
-    /// The `weak` columns, and the dropped columns whose rules contain them: their relations omit the contribution of weak
-    /// columns.
+    /// The `weak` columns, and the dropped columns whose rules contain weak columns. The relations of these dropped columns
+    /// omit the contribution of weak columns.
     pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
         let mut built: BTreeSet<usize> = weak.iter().copied().collect();
         for (dropped, terms) in &self.rules {
@@ -135,7 +135,8 @@ fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) 
         .collect()
 }
 
-/// The dropped columns without a tree rule, each with the kept columns for which it has a non-zero numeric coefficient.
+/// The dropped columns without a tree rule, each with the kept columns for which the dropped column has a non-zero numeric
+/// coefficient.
 fn unexplained(
     robot: &Robot,
     standard: &[StandardParameter],
@@ -157,7 +158,8 @@ fn unexplained(
         .collect()
 }
 
-/// Coefficients of the relations: exact if the interpolation in the finite field finds them, otherwise numeric from the scan.
+/// Coefficients of the relations: exact if the interpolation in the finite field finds exact coefficients, otherwise numeric
+/// from the scan.
 fn solved(
     robot: &Robot,
     regressor: &Function,

@@ -31,7 +31,7 @@ pub(crate) struct TreeRule {
 /// not polynomials in symbols (a division by a sum) has no rules.
 pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<TreeRule> {
     let mut rules = Vec::new();
-    // Links without inertial parameters have no rules, so they are left out.
+    // Links without inertial parameters have no rules, so such links are left out.
     let has_parameters = |j: LinkId| j.0 >= robot.massless;
     for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
         let frame = RelativeFrame::of(robot, g, constants, j);
@@ -59,8 +59,8 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
 /// A body whose ten parameters are 0 or 1, in the order of [`Inertial::BODY`]: true means 1.
 type ParameterSet = [bool; 10];
 
-/// For each rule of a joint of this kind: the dropped parameter; the other parameters of the same link that absorb it; and the
-/// set of parameters of the symmetric body.
+/// For each rule of a joint of this kind: the dropped parameter; the other parameters of the same link that absorb the dropped
+/// parameter; and the set of parameters of the symmetric body.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));

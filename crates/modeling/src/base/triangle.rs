@@ -101,8 +101,8 @@ mod tests {
         assert!(gram.amax() < 1e-12);
     }
 
-    /// Checks a matrix with many more columns than a joint has rows: these rows become zero dozens of times, and their rounding
-    /// errors must not grow.
+    /// Checks a matrix with many more columns than a joint has rows: these rows become zero dozens of times, and the rounding
+    /// errors of these rows must not grow.
     #[test]
     fn rows_that_are_used_up_leave_nothing() {
         let (joints, states, p) = (3, 7, 600);

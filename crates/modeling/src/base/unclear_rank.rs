@@ -28,8 +28,8 @@ pub enum UnclearRank {
         /// The names of the parameters whose torque is not finite.
         parameters: Vec<String>,
     },
-    /// Some columns are numerically independent, although they are dependent for every robot of this structure. The cause is
-    /// rounding.
+    /// Some columns are numerically independent, although these columns are dependent for every robot of this structure. The
+    /// cause is rounding.
     Exact {
         /// Number of numerically independent columns.
         numeric: usize,
@@ -38,8 +38,8 @@ pub enum UnclearRank {
         /// Names of the columns that are independent only numerically.
         only_numeric: Vec<String>,
     },
-    /// Some columns are dependent at the numbers of this robot, although they are independent for almost every robot of this
-    /// structure.
+    /// Some columns are dependent with the numbers of this robot, although these columns are independent for almost every robot
+    /// of this structure.
     Coincident {
         /// Number of numerically independent columns.
         numeric: usize,

@@ -53,11 +53,11 @@ pub(crate) fn left_out(
 /// Largest relative change, in the test of weak columns, of a length and of an angle's difference from the next multiple of
 /// pi/12.
 const RELATIVE_CHANGE: f64 = 0.25;
-/// A column stays weak if its relative distance is below this value after all numbers are changed. It is a hundred times the
-/// threshold of the scan, because the distance grows with the second power of an angle or the fourth of a length.
+/// A column stays weak if its relative distance is below this value after all numbers are changed. This value is a hundred
+/// times the threshold of the scan, because the distance grows with the second power of an angle or the fourth of a length.
 const WEAK_DISTANCE: f64 = 100.0 * INDEPENDENT;
-/// A column also stays weak if its distance relative to the largest column is below this value. It is ten times the bound of a
-/// zero column.
+/// A column also stays weak if its distance relative to the largest column is below this value. This value is ten times the
+/// bound for a zero column.
 const WEAK_SHARE: f64 = 1e-8;
 /// Seed of the random changes of the robot's numbers.
 const CHANGE_SEED: u64 = 2001;

@@ -48,7 +48,7 @@ pub(crate) struct RuleSources {
     inertials: Vec<Inertial>,
     /// A graph with only the constants of the robot. The graph gives the values and names of constants in coefficients.
     symbols: Graph,
-    /// Name of a constant -> the names of the places in the file that use it, if there are several
+    /// Name of a constant -> the names of the places in the file that use the constant, if there are several places
     /// ([`crate::kinematics::constants`]).
     places: BTreeMap<String, Vec<String>>,
     /// Index of the link of each standard parameter.
@@ -79,7 +79,8 @@ impl RuleSources {
         }
     }
 
-    /// The rules as text, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
+    /// The rules as text, expanded if the expanded rules are short, otherwise nested. `kept`: the columns of the base
+    /// parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
         // A summand needs at least five characters (` + M3`), but two summands may be merged into one. So rules with more
         // summands than half the allowed characters are certainly too long.
@@ -89,8 +90,8 @@ impl RuleSources {
             .unwrap_or_else(|| self.nested(kept))
     }
 
-    /// The rules as text, expanded; `None` if they have more than [`MAX_SUMMANDS`] summands. `kept`: the columns of the base
-    /// parameters.
+    /// The rules as text, expanded; `None` if the rules have more than [`MAX_SUMMANDS`] summands. `kept`: the columns of the
+    /// base parameters.
     pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
@@ -237,8 +238,9 @@ impl<'a> ConstantNames<'a> {
     }
 
     /// Gives the names of constants in one coefficient of a rule: the coefficient with which the parameter of column `kept`
-    /// absorbs the parameter of column `dropped`. If the file uses a number at several places, the number is named after its
-    /// place on the path between the links of the two parameters. If there are several such places, the outermost one is taken.
+    /// absorbs the parameter of column `dropped`. If the file uses a number at several places, the number is named after the
+    /// place that lies on the path between the links of the two parameters. If several places lie on this path, the outermost
+    /// place is taken.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);

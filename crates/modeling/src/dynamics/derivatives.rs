@@ -111,7 +111,8 @@ fn square(name: &str, entries: Vec<Expr>) -> Output {
     Output { name: name.into(), rows: n, columns: n, entries }
 }
 
-/// The derivatives of `entries` by each coordinate (or by its rate), row by row. Passive coordinates change by dq_p = G dq.
+/// The derivatives of `entries` by each coordinate (or by the rate of each coordinate), row by row. Passive coordinates change
+/// by dq_p = G dq.
 fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
     let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
     let n = robot.n_coordinates();
@@ -155,7 +156,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
             continue;
         }
         let CompositeBody { body, momenta: of_link, wrench } = &wholes[j.0];
-        // The wrench on link j that a change of joint j causes; it acts on joint j and on all joints before it.
+        // The wrench on link j that a change of joint j causes. This wrench acts on joint j and on all joints before it.
         let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
         let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];

@@ -16,7 +16,8 @@ use robot::LinkId;
 use crate::kinematics::links::{LinkMotion, Twist};
 use crate::kinematics::vector::{Vector, dot, plus_cross, plus_dot};
 
-/// The regressor column of a parameter: its index, its link, and force f and moment n on this link per unit of the parameter.
+/// The regressor column of a parameter: the index of the column, the link of the parameter, and force f and moment n on this
+/// link per unit of the parameter.
 pub(crate) struct WrenchColumn {
     pub place: usize,
     pub link: LinkId,
@@ -46,7 +47,7 @@ struct Choices {
 }
 
 /// (row, column, entry) of all entries of the regressor columns `columns`, in the forms with the fewest operations. `fixed`:
-/// other expressions of the function; operations that an entry shares with them are not counted.
+/// other expressions of the function; operations that an entry shares with these expressions are not counted.
 pub(crate) fn fewest(
     g: &mut Graph,
     links: &[LinkMotion],

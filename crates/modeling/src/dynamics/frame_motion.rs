@@ -18,8 +18,8 @@ use crate::kinematics::links::{JointVariables, MotionInput, link_motions_under};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
 impl Derivation<'_> {
-    /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s, as a function: inputs `q`, `dq`, output `v` (6), in
-    /// the axes of `reference`, or of the frame itself for `None`.
+    /// Linear velocity of a frame's origin, m/s, and angular velocity of the frame, rad/s, as a function: inputs `q`, `dq`,
+    /// output `v` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -35,8 +35,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2, as a function: inputs `q`, `dq`, `ddq`,
-    /// output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
+    /// Linear acceleration of a frame's origin, m/s^2, and angular acceleration of the frame, rad/s^2, as a function: inputs
+    /// `q`, `dq`, `ddq`, output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let moving = self.motion.clone();

@@ -65,8 +65,8 @@ struct AllLinks {
     mass: Expr,
     /// Centre of mass in the base frame, m.
     centre: Vector,
-    /// For each coordinate, the momentum per unit of its rate: momentum, then angular momentum about the base's origin (6
-    /// entries).
+    /// For each coordinate, the momentum per unit of the rate of this coordinate: momentum, then angular momentum about the
+    /// base's origin (6 entries).
     momenta: Vec<Vec<Expr>>,
 }
 

@@ -26,12 +26,12 @@ use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Momenta {
     pub h: Vector,
-    /// The matrix E = sum m r v^T, row by row; r: position of a point of mass m, v: its velocity.
+    /// The matrix E = sum m r v^T, row by row. r, v: position and velocity of a point of mass m.
     pub E: [Vector; 3],
 }
 
 impl Momenta {
-    /// The momenta of a body with angular velocity w and velocity v of its origin, in the body's frame.
+    /// The momenta of a body with angular velocity w, in the body's frame. v: velocity of the origin of this frame.
     pub(crate) fn new(g: &mut Graph, body: RigidBody, w: Vector, v: Vector) -> Momenta {
         let [xx, xy, xz, yy, yz, zz] = body.inertia;
         let half = g.constant(0.5);

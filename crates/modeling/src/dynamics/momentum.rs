@@ -85,8 +85,8 @@ pub(crate) fn momentum_entries(derivation: &mut Derivation, x: &ParameterInputs)
             [add(g, moved, turned), add(g, own, lever)]
         })
         .collect();
-    // From the end links inward: take the component of each link's momentum along its joint axis, then add the momentum to
-    // the momentum of the antecedent.
+    // From the end links inward: take the component of each link's momentum along the joint axis, then add the link's momentum
+    // to the momentum of the antecedent.
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
         let [h, L] = momenta[j.0];

@@ -58,8 +58,9 @@ impl Derivation<'_> {
         Function::new("momentum_and_rate", &self.graph, inputs, vec![output("p", p), output("b", b)])
     }
 
-    /// The momentum p and b = C^T dq - g per unit of the ten parameters XX XY XZ YY YZ ZZ MX MY MZ M of a load fixed to `frame`,
-    /// about the frame's origin and in its axes, as a function: inputs `q`, `dq`, outputs `p` and `b` (n x 10).
+    /// The momentum p and b = C^T dq - g per unit of the ten parameters XX XY XZ YY YZ ZZ MX MY MZ M of a load fixed to
+    /// `frame`, about the origin of the frame and in the axes of the frame, as a function: inputs `q`, `dq`, outputs `p` and
+    /// `b` (n x 10).
     pub fn load_momentum(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let p = load_momenta(self, frame);

@@ -17,8 +17,8 @@ use crate::kinematics::links::Twist;
 use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
 impl Derivation<'_> {
-    /// Pose of a link, or of a frame fixed to it, in the base frame, as a function: input `q`, output `t` (3 x 4): rotation,
-    /// position in m.
+    /// Pose of a link, or of a frame fixed to a link, in the base frame, as a function: input `q`, output `t` (3 x 4):
+    /// rotation, position in m.
     pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -59,8 +59,8 @@ impl Derivation<'_> {
         jacobian(self, &frame.into(), None)
     }
 
-    /// Jacobian of a frame in the axes of a reference frame, as a function: input `q`, output `j` (6 x n): velocity of its
-    /// origin, then angular velocity.
+    /// Jacobian of a frame in the axes of a reference frame, as a function: input `q`, output `j` (6 x n): velocity of the
+    /// frame's origin, then angular velocity.
     pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         jacobian(self, &frame.into(), Some(reference))
     }

@@ -48,7 +48,7 @@ pub(crate) struct InRun {
     own_a: Vector,
 }
 
-/// A link together with all links that it carries, with their joints locked.
+/// A link together with all links that it carries, with all joints between these links locked.
 #[derive(Clone, Copy)]
 pub(crate) struct CompositeBody {
     pub body: RigidBody,
@@ -179,7 +179,7 @@ fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     robot.link_ids().map(of).collect()
 }
 
-/// Whether a link is the first link of a run: it is on the base, or its axis is not parallel to the axis before it.
+/// Whether a link is the first link of a run: the link is on the base, or its axis is not parallel to the axis before it.
 fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
     robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
 }
@@ -192,8 +192,8 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First the link's own bodies are computed, in their own axes. Then the composite bodies are summed from the end links to the
-    // base, in the axes of the runs (consecutive links on parallel axes).
+    // First, the bodies of each link alone are computed, in the axes of the link. Then the composite bodies are summed from the
+    // end links to the base, in the axes of the runs (consecutive links on parallel axes).
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

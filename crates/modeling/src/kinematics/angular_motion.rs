@@ -18,7 +18,7 @@ use crate::kinematics::vector::{Vector, ZRotation};
 pub(crate) struct Bend {
     pub x: Expr,
     pub y: Expr,
-    /// w_x^2 + w_y^2 (w: angular velocity) if it follows from the antecedent's U; `None` if two squares must be computed.
+    /// w_x^2 + w_y^2 (w: angular velocity) if this sum follows from the antecedent's U; `None` if two squares must be computed.
     pub across: Option<Expr>,
 }
 

@@ -18,8 +18,8 @@ use crate::kinematics::vector::{NULL, Vector, add};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AxisIntersections {
     pub all: Vec<AxisIntersection>,
-    /// For each coordinate, the index of its axis intersection. `None` if the coordinate does not move the link, or does not move
-    /// it by a single revolute joint.
+    /// For each coordinate, the index of its axis intersection. `None` if the coordinate does not move the link, or moves it by
+    /// something else than a single revolute joint.
     pub of: Vec<Option<usize>>,
 }
 
@@ -60,8 +60,8 @@ impl AxisIntersections {
                 _ => poles.begin(j),
             }
         }
-        // So far the levers (vectors from the points to O_j) are in the axes before the joint turns. The rotation by theta gives
-        // them in frame j.
+        // So far, the levers (vectors from the points to O_j) are in the axes before the joint turns. The rotation by theta
+        // converts the levers to frame j.
         for pole in &mut poles.all {
             pole.lever = placement.theta.turned(g, pole.lever);
         }

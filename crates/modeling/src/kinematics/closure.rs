@@ -23,8 +23,9 @@ const CLOSED_LOOP_ERROR: f64 = 1e-11;
 /// A configuration counts as singular if the ratio of smallest to largest singular value of the Jacobian J_p (closure error by
 /// passive coordinates) is below this value.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
-/// Sampled configurations, and all configurations on a path between them, have at least this ratio of smallest to largest
-/// singular value of the Jacobian J_p (closure error by passive coordinates).
+/// Sampled configurations keep away from singular configurations: their ratio of smallest to largest singular value of the
+/// Jacobian J_p (closure error by passive coordinates) is at least this value. The same holds for all configurations on a path
+/// between samples.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
 /// Largest number of Gauss-Newton steps of a search. Near the solution, each step doubles the number of correct digits. The
 /// halved steps before that need fewer steps than this number.
@@ -61,13 +62,13 @@ pub struct Closure {
     start: Vec<f64>,
     n_equations: usize,
     blocks: Vec<Block>,
-    /// A closed configuration (q, q_p) of the assembly mode to which the search from the start leads; `None` until it is
-    /// computed.
+    /// A closed configuration (q, q_p) of the assembly mode to which the search from the start leads; `None` until this
+    /// configuration is computed.
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// A diagonal block of the Jacobian J_p: loops that are solved together, as the indices of their equations (rows) and of their
-/// passive coordinates (columns).
+/// A diagonal block of the Jacobian J_p. It belongs to loops that are solved together, and consists of the indices of the
+/// equations (rows) and of the passive coordinates (columns) of these loops.
 struct Block {
     rows: Vec<usize>,
     columns: Vec<usize>,
@@ -158,7 +159,7 @@ impl Closure {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
-            // A closure error of NaN ends the search; it counts as not closed below.
+            // A closure error of NaN ends the search. Such an error counts as not closed below.
             if !is_finite(&e, &j) {
                 break;
             }
@@ -328,7 +329,8 @@ fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
     e.iter().chain(j).all(|x| x.is_finite())
 }
 
-/// Divisor of a closure error when it is compared with its bound: the largest magnitude of an entry of J_p, at least 1.
+/// Divisor of a closure error before the error is compared with its bound: the largest magnitude of an entry of J_p, at least
+/// 1.
 fn size(j: &DMatrix<f64>) -> f64 {
     j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

@@ -284,7 +284,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // The quality of an order is its smallest pivot over all sampled configurations.
+        // The quality of an order of elimination is the smallest pivot over all sampled configurations.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));
@@ -332,7 +332,7 @@ fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
     smallest
 }
 
-/// The factors L and U of a square matrix of expressions, stored in one matrix; its pivots are on the diagonal.
+/// The factors L and U of a square matrix of expressions, stored in one matrix. The pivots are on the diagonal.
 struct Elimination {
     rows: Vec<Vec<Expr>>,
 }

@@ -28,7 +28,8 @@ use crate::kinematics::names::{name_motion, name_twists};
 pub(crate) use crate::kinematics::placement::{Placement, Twist, along_axis};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, plus_cross, plus_dot};
 
-/// The motion of a link, in its own frame: angular velocity w, acceleration a of its origin minus gravity, and others.
+/// The motion of a link, in the frame of the link: angular velocity w, acceleration a of the link's origin minus gravity, and
+/// others.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
@@ -351,7 +352,8 @@ pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: 
     }
 }
 
-/// The joint variable q_j of a link, its rate or its acceleration: sum_k c_k x_k over the coordinates with the values `x`.
+/// The joint variable q_j of a link, or the rate or the acceleration of this variable: sum_k c_k x_k over the coordinates with
+/// the values `x`.
 pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {

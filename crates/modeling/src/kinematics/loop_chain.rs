@@ -21,8 +21,8 @@ pub(crate) struct LoopChains {
     pub placements: Function,
     /// For each link and loop frame of `placements`, in the same order: its joint, which connects it to its antecedent.
     pub joints: Vec<ChainJoint>,
-    /// For each loop, the indices of the links of its two branches: from the last common link to the cut frame, and to the twin
-    /// frame.
+    /// For each loop, the indices of the links of the two branches of the loop: from the last common link to the cut frame, and
+    /// to the twin frame.
     pub loops: Vec<[Vec<usize>; 2]>,
 }
 

@@ -24,7 +24,7 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
-/// Reads a description from a text; the extension of `path` gives its format. Only files that the text refers to are opened;
+/// Reads a description from a text; the extension of `path` gives its format. Only files to which the text refers are opened;
 /// each is noted as an input of the step ([`crate::output`]).
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     opened::with(path, || {

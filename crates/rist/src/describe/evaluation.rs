@@ -81,7 +81,7 @@ enum StateSource {
     Tape(Box<StateTape>),
 }
 
-/// Number of states that are evaluated together, chosen so that their inputs and outputs stay in the cache.
+/// Number of states that are evaluated together. With this number, the inputs and outputs of these states stay in the cache.
 const STATES_PER_PASS: usize = 64;
 
 impl Evaluation {
@@ -151,7 +151,7 @@ impl Evaluation {
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
-            // The inverse geometric model does not take q, so its first other argument gives the number of states.
+            // The inverse geometric model does not take q. So the first other argument gives the number of states.
             [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
             _ => states.q.len().checked_div(n).unwrap_or(0),
         };
@@ -215,7 +215,7 @@ impl Evaluation {
     }
 }
 
-/// The rows of the argument `name`; empty if it is not given.
+/// The rows of the argument `name`; empty if the argument is not given.
 fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
     states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
 }

@@ -9,8 +9,8 @@ use robot::lint::{Finding, LintOptions, Mistake, NEGLIGIBLE_SHARE, Severity, gro
 use robot::{Collision, CollisionShape, Part, Robot};
 use serde_json::{Value, json};
 
-/// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Collision
-/// meshes omit motors and cables, so smaller distances are normal.
+/// A centre of mass is reported if its distance from the hull of the mesh of its body exceeds this share of the size of the
+/// hull. Collision meshes omit motors and cables, so smaller distances are normal.
 const REPORTED_DISTANCE_SHARE: f64 = 0.2;
 
 /// The suspected mistakes in a description.

@@ -23,7 +23,7 @@ use identification::estimate::artefact::Estimate;
 
 /// A robot with its base parameters and functions.
 pub struct Model {
-    /// The file that the robot was read from, as the user named it.
+    /// The file from which the robot was read, as the user named it.
     pub path: PathBuf,
     /// The description with its options applied.
     pub robot: Robot,
@@ -35,9 +35,9 @@ pub struct Model {
     pub base_regressor: Function,
     /// Torques tau(q, dq, ddq, X), X being the standard parameters.
     pub torque: Function,
-    /// Name and fingerprint of the model. Result files store them to identify the model.
+    /// Name and fingerprint of the model. Result files store both to identify the model.
     pub reference: ModelReference,
-    /// The options with which the description was read. Result files store them.
+    /// The options with which the description was read. Result files store these options.
     pub description: Option<DescriptionOptions>,
     /// A configuration in which the numerically solved loops are closed: name and value (rad or m) of each coordinate, then of
     /// each passive joint. The solver reaches all other configurations from this configuration. Empty without such loops.
@@ -114,8 +114,8 @@ impl Model {
         })
     }
 
-    /// Applies the change `robot` to a copy of the robot and derives its model. `options` records the change in the reading
-    /// options.
+    /// Makes a copy of the robot, applies the change `robot` to the copy, and derives the model of the changed copy. `options`
+    /// records the change in the reading options.
     ///
     /// Fails if the rank of the base parameters is not clear-cut.
     pub(crate) fn changed(
@@ -306,7 +306,7 @@ pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Err
     estimate.prediction(id).ok_or_else(missing)
 }
 
-/// The coordinates of a robot: the name in its file, and whether the joint slides.
+/// The coordinates of a robot: the name of each coordinate in the robot's file, and whether the joint of the coordinate slides.
 pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let is_prismatic = |k: usize| {
         let joint = robot.joint_of(CoordinateId(k));

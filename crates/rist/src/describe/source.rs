@@ -30,7 +30,8 @@ pub struct GeneratedSource {
     pub text: String,
     /// The text of the header, only for C.
     pub header: Option<String>,
-    /// For each function, its name and the numbers of multiplications, additions, and sines and cosines in one call.
+    /// For each function, the name of the function, and the numbers of multiplications, additions, and sines and cosines in one
+    /// call.
     pub counts: Vec<(String, expr::Count)>,
 }
 

@@ -1,4 +1,4 @@
-//! Proposes names and units for the columns of a log; the user can paste them into the file of options.
+//! Proposes names and units for the columns of a log. The user can paste this proposal into the file of options.
 
 use std::fmt;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub fn propose_columns(
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     let mut proposal = propose(&table, &coordinates, rate);
     let arm = arm.map(|arm| complete(robot, &table, arm, &mut proposal)).transpose()?.unwrap_or_default();
-    // The units of sliding joints are shown as they are read.
+    // The units of sliding joints are shown as they will be read.
     if let Some(mapping) = proposal.mapping.take() {
         let slides: Vec<bool> = coordinates_of(robot).iter().map(|coordinate| coordinate.is_prismatic).collect();
         proposal.mapping = Some(mapping.clone().with_sliding(&slides).unwrap_or(mapping));
@@ -48,7 +48,7 @@ pub fn propose_columns(
 }
 
 impl ColumnProposal {
-    /// Whether the proposal is complete, so that the log can be read with it.
+    /// Whether the proposal is complete, so that the log can be read with this proposal.
     pub fn is_whole(&self) -> bool {
         self.proposal.mapping.is_some()
     }

@@ -21,7 +21,8 @@ use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
-/// Checks whether logs belong to the robot, and names contact if they do. The logs are read as in an identification with `options`.
+/// Checks whether logs belong to the robot. If they do, contacts in the logs are named too. The logs are read as in an
+/// identification with `options`.
 ///
 /// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without gains,
 /// currents are used unscaled, and the log check gives the gains that the description implies. Fails if a log cannot be read or
@@ -49,7 +50,8 @@ pub(crate) fn examine_columns(
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
     let first = log_check_of(model, logs, &records, gains, &options)?;
-    // Velocity and acceleration columns that are not the derivatives of the positions are ignored, so they cause no findings.
+    // Velocity and acceleration columns that are not the derivatives of the positions are ignored, so such columns cause no
+    // findings.
     let mut chosen = options.clone();
     let mut found = match sources(&first, &mut chosen).is_empty() {
         true => first,
@@ -128,7 +130,7 @@ pub fn log_check_of<R: Records + ?Sized>(
         let described = model.nominal_parameters();
         Ok(log_check(model.regressor(), records, &suspects, described.as_deref())?)
     };
-    // Another mount of the base is searched before remedies are written, because it may replace findings.
+    // Another mount of the base is searched before remedies are written, because another mount may replace findings.
     let mut found: LogCheck = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);
@@ -143,8 +145,8 @@ pub fn log_check_of<R: Records + ?Sized>(
     let mass = |body: &usize| model.robot.link(model.body_links()[*body]).inertial.map_or(0.0, |of| of[9]);
     let bodies: Vec<(usize, f64)> = last_bodies(model).into_iter().map(|body| (body, mass(&body))).collect();
     found.look_for_load(&linear, records, (&map, described.as_deref()), &bodies)?;
-    // Velocities and accelerations count as measured if a log has their columns and the options do not replace these by
-    // derivatives.
+    // Velocities and accelerations count as measured if a log has columns for them and the options do not replace these columns
+    // by derivatives.
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

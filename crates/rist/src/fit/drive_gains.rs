@@ -50,7 +50,7 @@ pub(crate) fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
-    // Fails if an estimated gain is not significant, because all parameters scale with it.
+    // Fails if an estimated gain is not significant, because all parameters scale with the gains.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
     // An estimated gain has to be positive, unless a negative gain is expected.
     let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
@@ -92,7 +92,7 @@ pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parame
 /// The kind of effort signal in the logs that need drive gains (motor currents or position errors); torque if no log needs them.
 /// Logs of torques may be mixed with either kind.
 ///
-/// Fails if some logs hold currents and others position errors: one gain of a joint cannot turn both into torques.
+/// Fails if some logs hold currents and others position errors: one gain of a joint cannot convert both signals into torques.
 fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
     let mut with_gains = logs.iter().filter(|log| log.effort_is().needs_gains());
     let Some(first) = with_gains.next() else { return Ok(Effort::Torque) };
@@ -146,7 +146,7 @@ pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, G
 /// depend on the gains.
 pub(crate) fn inflate_sigma(estimate: &mut Estimate, gains: &DriveGains) {
     // If friction terms were added after the gains were estimated, the numbers of parameters differ. The estimate then keeps
-    // its standard deviations.
+    // its standard deviations unchanged.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

@@ -45,7 +45,7 @@ fn plain(experiment: &str) -> String {
     format!("{experiment}.csv")
 }
 
-/// The file name of the log of the experiment `experiment` when it was repeated with a load.
+/// The file name of the log of the experiment `experiment`, if the experiment was repeated with a load.
 fn loaded(experiment: &str) -> String {
     format!("{experiment}_loaded.csv")
 }
@@ -164,8 +164,8 @@ pub fn identify_records(
     Ok(estimate)
 }
 
-/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate (such as gravity compensation). Friction is
-/// not included, because it only disturbs these experiments. Empty if a parameter is not identifiable.
+/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate (such as gravity compensation). Friction
+/// is not included, because friction is only a disturbance in these experiments. Empty if a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
     estimate: &Estimate,
@@ -221,7 +221,7 @@ impl ExperimentReader<'_> {
         })
     }
 
-    /// Reads the record of an experiment. Fails if its sample time differs from the plan's.
+    /// Reads the record of an experiment. Fails if the sample time of the record differs from the sample time of the plan.
     pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         if log.effort_is == Effort::PositionError {

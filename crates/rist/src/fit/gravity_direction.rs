@@ -25,8 +25,8 @@ use crate::fit::mount::{Tilt, axes};
 
 /// Largest number of samples of a log that are evaluated.
 const EVALUATED_SAMPLES: usize = 400;
-/// Another mount (orientation of the base) is accepted only if the relative residual of the torques with it, divided by the
-/// residual with the described mount, is below this value.
+/// Another mount (orientation of the base) is accepted only if it reduces the relative residual of the torques enough: the
+/// residual with this mount, divided by the residual with the described mount, must be below this value.
 const ACCEPTED_RESIDUAL_RATIO: f64 = 0.5;
 /// For a short motion: another mount is reported only if its squared residual, divided by the squared residual of the described
 /// mount, is at most this value.
@@ -47,7 +47,8 @@ const AXIS_TOLERANCE_RAD: f64 = 0.09;
 const LEAST_FACTOR: f64 = 0.5;
 const LARGEST_FACTOR: f64 = 2.0;
 
-/// Samples of a log. For each joint: its torques with the columns that predict them; `None` for a joint that is not used.
+/// Samples of a log. For each joint: the torques of the joint with the columns that predict these torques; `None` for a joint
+/// that is not used.
 struct SampledLog {
     states: States,
     joints: Vec<Option<GravityOfJoint>>,
@@ -110,7 +111,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let Some(gravity) = look.gravity(described).filter(|found| look.is_mount(found, &described)) else { return Ok(()) };
     // Angles are rounded to five digits. With fewer digits, pi/2 would not be recognised as a quarter turn.
     let rpy = rounded_rpy(&base(model, &gravity.vector), 5);
-    // If the base parameters cannot be derived with this mount, it is not proposed.
+    // If the base parameters cannot be derived with this mount, the mount is not proposed.
     let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
@@ -266,8 +267,8 @@ impl SampledLog {
 }
 
 impl GravityOfJoint {
-    /// The samples of joint j; `None` if its own columns (ddq, dq, sign of dq, 1) explain its whole torque, or if it has too few
-    /// samples.
+    /// The samples of joint j; `None` if the joint's own columns (ddq, dq, sign of dq, 1) explain the whole torque, or if the
+    /// joint has too few samples.
     fn of(states: &States, columns: &[Vec<f64>; 4], j: usize) -> Option<GravityOfJoint> {
         let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
         if used.len() < LEAST_SAMPLES {
@@ -285,7 +286,8 @@ impl GravityOfJoint {
     }
 }
 
-/// Returns the matrix if all its entries are finite, otherwise `None`, because its decomposition would not terminate.
+/// Returns the matrix if all entries are finite, otherwise `None`. The decomposition of a matrix with other entries would not
+/// terminate.
 fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     matrix.iter().all(|x| x.is_finite()).then_some(matrix)
 }

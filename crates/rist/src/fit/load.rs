@@ -25,8 +25,8 @@ use crate::error::Error;
 pub struct Load {
     /// The link that carries the load.
     pub link: String,
-    /// Whether all ten parameters are determined. If so, they are in the link frame of the robot's file, otherwise in the
-    /// modified DH frame of the link.
+    /// Whether all ten parameters are determined. If so, the parameters are in the link frame of the robot's file; otherwise in
+    /// the modified DH frame of the link.
     pub is_whole: bool,
     /// The parameters XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
@@ -290,8 +290,8 @@ mod tests {
         }
     }
 
-    /// Load: 2 kg at (0.1, 0, 0.2) m with inertias 0.01, 0.02 and 0.025 kg m^2 about its centre. Each syntax has its own order
-    /// of these values.
+    /// Load: 2 kg at (0.1, 0, 0.2) m with inertias 0.01, 0.02 and 0.025 kg m^2 about the centre of mass. Each syntax has its
+    /// own order of these values.
     #[test]
     fn a_load_is_told_in_the_words_of_controllers() {
         let (m, [x, z]) = (2.0, [0.1, 0.2]);

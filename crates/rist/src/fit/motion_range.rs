@@ -12,7 +12,7 @@ use crate::describe::model::Model;
 const LIMITLESS_POSITION: f64 = 1e3;
 
 /// The range of motion of the logs. The acceleration of a joint is estimated as 2 pi f95 times its largest speed, rad/s^2
-/// (m/s^2); f95: the frequency below which 95 % of the energy of its velocity lies, Hz.
+/// (m/s^2); f95: the frequency below which 95 % of the energy of the joint's velocity lies, Hz.
 pub(crate) fn seen(observation: &Observation) -> MotionRange {
     let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
     let acceleration = |(speed, f95): (&f64, &f64)| {

@@ -78,7 +78,8 @@ impl Identification {
         self.model.as_ref().unwrap_or(given)
     }
 
-    /// Adds the identified unknowns: their uncertainty to the standard deviations, and their values to the remarks and decisions.
+    /// Adds the identified unknowns: the uncertainty of the unknowns to the standard deviations, and the values of the unknowns
+    /// to the remarks and decisions.
     fn with_unknowns(mut self, mut unknowns: Unknowns) -> Identification {
         inflate_by_unknowns(&mut self.estimate, &unknowns.steps);
         self.estimate.remarks.splice(..0, unknowns.remarks);
@@ -118,7 +119,8 @@ impl Identification {
 
 /// Identified physically possible bodies, and rotor inertias.
 pub struct Bodies {
-    /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of its frame.
+    /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of the link
+    /// frame.
     pub links: Vec<(LinkId, Ten)>,
     /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has none.
     pub armatures: Vec<f64>,
@@ -129,7 +131,7 @@ pub struct Bodies {
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
 /// Fails if the logs do not fit the robot; fails with a verdict if a gain or the delay is not identifiable. A base parameter
-/// that is not identifiable is no failure: its status says so.
+/// that is not identifiable is no failure: the status of the parameter states this.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
     identify_loaded(model, logs, &[], request)
 }
@@ -153,8 +155,8 @@ pub fn identify_loaded(
     identify_kept(model, logs, loaded, &request.samples, kept)
 }
 
-/// Identifies only the essential parameters (the smallest set with nearly the same residual); the others are zero. No bodies
-/// are computed, since they need all parameters. Loads are identified as in [`identify_loaded`].
+/// Identifies only the essential parameters (the smallest set with nearly the same residual); all other parameters are zero. No
+/// bodies are computed, because bodies need all parameters. Loads are identified as in [`identify_loaded`].
 ///
 /// Fails like [`identify`].
 pub fn identify_essential(
@@ -208,7 +210,7 @@ fn identify_kept(
         found.refuse(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
     }
 
-    // Adds remarks to the estimate, among them one on the gains that it depends on.
+    // Adds remarks to the estimate, among them a remark on the gains on which the estimate depends.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
@@ -296,7 +298,7 @@ fn found_bodies(
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
-    // Bodies are refused if their torques at rest deviate more from the fit than the torques of the bodies in the description.
+    // Bodies are refused if their torques at rest deviate from the fit by more than the torques of the described bodies.
     let linear = options.linear_model(model.regressor());
     let at_rest = model.nominal_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &*fit;

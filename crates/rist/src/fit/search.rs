@@ -127,9 +127,9 @@ pub struct Decisions {
     pub gains: Option<DriveGains>,
     /// The delay, if one was found.
     pub delay: Option<Delay>,
-    /// The friction terms for all joints, if the request leaves their choice to the search.
+    /// The friction terms for all joints, if the request lets the search choose them.
     pub friction: Option<FrictionSelection>,
-    /// The additional friction terms of single joints, if the request leaves their choice to the search.
+    /// The additional friction terms of single joints, if the request lets the search choose them.
     pub joint_terms: Option<JointTerms>,
     /// The last Gauss-Newton step of each unknown. The values of the unknowns are in the options and the description.
     pub unknowns: Vec<UnknownStep>,
@@ -157,7 +157,7 @@ impl Decisions {
     }
 }
 
-/// The logs, the request for their fit, and the parameters to keep.
+/// The logs, the request for the fit of these logs, and the parameters to keep.
 #[derive(Clone, Copy)]
 pub(crate) struct FitQuestion<'a> {
     pub logs: &'a [LogSource],
@@ -171,7 +171,7 @@ pub(crate) struct Fitted {
     pub faults: Vec<HypothesisTest>,
 }
 
-/// The variant that is being tried. Its logs and its fit are computed on demand.
+/// The variant that is being tried. The logs and the fit of this variant are computed on demand.
 pub(crate) struct TriedVariant<'a> {
     pub model: &'a Model,
     pub asked: FitQuestion<'a>,
@@ -189,7 +189,7 @@ impl<'a> TriedVariant<'a> {
         }
     }
 
-    /// The logs with their check; they are read at the first call.
+    /// The logs with their check. The logs are read at the first call.
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn looked(&mut self) -> Result<&mut LoadedLogs<'a>, Error> {
@@ -218,7 +218,7 @@ impl<'a> TriedVariant<'a> {
         let fit = looked.fit(model, logs)?;
         let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
         let mut faults = with_undetermined(model, None, test)?;
-        // If the log check already reports another mount, the fit does not report it again.
+        // If the log check already reports another mount, the fit does not report this mount again.
         if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }

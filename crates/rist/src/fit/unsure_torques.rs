@@ -71,18 +71,18 @@ pub struct UnsureTorques {
     /// Whether no motion at all can identify the parameters that the logs do not identify. If so, no torque depends on these
     /// parameters.
     pub opens_in_any_motion: bool,
-    /// Range of motion of the logs; below it `discount`: number of rows that contain as much information as one independent
-    /// row.
+    /// Range of motion of the logs. The field `discount` below is the number of rows that contain as much information as one
+    /// independent row.
     seen: MotionRange,
     discount: f64,
     covariance: Covariance,
     /// Parameter changes that have no effect on the torques of the logs, but on torques of some other motion.
     open: Vec<Vec<f64>>,
-    /// Whether a parameter is not identified although some other motion would identify it.
+    /// Whether some parameter is not identified although another motion would identify this parameter.
     is_open: bool,
 }
 
-/// The covariance of the parameters and the contributions to it, in the order of the parameters.
+/// The covariance of the parameters and the contributions to this covariance, in the order of the parameters.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
     /// If there are several logs: for each log, the change of the parameters that the error of this log causes.

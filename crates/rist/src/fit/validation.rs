@@ -62,8 +62,8 @@ impl Predicted {
 
 /// Predicts each log, with the signal options and friction terms of the estimate's fit.
 ///
-/// Empty for an estimate of experiments; use [`validate_experiments`] for it. `covariance`: covariance of the estimate's
-/// parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
+/// Empty for an estimate of experiments, for which [`validate_experiments`] is used instead. `covariance`: covariance of the
+/// estimate's parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
 pub fn predictions(
     model: &Model,
     estimate: &Estimate,
@@ -141,7 +141,7 @@ pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
 /// Whether two files have the same bytes.
 fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
-    // Pipes must not be opened here, because they can be read only once.
+    // Pipes must not be opened here, because a pipe can be read only once.
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }

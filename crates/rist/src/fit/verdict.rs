@@ -41,7 +41,8 @@ pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool, ou
     Err(Error::verdict(format_args!("{}: not to be trusted: {}; {outcome}", file.display(), reasons.join("; "))))
 }
 
-/// Judges an estimate by its own content. `predicted`: its relative error on motions that were not fitted, if any.
+/// Judges an estimate by its own content. `predicted`: the relative error of the estimate on motions that were not fitted, if
+/// any.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&evidence(estimate, predicted))
 }
@@ -65,7 +66,7 @@ pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     }
 }
 
-/// Judges an estimate by the logs that it was fitted to. The logs are read again.
+/// Judges an estimate by the logs to which it was fitted. The logs are read again.
 ///
 /// Fails if a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
@@ -90,8 +91,8 @@ fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result
     Ok(Some(nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], &nominal).total))
 }
 
-/// Judges an estimate by its relative torque error `total` on logs. For an estimate of experiments, this is the only evidence.
-/// `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
+/// Judges an estimate by its relative torque error `total` on logs. For an estimate of experiments, this error is the only
+/// evidence. `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
 ///
 /// Fails if a log cannot be read.
 pub fn validation_verdict(

@@ -1,4 +1,4 @@
-//! Checks whether a motion keeps its limits, from the coefficients in its file and the model alone.
+//! Checks whether a motion keeps its limits. The check uses only the coefficients in the motion's file and the model.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub struct Checked {
     pub notes: Vec<String>,
     /// The limits that the motion is checked against, one entry per coordinate.
     pub limits: Vec<CoordinateLimits>,
-    /// Each single entry of `limits` with its origin (description, request or motion file).
+    /// For each single limit in `limits`, the origin of this limit (description, request or motion file).
     pub origins: Vec<EnforcedLimit>,
 }
 
@@ -134,7 +134,7 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note if the file of the estimate that gives the torques was changed after it was written.
+/// A note if the estimate gives the torques and its file was changed after rist wrote it.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }

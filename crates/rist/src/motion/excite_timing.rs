@@ -81,8 +81,8 @@ const BLEND_OVER_RISE: f64 = 2.5;
 /// Shortest default blend (time from rest to the motion), s.
 const SHORTEST_BLEND_S: f64 = 0.5;
 
-/// The default duration of the blend (time from rest to the motion), s: the longest time in which a joint reaches its largest
-/// velocity from rest at 0.4 of its largest acceleration; at least 0.5 s.
+/// The default duration of the blend (time from rest to the motion), s: each joint needs some time from rest to its largest
+/// velocity, at 0.4 of its largest acceleration; the longest of these times is taken, but at least 0.5 s.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)

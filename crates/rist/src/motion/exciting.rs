@@ -1,4 +1,4 @@
-//! Searches a motion that makes the parameters of a model identifiable, and proves that it keeps its limits.
+//! Searches a motion that makes the parameters of a model identifiable, and proves that this motion keeps its limits.
 
 use std::path::Path;
 use std::time::Duration;
@@ -49,7 +49,7 @@ use crate::request::ExciteRequest;
 /// (det^(1/p) or cond_fro) and the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// Longest duration of the proof after an interruption, because the user waits for its end.
+/// Longest duration of the proof after an interruption. The time is limited because the user waits for the end of the program.
 pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_secs(2);
 
 /// Searches the motion with the largest determinant of the information (or the smallest condition number) of the regressor
@@ -105,7 +105,8 @@ fn searched(
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // If the conditions fail with the assumed floor, a body may be below it in every pose. So the next step has no floor.
+    // If the conditions fail with the assumed floor, a body may be below this floor in every pose. So the next step has no
+    // floor.
     if conditions.is_err() && kept.assumes_floor && !is_last {
         return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
@@ -197,8 +198,8 @@ impl<'a> Conditions<'a> {
         SearchedSpace { model, request, names, limits, surroundings }
     }
 
-    /// The conditions of a request, with notes on them. Fails if they exclude every motion, or if a requirement of the user
-    /// cannot be checked.
+    /// The conditions of a request, with notes on the conditions. Fails if they exclude every motion, or if a requirement of
+    /// the user cannot be checked.
     fn new(
         model: &'a Model,
         request: &'a ExciteRequest,
@@ -333,7 +334,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// The limits of the request, none looser than the description, and notes on them.
+/// The limits of the request, none looser than the description, and notes on these limits.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,

@@ -11,7 +11,7 @@ use gate::source;
 /// Largest size that is read of such a file, bytes.
 const LARGEST_FILE_BYTES: usize = 1 << 16;
 
-/// Memory that the process may still use, bytes; `None` if it is unknown.
+/// Memory that the process may still use, bytes; `None` if this number is unknown.
 pub(crate) fn free_bytes() -> Option<f64> {
     let text = |path: &str| String::from_utf8(source::system_file_head(Path::new(path), LARGEST_FILE_BYTES).ok()?).ok();
     let of_machine = text("/proc/meminfo").and_then(|content| available(&content));

@@ -136,8 +136,8 @@ impl SearchedSpace<'_> {
         Refusal { message, candidates }
     }
 
-    /// Changed limits that may help: without the required distance; with joints locked in a pose that separates the worst pair;
-    /// with pairs allowed that are too close in nearly all poses.
+    /// Changed limits that may help: limits without the required distance; limits with joints locked in a pose that separates
+    /// the worst pair; limits that allow pairs to touch that are too close in nearly all poses.
     fn candidates(&self, broken: &[ViolatedLimit]) -> Vec<LimitsFile> {
         let asked = self.request.limits.clone().unwrap_or_default();
         let mut found = Vec::new();
@@ -163,8 +163,8 @@ impl SearchedSpace<'_> {
         found
     }
 
-    /// Limits with the joints that change the gap `gap` locked in the random pose with the largest distance. `None` if more
-    /// than `MOST_LOCKED` joints change it.
+    /// The joints that change the gap `gap` are locked in the random pose with the largest distance. Returns the limits with
+    /// these joints locked; `None` if more than `MOST_LOCKED` joints change the gap.
     fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
         let moved_by = self.surroundings.moved_by(gap);
         let free = |k: &usize| self.limits[*k].locked.is_none();

@@ -52,7 +52,7 @@ impl<'a> PlanPermission<'a> {
     }
 
     /// Whether distances and torques at rest keep their limits at the pose `q`. `known`: distances at the previous pose of the
-    /// path, reused to save time.
+    /// path, which are reused to save time.
     fn is_free(&self, q: &[f64], known: &mut GapCache) -> bool {
         let mut is_free = true;
         let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
@@ -102,8 +102,8 @@ impl Permission for PlanPermission<'_> {
         let places = (longest / LARGEST_STEP_RAD_M).ceil() as usize;
         let places = places.clamp(*PLACES_ON_PATH.start(), *PLACES_ON_PATH.end());
         let on_the_path = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
-        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: its largest
-        // velocity and acceleration, in both directions, at each place.
+        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: at each place,
+        // the largest velocity and acceleration of the sweep, in both directions.
         let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
             JointMotion::Swing { profile, period, .. } => {
                 let t = *period as f64 * trajectory.sample_time;

@@ -29,7 +29,7 @@ use crate::request::{CheckRequest, Request};
 
 /// A plan, with its assumptions and the proofs of its experiments.
 pub struct Planned {
-    /// The chosen experiments with the information that they are expected to give.
+    /// The chosen experiments, and the information that these experiments are expected to give.
     pub plan: ExperimentPlan,
     /// Sentences on assumptions about values that the description lacks.
     pub notes: Vec<String>,
@@ -50,7 +50,7 @@ const FORECAST_TIME_S: f64 = 60.0;
 /// Memory above which the forecast names the memory, bytes.
 const FORECAST_MEMORY_BYTES: f64 = 1e9;
 
-/// A forecast of the number of motions and of the time of a plan; `None` if it takes less than a minute of CPU time.
+/// A forecast of the number of motions and of the time of a plan; `None` if the plan takes less than a minute of CPU time.
 ///
 /// Fails if the choice needs more memory than the machine has free (if this is known).
 pub fn cost_forecast(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
@@ -108,7 +108,7 @@ pub fn plan(
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
-    // The limits of candidates are checked only at instants. The proof later checks them between instants too.
+    // The limits of candidates are checked only at instants. Later, the proof also checks the limits between instants.
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = processor::threads();
     let search = SearchEffort {
@@ -209,8 +209,8 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
-    // The noise of a torque sample is a share of the largest acceleration torque (mean inertia times acceleration limit), so it
-    // needs inertial parameters.
+    // The noise of a torque sample is a share of the largest acceleration torque (mean inertia times acceleration limit), so
+    // this noise needs inertial parameters.
     let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);

@@ -46,7 +46,7 @@ pub struct ProofCheck {
 
 /// The result of a repeated proof of all motions in a file.
 pub struct CheckedFile {
-    /// The results with their names: one per experiment of a plan, otherwise a single one with an empty name.
+    /// The results with their names: one result per experiment of a plan; otherwise a single result with an empty name.
     pub parts: Vec<(String, Checked)>,
     /// Remarks on the file itself.
     pub notes: Vec<String>,
@@ -66,7 +66,7 @@ impl CheckedFile {
     }
 }
 
-/// Functions that read points from other sources. Another package registers them.
+/// Functions that read points from other sources. Another package registers these functions.
 #[derive(Clone, Copy)]
 pub struct PointReader {
     /// Reads the points of a table, for the coordinates of a model.
@@ -105,7 +105,7 @@ impl PlayedFile {
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Files of earlier versions have no first line with the kind, so the kind follows from their keys.
+            // Files of earlier versions have no first line that states the kind. So the kind follows from the keys of the file.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })

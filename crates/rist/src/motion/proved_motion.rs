@@ -48,7 +48,8 @@ pub(crate) fn proved(
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
-    // Reduces the amplitudes of a motion until its limits are proven, and computes its share of the best criterion.
+    // Reduces the amplitudes of a motion until the limits of the motion are proven, and computes the share of the best
+    // criterion that remains.
     let fit = |joints: Vec<Vec<f64>>| {
         let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
@@ -64,7 +65,8 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
-    // Further searches start at the best motion. Each lowers the torque limits by the excess that the last proof found.
+    // Further searches start at the best motion. Each further search lowers the torque limits by the excess that the last proof
+    // found.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {

@@ -110,10 +110,11 @@ pub struct Simulated {
 }
 
 /// Simulates motions in closed loop, with friction, noise and drive gains. Calls `take` with the name and the record of each
-/// motion. Names: those of the plan, or `motion`; `v01`, .. for validation motions; `e01_loaded`, .. for experiments with the
-/// load.
+/// motion. Names: the names of the plan's experiments, or `motion`; `v01`, .. for validation motions; `e01_loaded`, .. for
+/// experiments with the load.
 ///
-/// Fails if the description has no inertial parameters or impossible ones, if a limit is out of range, or if `take` fails.
+/// Fails if the description has no inertial parameters or impossible inertial parameters, if a limit is out of range, or if
+/// `take` fails.
 pub fn simulate<'a>(
     model: &Model,
     motions: impl Into<Motions<'a>>,
@@ -142,7 +143,7 @@ pub fn simulate<'a>(
     if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        // The load is known, so the torques of the feedforward include it.
+        // The load is known, so the torques of the feedforward include the load.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         with_load = Some(plus(&truth));
         loaded = Some(SimulationSettings {
@@ -199,7 +200,7 @@ fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String>
             let (low, high) = described.bounds(*kind)?;
             let beyond = |x: f64| (x - high).max(low - x);
             let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
-            // A set point at a limit can exceed it by rounding.
+            // A set point at a limit can exceed this limit by rounding.
             (beyond(farthest) > SET_POINT_ROUNDING_SHARE * (high - low)).then(|| {
                 let (unit, bound) =
                     (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
@@ -260,7 +261,7 @@ fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
-/// Returns the record of a motion. Fails if its simulation stopped before the end.
+/// Returns the record of a motion. Fails if the simulation of this motion stopped before the end.
 fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
     match stop {
         Stop::End => Ok(record),
@@ -308,7 +309,7 @@ impl SimulationSettings<'_> {
     }
 }
 
-/// Feedforward torques of the simulated controller, which are added to its feedback torques.
+/// Feedforward torques of the simulated controller. They are added to the feedback torques of the controller.
 #[derive(Clone)]
 struct Feedforward {
     /// Base parameters of the estimate that gives the torques.

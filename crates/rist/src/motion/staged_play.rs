@@ -46,9 +46,9 @@ const SHORTEST_PATH_S: f64 = 1.0;
 
 /// Writes the file with which a controller plays a motion. `file` is named in messages.
 ///
-/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if it asks for URScript and the
-/// robot does not have six turning joints; fails like [`check`]. The result has the proofs, which may show that a limit is not
-/// kept.
+/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if the request asks for URScript and
+/// the robot does not have six turning joints; fails like [`check`]. The result has the proofs, which may show that a limit is
+/// not kept.
 pub fn staged_play(
     model: &Model,
     file: &Path,
@@ -77,7 +77,7 @@ pub fn staged_play(
     if request.from.is_empty() && !jumps(&reference, names).is_empty() {
         let back = Segment::new(&ends[1], &ends[0], &slow, request.speed);
         let checked = back.check(model, file, &of_segments(&asked, motion))?;
-        // If the path back is not proven, it is not played, and the advice warns of the jump.
+        // If the path back is not proven, this path is not played, and the advice warns of the jump.
         if checked.faults().is_empty() {
             parts.push(("way back", checked));
             reference = joined(&reference, &back.reference(played.rate));
@@ -140,8 +140,8 @@ fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     let mut slow = motion.clone();
     slow.period_s /= request.speed;
     slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
-    // Coefficients of sine and cosine are amplitudes of velocity, so they are scaled. Control points of a spline are positions,
-    // so they stay.
+    // Coefficients of sine and cosine are amplitudes of velocity, so these coefficients are scaled. Control points of a spline
+    // are positions, so they stay unchanged.
     let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
     amplitudes.for_each(|x| *x *= request.speed);
     slow.rate_hz = match request.controller {

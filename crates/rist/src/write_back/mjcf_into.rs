@@ -104,7 +104,7 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// Whether an element is a body without a joint, which is fixed to its parent.
+/// Whether an element is a body without a joint. Such a body is fixed to its parent.
 fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
@@ -341,10 +341,10 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // The body `tool` has a joint here, so it can move and needs a mass: it is refused.
+        // The body `tool` has a joint here. So the body can move and needs a mass, and the model is refused.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
-        // A body that exists only in the model keeps its content, and a note names it.
+        // A body that exists only in the model keeps its content, and a note names this body.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);

@@ -83,7 +83,7 @@ pub fn write_repaired(
 /// Largest rounding error of a number that is written and read, as a fraction of the largest number of the body.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether the robot has this body: its ten parameters about the origin of the frame of the file.
+/// Whether the robot has this body: compares the ten parameters about the origin of the frame that the file gives the body.
 fn is_in(robot: &Robot, body: &RepairedBody) -> bool {
     let RepairedBody { ref name, mass, pose, inertia, .. } = *body;
     let wanted = Part { name: name.clone(), pose, mass, inertia }.parameters();
@@ -155,7 +155,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
         let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
-        // Negative friction becomes zero, because simulators refuse it.
+        // Negative friction becomes zero, because simulators refuse negative friction.
         let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
         let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })

@@ -47,7 +47,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // The inertial parameters of the link without the links fixed to it, in the frame that the URDF gives the link.
+        // The inertial parameters of the link without the links fixed to it, in the frame that the URDF gives this link.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -129,7 +129,7 @@ fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
     }
 }
 
-/// Removes the inertial of a fixed link. Without an inertial it has no mass.
+/// Removes the inertial of a fixed link. Without an inertial, the link has no mass.
 fn empty(link: &Node, edits: &mut Edits) {
     if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
         edits.replace(inertial.range(), "");

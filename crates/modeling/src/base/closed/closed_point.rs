@@ -49,7 +49,7 @@ const MAX_CLOSING_CHOICES: usize = 200;
 /// Values of the constants and variables in the finite field for which all loops are closed.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedPoint {
-    /// The field elements of each constant, indexed by its symbol.
+    /// The field elements of each constant, indexed by the symbol of the constant.
     pub constants: Vec<Assignment>,
     pub state: State,
 }
@@ -176,8 +176,8 @@ impl ClosedPoints {
         Ok(Some(state))
     }
 
-    /// Closes a loop: solves for `count` of its unknown variables with the function `close`, and draws the others. The first set
-    /// of variables that can be solved for is taken.
+    /// Closes a loop: solves for `count` of the unknown variables of the loop with the function `close`, and draws the other
+    /// unknown variables. Of the possible sets of `count` variables, the first set for which this succeeds is taken.
     fn closed_by(
         &self,
         state: &mut State,
@@ -303,8 +303,8 @@ impl ClosedPoints {
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// The closure error e and its Jacobian J_p by the passive variables, row by row, at a point. `None` if they are not defined
-    /// in the field (a division by zero).
+    /// The closure error e and its Jacobian J_p by the passive variables, row by row, at a point. `None` if e or J_p is not
+    /// defined in the field (a division by zero).
     pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();

@@ -25,7 +25,7 @@ const FEWEST_CLOSED_POINTS: u64 = 3;
 /// The search can end when this number of closed points have the same independent columns.
 const AGREEING_RANKS: usize = 2;
 /// Number of curves through each closed point. With one coordinate, up to three rows of each order are independent: the rows of
-/// its acceleration, of its squared rate, and of gravity.
+/// the acceleration, of the squared rate of this coordinate, and of gravity.
 const CURVES_PER_POINT: usize = 4;
 /// The order of a power series is large enough if this many of its last orders give no new independent row.
 const SETTLED_ORDERS: usize = 2;

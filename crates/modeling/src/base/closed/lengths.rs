@@ -64,7 +64,7 @@ mod tests {
         let f = |x: &[Residue]| Some(vec![x[0] + n(2) * x[1] - n(3), x[0] + n(2) * x[1] + x[2] - n(4)]);
         let x = random_zero(3, f, &mut SplitMix(1)).unwrap();
         assert_eq!((x[2], x[0]), (n(1), n(3) - n(2) * x[1]));
-        // f does not determine x[1], so it is random.
+        // f does not determine x[1], so x[1] is random.
         assert_ne!(x[1], random_zero(3, f, &mut SplitMix(2)).unwrap()[1]);
     }
 

@@ -174,7 +174,7 @@ mod tests {
         for _ in 0..20 {
             let mut state = State::unknown(6);
             [1, 2, 4].iter().for_each(|&k| state.draw(k, random));
-            // If `close` succeeds, it has already checked that the product is the identity.
+            // If `close` succeeds, the function has already checked that the product is the identity.
             if word.close(&variables, &mut state, &[0, 3, 5], false) == Closing::Closed {
                 assert!(word.is_closed(&state));
                 state.draw(1, random);

@@ -21,7 +21,7 @@ use crate::base::closed::variables::{Powers, State, Variables, raised};
 use crate::base::field::{CirclePoint, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
 
-/// One planar loop with given constants: its sides, and the condition of its orientation.
+/// One planar loop with given constants: the sides of the loop, and the condition of its orientation.
 #[derive(Clone, Debug)]
 pub(crate) struct PlanarLoop {
     sides: Vec<Side>,
@@ -272,7 +272,7 @@ impl Branch {
                 };
                 phi = added(&phi, &joint.powers, sign);
             } else {
-                // A prismatic joint must slide within the plane; it lengthens the side in which it lies.
+                // A prismatic joint must slide within the plane. It lengthens the side in which it lies.
                 if along != Residue::ZERO {
                     return None;
                 }

@@ -120,7 +120,8 @@ pub(crate) struct CurveInput {
     pub point: CirclePoint,
     /// The common denominator D of the ratios with which this angle occurs.
     pub denominator: u128,
-    /// The input as a length: a series in t. If it is an angle, the terms from t on are its change along the curve.
+    /// The input as a length: a series in t. If the input is an angle, the terms from t on are the change of the angle along
+    /// the curve.
     pub value: TaylorSeries,
 }
 

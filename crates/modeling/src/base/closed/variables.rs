@@ -15,7 +15,7 @@ use robot::JointKind;
 pub(crate) struct Variables {
     /// Number of coordinates; the remaining variables are passive.
     pub n: usize,
-    /// For each variable, the common denominator D of the ratios with which joints follow it.
+    /// For each variable, the common denominator D of the ratios with which joints follow the variable.
     pub denominators: Vec<u128>,
     turns: Vec<bool>,
     slides: Vec<bool>,
@@ -71,7 +71,7 @@ impl Variables {
     }
 }
 
-/// The values of all variables in the finite field, as far as they are known.
+/// The values of all variables in the finite field, as far as the values are known.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// For each variable x, the point (cos, sin) of x/D; D: common denominator of the variable. `None` while the variable is
@@ -96,7 +96,7 @@ impl State {
         self.lengths[k] = Some(Residue::random(random));
     }
 
-    /// Draws a random angle for variable k; its value as a length stays unknown.
+    /// Draws a random angle for variable k. The value of the variable as a length stays unknown.
     pub(crate) fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
         self.points[k] = Some(circle(random));
     }

@@ -1,5 +1,5 @@
-//! Gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall. The search and
-//! the proof of a motion use them.
+//! Gaps of a model. A gap is a pair with a least allowed distance: two bodies of the robot, or a body and a floor or wall. The
+//! search and the proof of a motion use gaps.
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -21,7 +21,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::output::directory_of;
 
-/// The gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall.
+/// The gaps of a model. A gap is a pair with a least allowed distance: two bodies of the robot, or a body and a floor or wall.
 pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     /// The gaps, in a fixed order.
@@ -101,7 +101,8 @@ impl RobotSurroundings {
         })
     }
 
-    /// Largest distance by which a body exceeds the hull of its mesh, m, and the link of this body. `None` without meshes.
+    /// Largest distance by which a body exceeds the convex hull of its mesh, m, and the link of this body. `None` without
+    /// meshes.
     pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
     }

@@ -43,8 +43,8 @@ pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     Ok(Some(proposal))
 }
 
-/// The delay with the smallest residual, and the options that contain it. Fails if the residual still falls at the end of the
-/// searched range.
+/// The delay with the smallest residual, and the options that contain this delay. Fails if the residual still falls at the end
+/// of the searched range.
 fn found_delay(model: &Model, logs: &[LogSource], options: &Options) -> Result<(Options, Delay), Error> {
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {

@@ -30,7 +30,8 @@ const NOISY_ERROR_RATIO: f64 = 1.1;
 /// long.
 const MOST_COORDINATES: usize = 12;
 
-/// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to their residual.
+/// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to the residual of these
+/// parameters.
 pub(crate) fn nominal_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
     let linear = options.linear_model(model.regressor());
     nominal_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total

@@ -118,7 +118,7 @@ impl Guess {
         by.abs() < (SETTLED_SHARE * deviation).max(ROUNDED_STEP_SHARE * scale)
     }
 
-    /// The request with the guessed zeros, scales and springs in its options.
+    /// The request whose options contain the guessed zeros, scales and springs.
     fn request(&self, request: &SamplesRequest) -> SamplesRequest {
         let mut options = request.rows.signals.options.clone().unwrap_or_default();
         let transmission = &mut options.transmission;
@@ -142,8 +142,8 @@ impl Guess {
         rounded_rpy(&base(model, &self.gravity), 7)
     }
 
-    /// Repeats Gauss-Newton steps until they are negligible. Returns the last step of each unknown, and whether it was
-    /// negligible. `described`: the encoder zeros of the description, rad or m.
+    /// Repeats Gauss-Newton steps until the steps are negligible. Returns the last step of each unknown, and whether this step
+    /// was negligible. `described`: the encoder zeros of the description, rad or m.
     ///
     /// Fails if a log cannot be read.
     fn settle(
@@ -172,7 +172,7 @@ impl Guess {
         Ok((steps, false))
     }
 
-    /// The model with its base mounted as in the guess.
+    /// The model whose base is mounted as in the guess.
     fn model(&self, model: &Model) -> Result<Model, Error> {
         let rpy = self.rpy(model);
         model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy))
@@ -183,7 +183,7 @@ impl Guess {
 pub(crate) struct Unknowns {
     /// The model with the identified mount; `None` if the mount was not an unknown.
     pub model: Option<Model>,
-    /// The request with the values of the other unknowns in its options, and no unknowns left to find.
+    /// The request whose options contain the values of the other unknowns. It asks for no unknowns any more.
     pub request: SamplesRequest,
     /// The last step of each unknown.
     pub steps: Vec<UnknownStep>,
@@ -254,7 +254,7 @@ fn kind(of: &Hypothesis) -> Option<UnknownKind> {
 /// A sentence on each kind of unknown: the values found, and the option that sets them.
 fn remarks(model: &Model, guess: &Guess, steps: &[UnknownStep], unknowns: &[UnknownKind]) -> Vec<String> {
     let of_kind = |unknown: UnknownKind| {
-        // Identifiable rotations of gravity are printed as one direction, so they are not listed one by one.
+        // Identifiable rotations of gravity are printed as one direction, so the rotations are not listed one by one.
         let is_shown = |s: &&UnknownStep| {
             kind(&s.of) == Some(unknown) && (unknown != UnknownKind::Mount || s.identified.is_none())
         };
