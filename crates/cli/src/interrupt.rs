@@ -54,7 +54,7 @@ pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     let outcome = work();
     ENDING.at_once.store(true, Ordering::SeqCst);
     if let Ok(signal @ 1..) = i32::try_from(ENDING.asked.load(Ordering::SeqCst)) {
-        // This call ends the program.
+        // The default handler of the signal ends the program.
         let _ = emulate_default_handler(signal);
     }
     outcome

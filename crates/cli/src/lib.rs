@@ -158,7 +158,7 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
             UNUSABLE
         }
         Err(e) => {
-            // clap prints help and version here too. If printing fails, this cannot be reported.
+            // Help and version texts of clap are printed here too. If printing fails, the failure cannot be reported.
             let _ = e.print();
             if e.use_stderr() { UNUSABLE } else { 0 }
         }

@@ -52,8 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
-    // For an estimate from samples of logs, the logs are drawn. For an estimate from experiments of a plan, only the verdict is
-    // shown.
+    // For an estimate from samples of logs, plots of the logs are drawn. For an estimate from experiments of a plan, only the
+    // verdict is shown.
     let drawn = match (&model, &estimate) {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {

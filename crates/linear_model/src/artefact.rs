@@ -15,7 +15,7 @@ use crate::yaml;
 
 /// The key of the first line.
 const KEY: &str = "rist: ";
-/// Version of the format that is written; this and earlier versions can be read.
+/// Version of the format that is written. This version and earlier versions can be read.
 const FORMAT_VERSION: usize = 1;
 
 /// The kind of an artefact.

@@ -77,7 +77,7 @@ impl<'a> Model<'a> {
         self.regressor.coordinates().len()
     }
 
-    /// Known scale s of the torque of coordinate j; 1 if none is known.
+    /// Known scale s of the torque of coordinate j; 1 if no scale is known.
     pub fn scale(&self, j: usize) -> f64 {
         self.scales.get(j).copied().unwrap_or(1.0)
     }
@@ -328,7 +328,7 @@ impl<'a> Model<'a> {
 pub struct ResidualGroup<'a> {
     /// The states of the record.
     pub states: &'a States,
-    /// Indices of the samples, one per SIMD lane, in this order.
+    /// Indices of the samples. The samples are in the SIMD lanes in this order, one per lane.
     pub samples: Range<usize>,
     /// The entries of the rows, at the positions of the layout of the model.
     pub entries: &'a [Eight],

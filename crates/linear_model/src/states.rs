@@ -69,8 +69,8 @@ impl States {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 
-    /// Joins the samples of several records of one robot. All records must have the same period and filters: these single
-    /// values are taken from the first record.
+    /// Joins the samples of several records of one robot. All records must have the same period and the same filters, because
+    /// these values are taken from the first record.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {

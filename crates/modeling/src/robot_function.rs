@@ -211,7 +211,7 @@ pub fn register_functions(functions: Vec<FunctionOfLink>) {
     REGISTERED.get_or_init(|| functions);
 }
 
-/// All functions of a link, of this package and registered ones.
+/// All functions of a link: the functions of this package and the registered functions.
 fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
     FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
 }
@@ -285,8 +285,8 @@ impl RobotFunction {
             FunctionRow::OfLink(OfLink(function), about)
                 if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) =>
             {
-                // This check is needed only for functions of other packages. If the robot cannot be derived (its loops do not
-                // close), the error is reported at another place.
+                // This check is needed only for functions of other packages. If the robot cannot be derived because its loops
+                // do not close, the error is reported elsewhere.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))

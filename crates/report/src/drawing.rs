@@ -73,7 +73,7 @@ struct Drawn {
     frame: DrawnFrame,
     /// Other frames of the file that are fixed to the link, at another origin: name, and origin in the link frame, m.
     fixed: Vec<(String, [f64; 3])>,
-    /// Centre of mass in the link frame, m; `None` if the file has none.
+    /// Centre of mass in the link frame, m; `None` if the file gives no centre of mass.
     mass_centre: Option<[f64; 3]>,
 }
 
@@ -113,7 +113,7 @@ impl Drawing {
 
     /// The drawing as JSON. It contains no `<`, so it can be inserted into a page.
     pub fn to_json(&self) -> String {
-        // This cannot fail, because all keys of maps are texts.
+        // Serialising cannot fail, because all keys of maps are texts.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }

@@ -150,7 +150,7 @@ struct QuantityOverTime<'a> {
 /// Name of the time axis of the exciting motion, as used by the script of the page.
 pub(crate) const MOTION_TIME: &str = "motion";
 
-/// The trajectories of the motion, encoded for the script of the page; `None` if there are none.
+/// The trajectories of the motion, encoded for the script of the page; `None` if there are no trajectories.
 pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
     let joints = shown.plot_data.joints.iter().enumerate();
     Timeline::new(joints.flat_map(|(k, joint)| joint.positions.iter().map(move |(kind, line)| (key(*kind, k), line))))

@@ -64,7 +64,7 @@ pub struct Origin<'a> {
     pub version: &'a str,
     /// The command line that made the page.
     pub command: &'a str,
-    /// Path of the robot description; `None` if there is none.
+    /// Path of the robot description; `None` if there is no description.
     pub model: Option<&'a str>,
 }
 
@@ -165,7 +165,8 @@ impl Page<'_> {
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
-            // Joint names can differ only in characters that file names cannot contain. Equal file names get an underscore.
+            // Two joint names may differ only in characters that file names cannot contain. The file names are then equal, so
+            // the second gets an underscore.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
                 name.push('_');

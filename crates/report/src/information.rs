@@ -22,7 +22,7 @@ pub(crate) struct MapPart {
     /// parameter, and the leverage levels of the time intervals, 0 to 1.
     picked: usize,
     rows: Vec<(String, String, Vec<String>)>,
-    /// Every n-th sample is evaluated; this is n.
+    /// The step n: every n-th sample is evaluated.
     every: usize,
     /// Length of a time interval, as text.
     part: String,

@@ -118,8 +118,8 @@ pub struct SheetInput<'a> {
     pub robot: &'a Robot,
     /// The base parameters of the robot.
     pub parameters: &'a BaseParameters,
-    /// The regrouping rules of the base parameters: nested (they name other regrouped parameters) or expanded (they name only
-    /// standard parameters).
+    /// The regrouping rules of the base parameters. Nested rules name other regrouped parameters; expanded rules name only
+    /// standard parameters.
     pub rules: &'a Rules,
     /// Nominal values of the base parameters; `None` if the description has no inertials.
     pub described: Option<&'a [f64]>,

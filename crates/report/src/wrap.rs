@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first` characters, the others by
-/// `rest`. A word that is longer than a line is not broken.
+/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first` characters, the other
+/// lines by `rest`. A word that is longer than a line is not broken.
 pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     let leading = text.chars().take_while(|c| *c == ' ').count();
     let mut s = " ".repeat(first + leading);

@@ -40,7 +40,7 @@ impl Error {
         Error { kind: ErrorKind::Verdict, ..Error::new(message) }
     }
 
-    /// Puts the name of the request's field `field` before the message, unless the message already names this field or a file.
+    /// Puts the name of the request's field `field` before the message, unless the message already names `field` or a file.
     pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {

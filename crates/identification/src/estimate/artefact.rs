@@ -26,7 +26,7 @@ pub struct Estimate {
     /// Fingerprint (hash) of the base regressor that the estimate was made with; `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
-    /// Options for reading the robot description (values of symbols, arguments of xacro); `None` if there were none.
+    /// Options for reading the robot description (values of symbols, arguments of xacro); `None` if no options were used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
     /// Name of the estimation method, for reports.
@@ -74,8 +74,8 @@ pub struct Estimate {
     pub cutoff: Option<f64>,
     /// Sentences for the user on the data, and on parameters that are not identifiable.
     pub remarks: Vec<String>,
-    /// Sentences that state evidence against the model; empty if there is no such evidence. If there is any, the trust in the
-    /// estimate is at most "with care".
+    /// Sentences that state evidence against the model; empty if there is no such evidence. With such evidence, the trust in
+    /// the estimate is at most "with care".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
     /// Reasons not to use the estimate, from the verdict of its identification; empty if the verdict was not "no".

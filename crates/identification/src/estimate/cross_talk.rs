@@ -114,7 +114,7 @@ fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) 
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
     let right = Vector3::from_fn(|i, _| scale(i) * with_residual[i]);
-    // The pseudo-inverse ignores a column that is zero or depends on the others.
+    // The pseudo-inverse ignores a column that is zero or depends on the other columns.
     let solved = gram.pseudo_inverse(SINGULAR_VALUE_TOLERANCE).map(|inverse| right.dot(&(inverse * right)));
     match solved {
         Ok(square) if total > 0.0 => square / total,

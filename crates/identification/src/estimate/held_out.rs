@@ -88,7 +88,8 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
 /// joints. `weights`: weights by joint, from a fit to the whole record (leaving out one block hardly changes them).
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
-    // The rows of all other blocks are the sum of the blocks before and of the blocks after. Running sums make this fast.
+    // The rows of all other blocks are the rows of the blocks before and of the blocks after. Running sums from both ends make
+    // this computation fast.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {

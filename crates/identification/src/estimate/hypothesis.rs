@@ -106,9 +106,9 @@ pub enum ColumnKind {
 /// The consequence of a confirmed hypothesis for the claims.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counts {
-    /// Positions are wrong. This is a contradiction even if the torque error in this log is small.
+    /// Positions are wrong. Such a fault is a contradiction even if the torque error in this log is small.
     AsPosition,
-    /// Torques are wrong. This is a contradiction unless the torque error is so small that every use tolerates it.
+    /// Torques are wrong. Such a fault is a contradiction unless the torque error is so small that every use tolerates it.
     AsTorque,
     /// The log is not wrong: the hypothesis explains a part of the residual of the fit.
     AsResidual,
@@ -120,7 +120,7 @@ pub(super) enum Counts {
 
 /// Thresholds and consequence of one kind of hypothesis.
 pub(super) struct HypothesisKind {
-    /// Topic of a claim on this kind.
+    /// Topic of a claim on this kind of hypothesis.
     pub topic: Topic,
     pub counts: Counts,
     /// Smallest size that is reported, in the unit of the hypothesis; 0 for no limit.

@@ -18,8 +18,8 @@ pub struct Identified {
     pub unit: Unit,
     /// The identified value; `None` if the data do not determine the parameter.
     pub value: Option<f64>,
-    /// Standard deviation for correlated residuals, in the unit of the value. Use this one, not `white_sigma`. `None` if not
-    /// known.
+    /// Standard deviation for correlated residuals, in the unit of the value. Use this standard deviation, not `white_sigma`.
+    /// `None` if not known.
     pub sigma: Option<f64>,
     /// Standard deviation under the assumption of an exact model and white noise; too small for real robots. `None` if not
     /// computed.
@@ -103,7 +103,7 @@ impl Identified {
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// The value to use in torque predictions; 0 if there is none.
+    /// The value to use in torque predictions; 0 if the parameter has no such value.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }

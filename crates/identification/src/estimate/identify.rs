@@ -190,7 +190,8 @@ fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
-/// A sentence on joints that move too little to be used for the choice of the cut-off frequency; `None` if there are none.
+/// A sentence on joints that move too little to be used for the choice of the cut-off frequency; `None` if there are no such
+/// joints.
 fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
     match names.len() {
@@ -246,7 +247,8 @@ pub fn report(
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value. Its entry of x is only used for predictions.
+    // A parameter that the rows do not determine has no value. The entry of x for such a parameter is only used for
+    // predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

@@ -16,8 +16,8 @@ use crate::estimate::digits::significant;
 /// parameter is below -4 sigma by chance in fewer than one of a thousand estimates.
 const NEGATIVE_SIGMAS: f64 = 4.0;
 
-/// A coefficient matrix A counts as positive semidefinite if no eigenvalue is below minus this share of the largest
-/// coefficient of the base parameter. This allows for rounding.
+/// A coefficient matrix A counts as positive semidefinite if no eigenvalue is below minus this share of the largest coefficient
+/// of the base parameter. The small share allows for rounding.
 const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
 /// Sentences on base parameters that are significantly negative although they would be positive or zero for all physically

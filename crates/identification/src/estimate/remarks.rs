@@ -126,8 +126,8 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// A sentence with the number of rows of each joint that were left out because the joint stands still; `None` if there are
-/// none.
+/// A sentence with the number of rows of each joint that were left out because the joint stands still; `None` if no rows were
+/// left out.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -179,7 +179,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// A clause that names the joints of these parameters with a short range of motion; empty if there are none.
+/// A clause that names those joints of these parameters that have a short range of motion; empty if no joint has a short range.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

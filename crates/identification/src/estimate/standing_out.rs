@@ -48,7 +48,8 @@ impl StandingOut {
         )
     }
 
-    /// The interval whose rows a contact may change, s: longer by the window of the moving mean at both ends.
+    /// The interval whose rows a contact may change, s. It is longer than the found interval by the window of the moving mean
+    /// at both ends.
     pub fn reach(&self) -> [f64; 2] {
         [self.from - WINDOW_S, self.to + WINDOW_S]
     }
@@ -219,7 +220,7 @@ mod tests {
         let push = |t: f64| if t > from && t < to { 0.2 } else { 0.0 };
         let pushed: Vec<f64> = noise.iter().zip(&states.t).map(|(e, t)| e + push(*t)).collect();
         let [(found_from, found_to, ratio)] = times(&pushed)[..] else { panic!("{:?}", times(&pushed)) };
-        // The moving mean extends the push by half a window at both ends.
+        // The moving mean makes the found interval longer than the push, by half a window at both ends.
         assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
         assert!(ratio > OUTLIER_SCALES);
         let reversals: Vec<f64> =

@@ -83,8 +83,8 @@ pub struct TorqueError {
     pub of: Use,
     /// Error of each joint, one per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Relative error over all joints, 90 % quantile over random motions. With revolute and prismatic joints, the larger
-    /// value of both kinds.
+    /// Relative error over all joints, as the 90 % quantile over random motions. If a robot has revolute and prismatic joints,
+    /// the larger of the errors of both kinds.
     pub relative: f64,
     /// The same relative error, but at positions within the range of the logs. It is given only if `relative` (positions within
     /// the limits) exceeds `SURE_TORQUE`, and if the error at positions of the logs is less than half of `relative`; otherwise
@@ -102,8 +102,8 @@ const GRAVITY_REFERENCE_SHARE: f64 = 0.3;
 
 /// Largest number of random states at which the torques of a use are evaluated.
 const MOST_STATES: usize = 200;
-/// Largest number of products in the variances y C y' of all torques (y: row, C: covariance). It limits the number of random
-/// states if there are many parameters.
+/// Largest number of products in the variances y C y' of all torques (y: row, C: covariance). This number limits the number of
+/// random states if there are many parameters.
 const MOST_PRODUCTS: usize = 20_000_000;
 /// Smallest number of random states at which the torques of a use are evaluated.
 const FEWEST_STATES: usize = 30;
@@ -237,7 +237,8 @@ fn sums(
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            // The transmission removed the scale and the spring of the joint. The measured torque contains both.
+            // The transmission removed the scale and the spring of the joint from the torque. The measured torque contains
+            // both.
             let weight = model.scale(j).powi(2) / count as f64;
             let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
             sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);

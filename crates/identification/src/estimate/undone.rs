@@ -15,8 +15,8 @@ use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
 
-/// Numbers in options are rounded to multiples of 1 / this number (four decimals). For an angle in rad this is about a hundredth
-/// of a degree.
+/// Numbers in options are rounded to multiples of 1 / this number (four decimals). For an angle in rad, the rounding is about a
+/// hundredth of a degree.
 const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {

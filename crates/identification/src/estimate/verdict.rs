@@ -65,8 +65,8 @@ pub struct BodiesEvidence {
     pub masses: Vec<(String, f64, f64)>,
     /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if this is not the case.
     pub at_rest: Option<String>,
-    /// Names of joints whose whole force at rest is counted as weight. An offset of the drive is not separable from the weight
-    /// there.
+    /// Names of joints whose whole force at rest is counted as weight. At these joints, an offset of the drive is not separable
+    /// from the weight.
     pub weighed: Vec<String>,
 }
 
@@ -154,7 +154,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for the use called `name`; empty if there are none.
+    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers it.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -224,8 +224,8 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A common factor of all masses is an error of a unit or a gain. Otherwise the mass of a single body counts as a fault,
-    // unless the change is small.
+    // A common factor of all masses is an error of a unit or a gain. Without a common factor, the mass of a single body counts
+    // as a fault, unless the change is small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -248,7 +248,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // The bodies are refused if the nominal parameters predict as well as the identified ones.
+    // The bodies are refused if the nominal parameters predict as well as the identified parameters.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {
@@ -276,7 +276,7 @@ pub fn sentence(claim: &Claim) -> String {
     }
 }
 
-/// The remedy for a claim that lowers the trust, in words; empty if there is none.
+/// The remedy for a claim that lowers the trust, in words; empty if the claim has no remedy.
 pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
@@ -296,7 +296,8 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     (sorted.len() >= LEAST_MASSES && is_off && together).then_some(middle)
 }
 
-/// A sentence on the weakest direction (combination of parameters) that the data do not determine; `None` if there is none.
+/// A sentence on the weakest direction (combination of parameters) that the data do not determine; `None` if the data determine
+/// all directions.
 fn inseparable_parameters(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())

@@ -301,7 +301,7 @@ const LARGEST_GAMMA_FACTOR: f64 = 5.0;
 /// Following the central path fails if the factor between two successive values of gamma falls below this value.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
-/// If a decrease of gamma needs fewer Newton steps than this, the factor between successive values of gamma grows again.
+/// If a decrease of gamma needs fewer Newton steps than this number, the factor between successive values of gamma grows again.
 const MANY_NEWTON_STEPS: usize = 20;
 
 /// The central path: the solution y of the barrier problem as a function of the barrier weight gamma.

@@ -16,8 +16,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// Ridge that is added to A - k A_g, relative to the diagonal of A. It keeps the matrix invertible if A - k A_g contains only
-/// rounding errors.
+/// Ridge that is added to A - k A_g, relative to the diagonal of A. The ridge keeps the matrix invertible if A - k A_g contains
+/// only rounding errors.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// A cluster: rows that have a common error (for example, all rows of one block of a record).

@@ -288,8 +288,8 @@ mod tests {
         }
     }
 
-    /// Data may determine some directions of the parameter space to many digits and others not at all. A'A is then too
-    /// ill-conditioned for f64.
+    /// Data may determine some directions of the parameter space to many digits, and other directions not at all. A'A is then
+    /// too ill-conditioned for f64.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {

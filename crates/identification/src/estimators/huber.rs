@@ -130,7 +130,7 @@ impl Means {
         Ok(means)
     }
 
-    /// mean w / mean psi' (w: robust weight, psi: influence function); 1 if this is not a positive number.
+    /// mean w / mean psi' (w: robust weight, psi: influence function); 1 if the ratio is not a positive number.
     fn slope(&self) -> f64 {
         Some(self.w / self.slope).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
     }
@@ -241,8 +241,8 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // Huber's estimate has 95 % efficiency. So its difference to least squares has a standard deviation of 0.23 sigma;
-            // four of these are allowed.
+            // Huber's estimate has 95 % efficiency. So the difference between Huber's estimate and least squares has a standard
+            // deviation of 0.23 sigma. Four standard deviations are allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
         // For normal noise, 17.9 % of the residuals are larger than 1.345 sigma. With 800 rows this share has a standard

@@ -102,7 +102,8 @@ impl ReplicateDeviation {
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 
-    /// The standard deviation of parameter c from differences between logs. It is a lower bound, and 0 if there is only one log.
+    /// The standard deviation of parameter c from differences between logs. This value is a lower bound, and 0 if there is only
+    /// one log.
     fn by_log(&self, c: usize) -> f64 {
         self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
@@ -123,7 +124,7 @@ fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
 }
 
 /// The median over the parameters of the ratio of two variances, computed from standard deviations. `None` if no parameter has
-/// both.
+/// both deviations.
 fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     let ratio = |(above, below): (&f64, &f64)| Some((above / below).powi(2)).filter(|r| r.is_finite() && *r > 0.0);
     let mut ratios: Vec<f64> = above.iter().zip(below).filter_map(ratio).collect();

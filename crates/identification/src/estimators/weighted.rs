@@ -41,7 +41,7 @@ impl Weights {
         self.choice().word
     }
 
-    /// The choice with this word. `None` if there is none.
+    /// The choice with the word `word`. `None` if no choice has this word.
     pub fn of_word(word: &str) -> Option<Weights> {
         Weights::ALL.into_iter().find(|w| w.word() == word)
     }

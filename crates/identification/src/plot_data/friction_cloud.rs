@@ -17,7 +17,7 @@ const LAW_POINTS_PER_SIDE: usize = 60;
 pub struct FrictionCloud {
     /// For each cell, by its two indices: the first point (speed, torque) that fell into the cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
-    /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque| so far.
+    /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and largest |torque| so far.
     size: (i32, i32),
     range: (f64, f64),
 }

@@ -308,7 +308,7 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // The motion of this joint at 8 Hz is caused by another joint. It is 0.01 rad peak to peak.
+        // The motion of this joint at 8 Hz is caused by another joint. This motion is 0.01 rad peak to peak.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));

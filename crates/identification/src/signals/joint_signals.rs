@@ -27,8 +27,7 @@ use crate::signals::velocity_check::check_velocity;
 
 /// The signals of a log at the joints, after the transmission between log and joints was applied.
 pub struct JointSignals {
-    /// The log from which the signals come. Only the time of this log is used; all other series were moved into the fields
-    /// below.
+    /// The log from which the signals come. Only its time is used; the other series were moved into the fields below.
     pub log: Log,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
@@ -93,8 +92,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // If the rows come from two sources, velocities and positions may not belong together. The log check reports rows from
-        // two sources.
+        // If the rows come from two sources, velocity and position may not belong together. The log check reports such rows.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -267,8 +265,7 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal, filtered; `None` if the signal must be differentiated. Fails if the measured signal is requested
-    /// but absent.
+    /// The measured signal, filtered; `None` if it must be differentiated. Fails if a requested signal is absent.
     fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),

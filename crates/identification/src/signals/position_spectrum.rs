@@ -31,8 +31,8 @@ pub(crate) fn excursion(q: &[f64]) -> f64 {
     high - low
 }
 
-/// The frequencies at which the joint moves (as bit patterns, Hz), each with the energy of the velocity there, rad^2/s (m^2/s).
-/// `period`: time between samples, s.
+/// The frequencies at which the joint moves (as bit patterns, Hz), each with the energy of the velocity at this frequency,
+/// rad^2/s (m^2/s). `period`: time between samples, s.
 pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let n = fft.len();
     // The line through both end points is subtracted. Then the signal has no jump where the transform continues it

@@ -107,7 +107,7 @@ impl<'a> SourceRecords<'a> {
                         if is_whole {
                             left -= bytes;
                             blocks += 1;
-                            // The copy uses memory that the signals of this block have freed, which avoids fragmentation of the
+                            // The copy uses memory that the signals of this block have freed. This avoids fragmentation of the
                             // memory.
                             records.extend(of_block.iter().cloned());
                         }
@@ -377,7 +377,7 @@ mod tests {
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };
         let (rest, repeated) = (held.rest, held.repeated);
-        // The clock step of a segment differs from the step of the whole in the last digits only.
+        // The clock step of a segment differs from the clock step of the whole log in the last digits only.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
         let refresh = held.refresh;
         let counts = LogReport { clock, rest, repeated, refresh, ..streamed.clone() };

@@ -54,7 +54,8 @@ pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     still
 }
 
-/// The number of samples from the start of q for which the position stays within the band; 0 if this is less than `span`.
+/// The number of samples from the start of q for which the position stays within the band; 0 if this number is less than
+/// `span`.
 fn stay(q: &[f64], span: usize) -> usize {
     if (q[span - 1] - q[0]).abs() > STANDSTILL_BAND {
         return 0;

@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn units_and_signs() {
         check(1.0, 1.0, 1.0).unwrap();
-        // Without motion there is no comparison.
+        // If the joint does not move, position and velocity are not compared.
         check(1e-3, 1.0, 1.0).unwrap();
         for (position, velocity, clock, expected) in [
             (57.29578, 1.0, 1.0, "positions in degrees"),

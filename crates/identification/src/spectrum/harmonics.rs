@@ -225,12 +225,14 @@ impl JointSpectrum {
             .collect()
     }
 
-    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2. It includes a known load.
+    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2. The entry includes a known
+    /// load.
     pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
         self.felt(self.joint, parameters)
     }
 
-    /// The entry of the inertia matrix in the row of this joint and the column of joint l, kg m^2. It includes a known load.
+    /// The entry of the inertia matrix in the row of this joint and the column of joint l, kg m^2. The entry includes a known
+    /// load.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)

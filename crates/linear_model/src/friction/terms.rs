@@ -204,7 +204,7 @@ impl FrictionTerm {
 
     /// Whether the columns must be computed from lightly filtered velocities and then filtered like the torques.
     ///
-    /// This is needed for a column that is neither linear in velocity and acceleration nor equal to the direction.
+    /// A column needs this computation if it is neither linear in velocity and acceleration nor equal to the direction.
     #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)

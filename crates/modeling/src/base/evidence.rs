@@ -37,7 +37,7 @@ pub enum ExactRank {
     Free(usize),
     /// The rank of a robot with loops, at states that close the loops in the finite field (`base/closed`).
     Closed {
-        /// The rank at these states.
+        /// The rank at these closed states.
         rank: usize,
         /// Whether other assemblies of the loops have other independent columns.
         other_assemblies: bool,
@@ -90,7 +90,7 @@ impl Rank {
         let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
         Rank {
             numeric: scan.kept.len(),
-            // The caller replaces this placeholder.
+            // The caller replaces this value.
             exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,

@@ -161,7 +161,7 @@ pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
 }
 
 /// (n, d) with a small d if `x` equals n/d within two units in the last place, from the continued fraction of x. About one in a
-/// thousand other numbers is taken for such a ratio by mistake.
+/// thousand numbers that are no such ratio is taken for one by mistake.
 fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= TWO_ULP * x.abs();
     if x.is_nan() || x.abs() >= MAX_RATIO {
@@ -242,8 +242,8 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// Solves A x = b over the finite field by elimination. Each of `rows` is [a_1 .. a_n b]. `None` if there is no solution or more
-/// than one.
+/// Solves A x = b over the finite field by elimination. Each of `rows` is [a_1 .. a_n b]. `None` if there is no solution, or
+/// more than one solution.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
     for c in 0..n {
         let pivot = (c..rows.len()).find(|&r| rows[r][c] != Residue::ZERO)?;

@@ -19,7 +19,7 @@ use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// A column that may be a linear combination of others: `column` = sum_k x_k support_k, with unknown coefficients x_k.
+/// A column that may be a linear combination of other columns: `column` = sum_k x_k support_k, with unknown coefficients x_k.
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,

@@ -39,7 +39,7 @@ fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
         let (head, behind) = block.split_at_mut((c + 1) * rows);
         let v = &head[c * rows..];
         let square = dot(v, v);
-        // NaN passes this test and reaches the scan of the columns, which refuses it.
+        // NaN passes this comparison and reaches the scan of the columns, which refuses NaN.
         if square <= rounding[c] {
             continue;
         }

@@ -186,7 +186,7 @@ impl From<NeverCloses> for UnclearRank {
     }
 }
 
-/// The first [`LISTED_NAMES`] names as text, and the number of the others.
+/// The first [`LISTED_NAMES`] names as text, and the number of the other names.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(LISTED_NAMES);
     let first = names[..names.len() - more].join(" ");

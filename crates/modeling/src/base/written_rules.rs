@@ -96,7 +96,8 @@ impl RuleSources {
         self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Substitutes every rule into the rules that contain its column; `None` if there are more than `most` summands in total.
+    /// Substitutes every rule into the rules that contain the column of this rule; `None` if there are more than `most`
+    /// summands in total.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;

@@ -51,7 +51,8 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// A sentence for readers of a generated file. It says whether the frame is one of the robot's file or Khalil's frame.
+    /// A sentence for readers of a generated file. The sentence says whether the frame is a frame of the robot's file or
+    /// Khalil's frame.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",

@@ -192,8 +192,9 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First, the bodies of each link alone are computed, in the axes of the link. Then the composite bodies are summed from the
-    // end links to the base, in the axes of the runs (consecutive links on parallel axes).
+    // First, the bodies of each link are collected in the axes of this link: the link itself and, later, the runs that start on
+    // it. The composite bodies are summed from the end links to the base, in the axes of the runs (consecutive links on
+    // parallel axes).
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

@@ -154,7 +154,8 @@ impl Closure {
         self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
     }
 
-    /// The passive coordinates at `q`, and the ratio of smallest to largest singular value of the Jacobian J_p there.
+    /// The passive coordinates at `q`, and the ratio of smallest to largest singular value of the Jacobian J_p at this
+    /// configuration.
     fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), NotClosed> {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);

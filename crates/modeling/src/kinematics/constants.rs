@@ -14,7 +14,7 @@ use robot::{Robot, SymbolId, Value};
 use crate::kinematics::angle::Angle;
 use crate::kinematics::vector::Vector;
 
-/// Creates the named constants of a robot in an expression graph, each only once.
+/// Creates the named constants of a robot in an expression graph. Each constant is created only once.
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,

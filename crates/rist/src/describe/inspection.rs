@@ -139,7 +139,7 @@ struct Tilted {
     /// Name of each added base parameter with its share of the torque; or the reason why these base parameters cannot be
     /// derived.
     appear: Result<Vec<(String, f64)>, String>,
-    /// Sentences on the angles that the reader replaced by exact ones.
+    /// Sentences on the angles that the reader replaced by exact angles.
     because: Vec<String>,
 }
 

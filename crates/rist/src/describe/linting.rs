@@ -90,7 +90,7 @@ fn outside_meshes(robot: &Robot, directory: &Path) -> Vec<Finding> {
 }
 
 impl Lint {
-    /// Number of findings that are no mere notes.
+    /// Number of findings without those that are only notes.
     pub fn count(&self) -> usize {
         self.findings.iter().filter(|f| f.severity() != Severity::Note).count()
     }

@@ -72,8 +72,8 @@ impl Model {
 
     /// Derives the dynamics of a robot; `path` is only named in messages.
     ///
-    /// Fails if the rank of the base parameters is not clear-cut. Fails with the numbers if the derivation would take long or
-    /// much memory, unless `any_size` is set.
+    /// Fails if the rank of the base parameters is not clear-cut. Fails with the estimated time and memory if the derivation
+    /// would need much of either, unless `any_size` is set.
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         let model = Model::at_any_rank(robot, path, any_size)?;
         match &model.parameters.refused {
@@ -82,8 +82,8 @@ impl Model {
         }
     }
 
-    /// Derives the dynamics like [`Model::of`], but does not fail at an unclear rank: [`Model::parameters`] are then the standard
-    /// parameters, ungrouped. This is enough for torques, poses and other functions without base parameters.
+    /// Derives the dynamics like [`Model::of`], but does not fail at an unclear rank: [`Model::parameters`] are then the
+    /// standard parameters, ungrouped. Such a model is enough for torques, poses and other functions without base parameters.
     pub fn at_any_rank(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));

@@ -1,4 +1,4 @@
-//! Determines drive gains, the torque per unit of current of each drive: some are known, the others are estimated.
+//! Determines drive gains, the torque per unit of current of each drive: some gains are known, and the others are estimated.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use identification::estimate::artefact::Estimate;
 
-/// Writes the known gains into the options, and estimates the others. `None` if all are known.
+/// Writes the known gains into the options, and estimates the other gains. `None` if all gains are known.
 pub(crate) fn drive_gains(
     model: &Model,
     logs: &[LogSource],

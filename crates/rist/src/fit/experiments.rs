@@ -246,8 +246,8 @@ impl ExperimentReader<'_> {
     }
 }
 
-/// Sample times that differ relatively by up to this value count as equal. Four periods of a thousand samples then end within
-/// four samples of the expected end.
+/// Sample times that differ relatively by up to this value count as equal. With this tolerance, four periods of a thousand
+/// samples end within four samples of the expected end.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
 
 /// The drive gains, one per coordinate; 1 if the logs hold torques. With currents, the gain of at least one drive, or a load,

@@ -40,7 +40,8 @@ const LEAST_UNEXPLAINED_SHARE: f64 = 0.1;
 /// Smallest rotation of gravity that the log check searches, rad. Smaller rotations are identified by the fit, which does not
 /// assume the described bodies.
 const SMALLEST_TURN_RAD: f64 = 0.26;
-/// A direction within this angle of an axis of the base is replaced by the axis, rad: bases are usually mounted along an axis.
+/// A direction is replaced by an axis of the base if the angle between them is below this value, rad, because bases are usually
+/// mounted along an axis.
 const AXIS_TOLERANCE_RAD: f64 = 0.09;
 
 /// Range of the common factor that is fitted to the torques of the described bodies, since descriptions are inaccurate.

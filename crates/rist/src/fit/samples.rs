@@ -56,9 +56,10 @@ pub struct Identification {
     /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if the description has no inertial
     /// parameters.
     pub described: Option<f64>,
-    /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the others.
+    /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the other
+    /// segments.
     pub held_out: Option<f64>,
-    /// If there are several logs: the error of each log, predicted by parameters from the others.
+    /// If there are several logs: the error of each log, predicted by parameters from the other logs.
     pub logs_left_out: Vec<LogLeftOut>,
     /// Evidence for and against the use of the identified bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
@@ -122,7 +123,7 @@ pub struct Bodies {
     /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of the link
     /// frame.
     pub links: Vec<(LinkId, Ten)>,
-    /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has none.
+    /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has no rotor inertia.
     pub armatures: Vec<f64>,
     /// The reason why the bodies must not be used, if any. With a reason, no file for a simulator is written.
     pub refusal: Option<String>,
@@ -169,7 +170,7 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// Decisions that are tried in this order. The request can fix each of them.
+/// Decisions that are tried in this order. The request can fix each decision.
 const CANDIDATES: [VariantProposer; 10] =
     [gains, rates, contact, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 

@@ -46,11 +46,11 @@ const NEGLIGIBLE_ERROR: f64 = 1e-3;
 /// Selects which parameters an identification keeps, and whether the bodies must be physically possible.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KeptParameters {
-    /// All parameters. If the logs are poor, the bodies are restricted to physically possible ones.
+    /// All parameters. If the logs are poor, the bodies are restricted to physically possible bodies.
     All,
     /// All parameters, even if the bodies are physically impossible.
     Free,
-    /// Only the essential parameters (the smallest set with nearly the same residual). The others are zero.
+    /// Only the essential parameters (the smallest set with nearly the same residual). All other parameters are zero.
     Essential,
     /// All parameters, with physically possible bodies. Parameters that the logs do not identify get values from the
     /// description.

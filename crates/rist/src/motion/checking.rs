@@ -134,7 +134,7 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note if the estimate gives the torques and its file was changed after rist wrote it.
+/// A note if the file of the estimate `after`, which gives the torques, was changed after rist wrote it.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }
@@ -161,7 +161,7 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit
     notes
 }
 
-/// Reports kinds of limits that only the motion's file gives; `None` if there are none.
+/// Reports kinds of limits that only the motion's file gives; `None` if there are no such limits.
 fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     let kinds = kinds_of_motion_alone(origins);
     let what =

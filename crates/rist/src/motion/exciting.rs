@@ -173,7 +173,7 @@ struct Conditions<'a> {
     model: &'a Model,
     request: &'a ExciteRequest,
     names: Vec<String>,
-    /// The limits of the request; none is looser than the description.
+    /// The limits of the request. None of these limits is looser than the limit of the description.
     stated: Vec<CoordinateLimits>,
     /// Error margins of the robot (tracking, encoder zeros, bodies, payload).
     errors: ErrorMargins,

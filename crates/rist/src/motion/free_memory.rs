@@ -8,7 +8,7 @@ use std::path::Path;
 
 use gate::source;
 
-/// Largest size that is read of such a file, bytes.
+/// Largest number of bytes that is read of a system file.
 const LARGEST_FILE_BYTES: usize = 1 << 16;
 
 /// Memory that the process may still use, bytes; `None` if this number is unknown.

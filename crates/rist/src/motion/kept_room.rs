@@ -27,7 +27,7 @@ pub(crate) struct KeptRoom {
 }
 
 impl KeptRoom {
-    /// The default distances to try, in this order: first with an assumed floor, then without.
+    /// The default distances to try, in this order: first with an assumed floor, then without a floor.
     pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
         let space = request.space();
         let spacings = match space.spacing {

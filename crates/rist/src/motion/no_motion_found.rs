@@ -94,7 +94,7 @@ impl SearchedSpace<'_> {
         ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
-    /// The request with the default share of the effort limits; empty if the request already has this share or a larger one.
+    /// The request with the default share of the effort limits; empty if the request already has this share or a larger share.
     fn with_more_effort(&self) -> Vec<ExciteRequest> {
         let usual = ExciteRequest::default().effort_share;
         let request = ExciteRequest { effort_share: usual, ..self.request.clone() };

@@ -14,8 +14,8 @@ use crate::describe::model::Model;
 use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::nominal_friction;
 
-/// Number of instants per period at which torques are checked. They are shifted by half a step, so that none is at a corner of
-/// the motion.
+/// Number of instants per period at which torques are checked. The instants are shifted by half a step, so that no instant is
+/// at a corner of the motion.
 const TORQUE_INSTANTS: usize = 64;
 /// Largest step of a coordinate between two places at which distances are checked, rad (m).
 const LARGEST_STEP_RAD_M: f64 = 0.1;

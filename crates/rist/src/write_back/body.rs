@@ -45,7 +45,8 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence for the user: this link got the inertia of the links `lumped` that are fixed to it. `None` if `lumped` is empty.
+/// A sentence for the user: this link got the inertia of the links `lumped`, which are fixed to it. `None` if `lumped` is
+/// empty.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

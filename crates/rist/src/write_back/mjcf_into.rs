@@ -5,9 +5,8 @@
 //! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
 //!
 //! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed
-//! links get zero mass (MuJoCo allows this for a body without a joint). Without an inertial element, MuJoCo would compute the
-//! mass of these bodies from their shapes. Inertials that the model already has are not read, because they may differ from the
-//! description.
+//! links get zero mass (MuJoCo allows this for a body without a joint). Otherwise MuJoCo would compute the mass of these bodies
+//! from their shapes. Inertials that the model already has are not read, because they may differ from the description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -264,8 +263,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // The name in the model lacks the hidden characters, so the two names differ. The message must make the hidden
-        // characters visible.
+        // The name in the model lacks the hidden characters. The message must make the hidden characters visible.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -382,7 +380,7 @@ mod tests {
             assert_eq!((link.joint.friction.viscous, link.joint.friction.coulomb), (Some(0.5), Some(0.2)));
         }
         assert!(written.notes[0].ends_with("and 0 in m"), "{:?}", written.notes);
-        // Without such actuators nothing is said.
+        // Without such actuators, no note is written.
         let plain = text.replace(" armature=\"0.0005\"", "");
         let written = mjcf_into(&plain, "r.xml", &read(&plain), &bodies, &joints, true).unwrap();
         assert!(written.notes.is_empty() && written.text.contains("gear=\"20\"/>"), "{:?}", written.notes);

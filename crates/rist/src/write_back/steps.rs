@@ -187,7 +187,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     notes
 }
 
-/// A sentence on identified friction that is neither viscous nor Coulomb; `None` if there is none.
+/// A sentence on identified friction that is neither viscous nor Coulomb friction; `None` if there is no such friction.
 fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
     let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(friction, _) if friction.is_other_friction());
     let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));

@@ -155,13 +155,14 @@ fn friction(estimate: &Estimate) -> Vec<Claim> {
     estimate.parameters.iter().filter(drives).map(claim).collect()
 }
 
-/// Whether a friction term is viscous, Coulomb or an offset, for both directions of motion or for one.
+/// Whether a friction term is viscous, Coulomb or an offset. The term may apply to both directions of motion or to one
+/// direction.
 fn is_customary(term: FrictionParameter) -> bool {
     use FrictionParameter::*;
     matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
-/// The names of the parameters with this status: at most three, then the number of the others.
+/// The names of the parameters with this status: at most three names, then the number of the other parameters.
 fn named(estimate: &Estimate, status: Status) -> String {
     let all: Vec<String> =
         estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();

@@ -35,8 +35,8 @@ const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 /// Relative errors |tau - W X| / |tau| of an estimate on data that were not fitted; `None` if not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
-    /// Whether the residual is much larger in some short intervals. The reason is then an event such as a contact, not a lack
-    /// of motion in the log.
+    /// Whether the residual is much larger in some short intervals. The cause is then an event such as a contact, not a lack of
+    /// motion in the log.
     pub has_events: bool,
     /// Relative error of the predicted torques of other logs.
     pub others: Option<f64>,
@@ -49,7 +49,8 @@ pub struct Prediction {
     /// Error on other logs that comes from wrong parameters: sqrt(p^2 - f^2), the largest value of all logs. p: relative
     /// error of the prediction; f: relative residual of a fit to that log alone.
     pub others_by_parameters: Option<f64>,
-    /// Whether the other logs are the logs of the fit. Each is then predicted by parameters that are fitted to all others.
+    /// Whether the other logs are logs of the fit. Each of them is then predicted by parameters that are fitted to all other
+    /// logs.
     pub others_are_of_the_fit: bool,
     /// The log with the largest error due to the common fit: its index, and sqrt(c^2 - a^2). c, a: relative residuals with
     /// parameters fitted to all logs, and to this log alone.
@@ -74,7 +75,7 @@ impl Prediction {
     }
 }
 
-/// The claims on a prediction. If logs of the fit contradict each other, this is the only claim.
+/// The claims on a prediction. If logs of the fit contradict each other, this contradiction is the only claim.
 pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction) -> Vec<Claim> {
     let apart = prediction.most_apart.filter(|(_, apart)| *apart > GOOD_PREDICTION_ERROR);
     let says_more = apart.is_none() || !prediction.others_are_of_the_fit;
@@ -106,7 +107,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters. Such
     // an error is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
-    // A good prediction counts only if the motion differs from the fitted one. A bad prediction always counts.
+    // A good prediction counts only if the motion differs from the fitted motion. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);
     let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
     let worst = others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);

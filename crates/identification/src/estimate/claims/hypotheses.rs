@@ -57,8 +57,7 @@ pub struct HypothesisTest {
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if the hypothesis is
-    /// identifiable.
+    /// Indices of parameters: the hypothesis has a combination of their columns as column. Empty if it is identifiable.
     pub within: Vec<usize>,
 }
 
@@ -102,7 +101,7 @@ impl HypothesisTest {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
-    /// The coordinate, if this is a rotor with a positive, significant inertia that reduces the error of cross-validation.
+    /// The coordinate of a rotor with a positive, significant inertia that reduces the error of cross-validation.
     pub fn significant_rotor(&self) -> Option<usize> {
         let Hypothesis::Rotor(k) = self.of else { return None };
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
@@ -118,8 +117,7 @@ const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to the columns of the
-/// parameters.
+/// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to all parameter columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
@@ -235,8 +233,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // A fault is found if it reduces the error by enough and if u is significant. So the detection limit is the larger of
-        // the values of |u| from these two conditions.
+        // Two conditions: the error falls by enough, and u is significant. Each gives a limit of |u|; the larger one counts.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -378,8 +375,8 @@ mod tests {
         };
         for joint in [None, Some(0)] {
             let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
-            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and the
-            // error of the fit grows with the square of the delay. Together these are some per cent at 5.1 rad/s.
+            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and
+            // the error of the fit grows with the square of the delay. Together, both errors are some per cent at 5.1 rad/s.
             assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
             assert!(found.is_significant() && !found.is_found(), "{found:?}");
             // The error that remains after the correction grows with the square of the delay.

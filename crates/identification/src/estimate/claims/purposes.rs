@@ -103,8 +103,8 @@ fn undetermined_sentence(of: Use, joints: &[&str]) -> String {
     )
 }
 
-/// Claims that no torque is determined, one per use. They are made if a joint stood still in all logs and parameters are
-/// undetermined; otherwise the list is empty.
+/// Claims that no torque is determined, one claim per use. These claims are made if a joint stood still in all logs and
+/// parameters are undetermined; otherwise the list is empty.
 pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     let still = standing(&estimate.joints);
     let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);

@@ -31,8 +31,8 @@ pub(super) struct Lag {
     pub share: f64,
 }
 
-/// A delay is reported only if it explains more than this share of the squared residual. In logs of real robots, up to 0.05
-/// occur by chance.
+/// A delay is reported only if it explains more than this share of the squared residual. In logs of real robots, chance alone
+/// explains up to 0.05.
 const SMALLEST_DELAY_SHARE: f64 = 0.15;
 /// Delays shorter than this time are not reported, s.
 const SHORTEST_DELAY_S: f64 = 0.003;
@@ -59,7 +59,7 @@ const OWN_COLUMNS: usize = 5;
 const MAX_ROWS_PER_JOINT: usize = 200;
 
 /// Finds the common delay of the torques of all joints. `None` if the delay is too short or too long, if it explains too
-/// little, or if the robot has too many joints or too few moving ones.
+/// little, or if the robot has too many joints or too few moving joints.
 pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
     if n > MAX_JOINTS_FOR_DELAY {

@@ -272,8 +272,9 @@ impl DiagnosisInput<'_> {
             .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }
 
-    /// The common scale of the torques: the median magnitude of the meaningful slopes. It is 1 if there are too few slopes,
-    /// because then a single joint may be wrong. It is also 1 if less than two thirds of the slopes are near the median.
+    /// The common scale of the torques: the median magnitude of the meaningful slopes. The scale is 1 if there are too few
+    /// slopes, because then a single joint may be wrong. The scale is also 1 if less than two thirds of the slopes are near the
+    /// median.
     fn common_scale(&self, meaningful: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -283,8 +284,7 @@ impl DiagnosisInput<'_> {
         if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
-    /// The finding that the torques were computed, because they equal the nominal torques without friction; `None` if they
-    /// differ from these torques.
+    /// The finding that the torques were computed; `None` if they differ from the nominal torques without friction.
     fn computed(&self, description: &Description) -> Option<Finding> {
         let torques = description.torques(&self.samples.kept, self.rows, &[]);
         let n = self.n();
@@ -362,7 +362,7 @@ impl DiagnosisInput<'_> {
         let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
-        // The torque of a joint is noise if even a fit of this joint alone does not explain it.
+        // The torque of a joint is noise if even a fit of this joint alone does not explain the torque.
         let noisy = |k: usize| log_check.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
         let evidence = format!(
@@ -373,7 +373,7 @@ impl DiagnosisInput<'_> {
             .then(|| Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT))
     }
 
-    /// The common delay of the torques of all joints; `None` if none is found.
+    /// The common delay of the torques of all joints; `None` if no delay is found.
     fn delay(&self) -> Option<Lag> {
         common_lag(self.regressor, self.samples, self.rows)
     }

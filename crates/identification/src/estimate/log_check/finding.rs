@@ -27,7 +27,7 @@ pub enum Fault {
     FrictionSign,
     /// The base is rotated relative to its described orientation. The number is the angle, rad.
     Mount(f64),
-    /// The columns of this kind are in another order than the joints.
+    /// The columns of this kind of signal are in another order than the joints.
     Permuted(ColumnKind),
     /// The velocity column is not the derivative of the position.
     Velocity,

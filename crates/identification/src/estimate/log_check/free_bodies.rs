@@ -65,8 +65,8 @@ pub(super) struct FreeBodies<'a> {
 }
 
 impl FreeBodies<'_> {
-    /// For each suspicion (suspected fault), whether the fault is needed to explain the log. The suspicions are tested one after
-    /// the other. A fault that is not needed is left out in the tests of the next ones.
+    /// For each suspicion (suspected fault), whether the fault is needed to explain the log. The suspicions are tested one
+    /// after the other. A fault that is not needed is left out when the next suspicions are tested.
     pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
         let mut needed = vec![true; suspicions.len()];
         let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();

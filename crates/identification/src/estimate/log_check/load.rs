@@ -344,8 +344,8 @@ impl Record {
         self.before.len() - 1
     }
 
-    /// The longest interval of blocks with a constant load, if the load changes at the blocks `from` and `to`. The times of
-    /// the changes are known only to one block, so one block next to each change is left out.
+    /// The longest interval of blocks with a constant load, if the load changes at the blocks `from` and `to`. The times of the
+    /// changes are known only with an error of up to one block, so one block next to each change is left out.
     fn longest_constant_interval(&self, from: usize, to: usize) -> (usize, usize) {
         let parts = self.parts();
         let pieces = [
@@ -357,8 +357,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. Start and end are
-    /// searched in turn, twice each.
+    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search finds the start
+    /// and the end in turn, twice each.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);

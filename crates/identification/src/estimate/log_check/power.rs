@@ -58,7 +58,7 @@ pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Optio
 const TURNED_ERROR_RATIO: f64 = 0.4;
 /// Smallest zero offset that is reported, rad. The zeros of encoders are accurate to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
-/// Largest zero offset that is reported, rad. The search for faults finds larger ones.
+/// Largest zero offset that is reported, rad. The search for faults finds larger offsets.
 const LARGEST_TURN_RAD: f64 = PI / 6.0;
 /// Distance between the three points through which the parabola is fitted, rad.
 const TURN_STEP_RAD: f64 = PI / 180.0;

@@ -51,7 +51,7 @@ pub struct Measured {
     pub acceleration: bool,
 }
 
-/// A suspected fault that is not needed, because other bodies than the nominal ones explain the log equally well.
+/// A suspected fault that is not needed, because other bodies than the nominal bodies explain the log equally well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExplainedMistake {
     /// The suspected fault, as a finding.
@@ -65,11 +65,11 @@ pub struct ExplainedMistake {
 pub struct LogCheck {
     /// Agreement of each joint with the description, one per coordinate.
     pub joints: Vec<JointCheck>,
-    /// The findings; gross ones, which make estimates unusable, come first.
+    /// The findings. Gross findings, which make estimates unusable, come first.
     pub findings: Vec<Finding>,
     /// Alternatives to `findings`: other explanations of the log, each a list of findings. Empty after they were tried.
     pub others: Vec<Vec<Finding>>,
-    /// Suspected faults that are not needed, because other bodies than the nominal ones explain the log equally well.
+    /// Suspected faults that are not needed, because other bodies than the nominal bodies explain the log equally well.
     pub explained: Vec<ExplainedMistake>,
     /// A constant load that the description does not contain; `None` if none was found. Such a load is no fault of the log, but
     /// becomes part of the parameters.
@@ -85,7 +85,7 @@ pub struct LogCheck {
     pub visited: VisitedStates,
     /// Whether velocity and acceleration columns of the log were used.
     pub measured: Measured,
-    /// The joint whose zero offset makes the description fit far better; `None` if there is none.
+    /// The joint whose zero offset makes the description fit far better; `None` if no joint has such an offset.
     pub turned: Option<MisplacedJoint>,
     /// Pairs of joints, or of limbs (chains of joints), whose exchange would not be detected. Each member of a pair is a list of
     /// joints.

@@ -45,7 +45,7 @@ pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search starts from the best change (smallest sum of misfits), and also from up to this many other changes.
+/// The search starts from the best change (smallest sum of misfits). It also starts from other changes, at most this many.
 const FIRST_STEPS: usize = 6;
 /// The search also starts from a change if the sum of misfits is at most the smallest sum times this factor.
 const FIRST_STEP_RATIO: f64 = 2.0;

@@ -183,7 +183,7 @@ mod tests {
             share: Some(0.9),
             ..JointCheck::default()
         };
-        // The check detects only the first fault; the second one appears after the first is undone.
+        // The check detects only the first fault. The second fault appears after the first is undone.
         let seen = faults.first().map(|&of| {
             let joints = of.joints().iter().map(|k| format!("j{}", k + 1)).collect();
             Finding::of(Fault::Of(of, 0.0), joints, String::new(), "").undone_by(vec![Change::of(of)])

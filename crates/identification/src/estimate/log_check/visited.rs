@@ -23,7 +23,7 @@ pub struct VisitedStates {
 const MOST_STATES: usize = 2000;
 /// Largest number of states of a motion that are compared with the visited states.
 const EXAMINED_STATES: usize = 300;
-/// Number of blocks (tenths) of a record. Each block is compared with all others.
+/// Number of blocks (tenths) of a record. Each block is compared with all other blocks.
 const RECORD_BLOCKS: usize = 10;
 /// A state is new if its distance from every visited state exceeds this value. Distance: rms over the moving signals, each
 /// divided by its standard deviation.

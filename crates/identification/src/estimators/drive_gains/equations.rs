@@ -34,8 +34,8 @@ pub struct NoiseEvidence {
 /// Least mean square residual that is used for the noise, divided by the mean square current. It is the square of the relative
 /// rounding error of currents, 1e-10.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
-/// Least number of degrees of freedom for the noise, as a share of the number of equations. It is used if there are nearly as
-/// many unknowns as equations.
+/// Least number of degrees of freedom for the noise, as a share of the number of equations. This limit is used if there are
+/// nearly as many unknowns as equations.
 const LEAST_EQUATIONS_SHARE: f64 = 0.1;
 
 impl JointEquations {

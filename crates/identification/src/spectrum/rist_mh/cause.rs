@@ -182,7 +182,7 @@ impl HarmonicData<'_> {
             };
             found[joint] = Some(wave);
         }
-        // Each joint is searched again, because the first joints were found without the ripple of the others.
+        // Each joint is searched again, because the first joints were found without the ripple of the other joints.
         for joint in 0..self.n {
             found[joint] = look(joint, &found);
         }

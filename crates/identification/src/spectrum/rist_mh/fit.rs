@@ -68,7 +68,7 @@ pub(crate) struct IterationState {
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Effective number of unknowns: a drift that the data determine only partly counts less than 1.
+    /// Effective number of unknowns: a drift that the data determine only partly counts as less than 1.
     effective: f64,
 }
 

@@ -61,7 +61,8 @@ impl HarmonicData<'_> {
                 found.friction = None;
                 break;
             }
-            // Friction, drift and weights are found with the present gains, and then new gains from these rows.
+            // First, friction, drift and weights are found with the present gains. The rows that follow from them then give new
+            // gains.
             self.gain = found.gains.gain.clone();
             let Some(fit) = self.fitted(options) else { break };
             let equations = fit.current_equations(self);

@@ -110,7 +110,7 @@ impl HarmonicData<'_> {
         if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
-    /// The misfit with chi^2 only. Its lists of standard deviations are empty.
+    /// The misfit with chi^2 only. The lists of standard deviations are empty.
     pub(crate) fn residual_squares(&self, fit: &IterationState) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, &noise);

@@ -31,7 +31,7 @@ use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use random::SplitMix;
 
-/// Largest number of draws of all constants of a robot: with k quadratic equations, one of 2^k draws has a closed point.
+/// Largest number of draws of all constants of a robot. With k quadratic equations, about one of 2^k draws has a closed point.
 const DRAWS_OF_CONSTANTS: usize = 400;
 /// Largest number of failures of the constants-first method, missing roots not counted. A few failures may be chance, because
 /// roots may coincide.
@@ -54,7 +54,7 @@ pub(crate) struct ClosedPoint {
     pub state: State,
 }
 
-/// Finds closed points of one robot, with the functions and data that this needs.
+/// Finds closed points of one robot. The fields are the functions and data that the search needs.
 pub(crate) struct ClosedPoints {
     pub chains: LoopChains,
     pub variables: Variables,

@@ -22,7 +22,7 @@ use random::SplitMix;
 const MAX_CLOSED_POINTS: u64 = 12;
 /// Smallest number of closed points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// The search can end when this number of closed points have the same independent columns.
+/// The search can end when this many closed points have the same independent columns.
 const AGREEING_RANKS: usize = 2;
 /// Number of curves through each closed point. With one coordinate, up to three rows of each order are independent: the rows of
 /// the acceleration, of the squared rate of this coordinate, and of gravity.
@@ -31,7 +31,7 @@ const CURVES_PER_POINT: usize = 4;
 const SETTLED_ORDERS: usize = 2;
 /// Largest order of a power series along a curve.
 const MAX_SERIES_ORDER: usize = 200;
-/// The first series provides this number of rows more than 4/3 of the expected rank.
+/// Number of rows that the first series gives in addition to 4/3 of the expected rank.
 const SPARE_ROWS: usize = 8;
 /// Seed of the random draws for the first pair of closed points.
 const FIRST_SEED: u64 = 1979;

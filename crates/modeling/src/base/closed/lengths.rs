@@ -3,8 +3,8 @@
 use crate::base::field::Residue;
 use random::SplitMix;
 
-/// A random x with n entries and f(x) = 0, for an affine function f. The leftmost entries that f determines are solved for, the
-/// others are random. `None` if f is not affine or has no zero.
+/// A random x with n entries and f(x) = 0, for an affine function f. The leftmost entries that f determines are solved for, and
+/// the other entries are random. `None` if f is not affine or has no zero.
 pub(crate) fn random_zero(
     n: usize,
     mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,

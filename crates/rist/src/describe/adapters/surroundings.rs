@@ -32,8 +32,8 @@ pub(crate) struct RobotSurroundings {
 
 /// Number of random poses that decide which pairs of links always touch. Such pairs are not checked.
 const SAMPLED_POSES: u64 = 1000;
-/// Seed of the random poses that decide which pairs of links always touch. They depend only on the description, so a motion
-/// file cannot change which pairs are checked.
+/// Seed of the random poses that decide which pairs of links always touch. The poses depend only on the description, so a
+/// motion file cannot change which pairs are checked.
 const POSES_SEED: u64 = 39;
 /// Positions of a coordinate without limits are drawn from minus this value to plus this value: rad for a revolute joint, m for
 /// a prismatic joint.
@@ -141,7 +141,7 @@ impl RobotSurroundings {
         self.clearance.moved_by(gap)
     }
 
-    /// Returns these surroundings for the proof of a motion; `None` if there are no gaps.
+    /// Returns these surroundings for the proof of a motion; `None` if there are no gaps to keep.
     pub(crate) fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }
