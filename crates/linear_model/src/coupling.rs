@@ -4,9 +4,10 @@
 //! on joint k, because the power f X dw/dt equals the power of these torques.
 //!
 //! R: matrix from joint speeds to motor speeds. For a motor m that also turns with other joints, c_m = 1 and c_k = R_mk / R_mm.
-//! In addition to the columns of the joints, the motor has the columns tau_k += c_k (IAM (d2w/dt2 - c_k ddq_k) + FVM (dw/dt -
-//! c_k dq_k) + FSM sign(dw/dt)) The terms of ddq_k and dq_k are subtracted, because the columns of joint k already contain the
-//! rotor inertia and viscous friction of the joint's own motion. [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
+//! In addition to the columns of the joints, the motor has the columns
+//!   tau_k += c_k (IAM (d2w/dt2 - c_k ddq_k) + FVM (dw/dt - c_k dq_k) + FSM sign(dw/dt))
+//! The terms of ddq_k and dq_k are subtracted, because the columns of joint k already contain the rotor inertia and viscous
+//! friction of the joint's own motion. [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 //!
 //! An element that the user defines has the columns of its [`CouplingParameter`]s, without such a subtraction.
 
