@@ -1,11 +1,11 @@
 //! Computes the columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
-//! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For each other effect, Y(q) X is linearised
-//! about the present size u of the effect:
+//! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For each other effect, Y(q) X is
+//! linearised about the present size u of the effect:
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s
 //! theta: position of the motors; q = theta - u e: position of the links; e_k: deflection of joint k per unit of u; u': the new
-//! size; s: a small step. An elastic joint has two e_k: the torque of the joint and, for the damping, the rate of this torque. The
-//! fit is repeated until u' equals u (`search`).
+//! size; s: a small step. An elastic joint has two e_k: the torque of the joint and, for the damping, the rate of this torque.
+//! The fit is repeated until u' equals u (`search`).
 //!
 //! tau_k is the torque after the friction of the motor. If the joint moves, it is the torque of the drive minus the friction of
 //! the fit. If the joint is locked, its friction is unknown, and tau_k is Y_k(q) X. The spring here transmits the whole torque of
