@@ -8,7 +8,7 @@ use crate::outcome::Outcome;
 use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A claim: a subject, and the outcome of its check with the evidence. Display prints it as a sentence.
+/// A claim: a subject, and the outcome of its check with the evidence. `Display` prints the claim as a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
     #[serde(flatten)]

@@ -62,7 +62,7 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
-    /// Makes a requirement that is assumed to hold. `what`: the assumption as a clause; `by`: its source.
+    /// Makes a requirement that is assumed to hold. `what`: the assumption as a clause; `by`: the source of the assumption.
     pub fn assumed(matter: LeftOutTopic, of: Vec<String>, what: impl Into<String>, by: impl Into<String>) -> LeftOut {
         LeftOut { matter, of, why: LeftOutReason::Assumed { what: what.into(), by: by.into() }, is_asked: false }
     }
@@ -88,7 +88,7 @@ impl LeftOut {
         )
     }
 
-    /// Whether the user requested the check, but it was not done.
+    /// Whether the user requested the check of this requirement, but the check was not done.
     pub fn is_owed(&self) -> bool {
         self.is_asked && matches!(self.why, LeftOutReason::NotLookedAt { .. })
     }

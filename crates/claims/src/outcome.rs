@@ -18,9 +18,10 @@ pub enum Outcome {
         /// The method by which the bound can be derived again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
-    /// The data agree: they would have shown a fault of the size `smallest`.
+    /// The data agree with the statement: they would have shown a fault of the size `smallest`.
     Agrees {
-        /// The smallest fault that the check would have detected at each joint of the subject. Infinite if it would detect none.
+        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if it would have
+        /// detected no fault.
         smallest: Figure,
     },
     /// The statement is assumed to hold.
@@ -34,7 +35,7 @@ pub enum Outcome {
     CannotTell {
         /// The reason, as a clause: `these joints carry too little gravity`.
         why: String,
-        /// Data that would decide it, as a noun: `a log in which the shoulder moves`.
+        /// Data that would decide whether the statement holds, as a noun: `a log in which the shoulder moves`.
         would_tell: String,
     },
     /// The statement was not checked.

@@ -4,7 +4,8 @@ use crate::claim::Claim;
 use crate::standing::EvidenceLevel;
 use crate::subject::Subject;
 
-/// A need of a purpose: the subject about which it needs claims, and how these claims lower its level of evidence.
+/// A need of a purpose: the subject about which the purpose needs claims, and how these claims lower the level of evidence of
+/// the purpose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
     subject: Subject,
@@ -15,9 +16,11 @@ pub struct Need {
 /// agreed, proven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum NeedKind {
-    /// The purpose is refused if a claim about the subject has a level below this one. A subject without claims counts as open.
+    /// The purpose is refused if a claim about the subject has a level below the level stored here. A subject without claims
+    /// counts as open.
     AtLeast(EvidenceLevel),
-    /// The claim with the lowest level about the subject counts. Without claims, the level of the purpose is not lowered.
+    /// Of all claims about the subject, the claim with the lowest level counts. Without claims, the level of the purpose is not
+    /// lowered.
     WhereTold,
     /// Only a contradicted claim about the subject counts: the purpose is then refused.
     Uncontradicted,
@@ -29,23 +32,25 @@ impl Need {
         Need { subject, kind: NeedKind::AtLeast(EvidenceLevel::Open) }
     }
 
-    /// The purpose needs claims about `subject` of at least this level, because the user requires it; below it the purpose is
-    /// refused.
+    /// The purpose needs claims about `subject` of at least the level `standing`, because the user requires this level. If a
+    /// claim has a lower level, the purpose is refused.
     pub fn at_least(subject: Subject, standing: EvidenceLevel) -> Need {
         Need { subject, kind: NeedKind::AtLeast(standing) }
     }
 
-    /// All claims about `subject` count. Without claims about it, the level of the purpose is not lowered.
+    /// All claims about `subject` count. Without claims about `subject`, the level of the purpose is not lowered.
     pub fn where_claimed(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::WhereTold }
     }
 
-    /// Only a contradicted claim about `subject` counts. An undecided claim about it does not lower the level of the purpose.
+    /// Only a contradicted claim about `subject` counts. An undecided claim about `subject` does not lower the level of the
+    /// purpose.
     pub fn uncontradicted(subject: Subject) -> Need {
         Need { subject, kind: NeedKind::Uncontradicted }
     }
 
-    /// Whether `claims` has a claim about the subject, and one about each joint that the subject names.
+    /// Whether `claims` contains a claim about the subject and, if the subject names joints, a claim about each of these
+    /// joints.
     pub(crate) fn has_claims(&self, claims: &[Claim]) -> bool {
         let about = |name: &String| {
             let part = Subject::of(self.subject.topic, [name]);
@@ -54,7 +59,8 @@ impl Need {
         claims.iter().any(|claim| claim.subject().touches(&self.subject)) && self.subject.of.iter().all(about)
     }
 
-    /// Whether `claim` is about this subject and its level so low that the purpose cannot have [`Trust::Yes`](crate::Trust::Yes).
+    /// Whether `claim` is about the subject of this need, and its level is so low that the purpose cannot have
+    /// [`Trust::Yes`](crate::Trust::Yes).
     pub(crate) fn is_lowered_by(&self, claim: &Claim) -> bool {
         let standing = claim.standing();
         let is_low = match self.kind {
@@ -65,7 +71,7 @@ impl Need {
         is_low && claim.subject().touches(&self.subject)
     }
 
-    /// The level of evidence of this need: the lowest level of the claims about the subject, subject to the rule of `kind`.
+    /// The level of evidence of this need: the lowest level of the claims about the subject, according to the rule `kind`.
     pub(crate) fn standing(&self, claims: &[Claim]) -> EvidenceLevel {
         let about = claims.iter().filter(|claim| claim.subject().touches(&self.subject));
         let lowest = about.map(|claim| claim.standing()).min();
@@ -82,7 +88,8 @@ impl Need {
     }
 }
 
-/// A purpose of the user with its needs. It has at least one need, because a purpose without needs would always be proven.
+/// A purpose of the user with its needs. A purpose has at least one need, because a purpose without needs would always be
+/// proven.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Purpose {
     /// The printed name: `gravity compensation`.

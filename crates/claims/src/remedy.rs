@@ -19,7 +19,7 @@ pub struct Remedy {
 }
 
 impl Remedy {
-    /// Makes a remedy that runs `step` without fields. `sentence`: its effect, as advice.
+    /// Makes a remedy that runs `step` without fields. `sentence`: the effect of the remedy, as advice.
     pub fn new(step: impl Into<String>, sentence: impl Into<String>) -> Remedy {
         Remedy { step: step.into(), fields: Vec::new(), sentence: sentence.into() }
     }
@@ -38,11 +38,11 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// Whether a remedy was tried, and its effect.
+/// Whether a remedy was tried, and the effect of the remedy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trial {
-    /// The remedy was tried: the value of a quantity without the remedy and with it.
+    /// The remedy was tried. The value of a quantity is given without and with the remedy.
     Tried {
         /// The compared quantity: `residual`.
         quantity: String,

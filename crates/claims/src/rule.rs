@@ -6,7 +6,7 @@ use crate::standing::EvidenceLevel;
 
 /// The level of evidence of a purpose: the lowest level among its needs.
 ///
-/// An additional claim never raises this level, except if it is the first claim about a needed subject.
+/// An additional claim never raises this level, unless the claim is the first one about a needed subject.
 pub fn worst(claims: &[Claim], purpose: &Purpose) -> EvidenceLevel {
     purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(EvidenceLevel::Open)
 }
@@ -60,7 +60,7 @@ mod tests {
             Purpose::new("uncontradicted", Need::uncontradicted(of(ZERO, 2))),
         ];
         // For each purpose and each pair of claims: order and repetition of claims do not change the level, and a second claim
-        // does not raise it.
+        // does not raise the level.
         for purpose in &purposes {
             let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.has_claims(claims));
             let needs = |claim: &Claim| claim.subject().topic == ZERO || purpose.needs.len() == 2;

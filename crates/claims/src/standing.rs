@@ -1,4 +1,4 @@
-//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from it.
+//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from this level.
 
 use serde::Serialize;
 
@@ -8,13 +8,13 @@ use crate::outcome::Outcome;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EvidenceLevel {
-    /// A needed claim is contradicted, or below the level that the user requires.
+    /// A needed claim is contradicted, or its level is below the level that the user requires.
     Refused,
-    /// A needed subject is undecided or was not checked, or no claim is about it.
+    /// A needed subject is undecided, was not checked, or has no claim.
     Open,
     /// A needed claim is an assumption.
     Assumed,
-    /// The data agree with all needed claims.
+    /// Every needed claim agrees with the data or is proven, and at least one is not proven.
     Agreed,
     /// All needed claims are proven.
     Proven,
@@ -24,11 +24,11 @@ pub enum EvidenceLevel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trust {
-    /// A needed claim is contradicted or below the required level.
+    /// A needed claim is contradicted, or its level is below the level that the user requires.
     No,
-    /// A needed claim is open or assumed.
+    /// No needed claim is contradicted, but one is open or assumed.
     WithCare,
-    /// All needed claims agree or are proven.
+    /// Every needed claim agrees with the data or is proven.
     Yes,
 }
 

@@ -12,7 +12,8 @@ use crate::failure::Failure;
 use crate::interrupt::undivided;
 use crate::model::ModelArguments;
 
-/// Creates a directory if it does not exist. Fails if its parent does not exist, because this is probably a typing error.
+/// Creates a directory if it does not exist. Fails if the parent directory does not exist, because a missing parent is probably
+/// a typing error.
 pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Ok(());
@@ -37,7 +38,7 @@ pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArgume
     Ok(model)
 }
 
-/// Reads a plan. Fails if it was made with another model.
+/// Reads a plan. Fails if the plan was made with another model.
 pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
@@ -60,10 +61,10 @@ pub(crate) enum MotionFile {
     Motion(Box<ExcitingMotion>),
 }
 
-/// Reads a plan or a motion. Fails if it was made with another model.
+/// Reads a plan or a motion. Fails if the file was made with another model.
 pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Files of earlier versions have no kind. They differ by a key: every motion has `period_s`, no plan has it.
+    // Files of earlier versions do not state their kind. A motion has the key `period_s`, and a plan does not have this key.
     let is_motion = ArtefactKind::of(&text)
         .map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == ArtefactKind::Motion);
     if !is_motion {

@@ -83,8 +83,8 @@ fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
     print_result(text, || value(checked))
 }
 
-/// Prints one line per experiment, the requirements that the proofs do not cover, and the D-efficiency of the plan that its proof
-/// guarantees.
+/// Prints one line per experiment, the requirements that the proofs do not cover, and the D-efficiency that the proof of the
+/// plan guarantees.
 fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Failure> {
     let mut text = String::new();
     for (name, checked) in &file.parts {
@@ -94,7 +94,7 @@ fn print_plan(file: &CheckedFile, worth: Option<&ProofCheck>) -> Result<(), Fail
     if let Some(first) = first {
         text += &format!("\nwhere the limits stand:\n{}", origins_text(&first.origins));
     }
-    // Notes on the file and on the first experiment are enough, because all experiments have the same notes.
+    // All experiments have the same notes, so the notes on the file and on the first experiment are enough.
     let of_first = first.map_or(&[][..], |checked| &checked.notes);
     let notes: Vec<String> = file.notes.iter().chain(of_first).cloned().collect();
     let sentence = worth.map_or("", |worth| &worth.sentence);

@@ -36,8 +36,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let given = &arguments.model;
     let mut model = match quantity {
         StateQuantity::BaseRegressor => given.derive()?,
-        // Other quantities need no base parameters, so a model is accepted even if its rank (the number of base parameters) is
-        // unclear.
+        // Only the regressor needs base parameters. For other quantities, a model is accepted even if its rank (the number of
+        // base parameters) is unclear.
         _ => Model::at_any_rank(given.read_with_values()?, &given.model, given.options()?.any_size)?,
     };
     print(&rist::evaluate(&mut model, &arguments.states, quantity)?)

@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
-    // File names are checked before the search, because it may take minutes.
+    // File names are checked before the search, because the search may take minutes.
     let players: Vec<PlayFormat> =
         arguments.play.iter().map(|file| PlayFormat::of_file(file, &model)).collect::<Result<_, _>>()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();

@@ -21,12 +21,12 @@ impl Failure {
         Failure { message: message.to_string(), code: UNUSABLE, place: None }
     }
 
-    /// The failure of a command that has printed its result, and whose answer is no.
+    /// The failure of a command that has printed its result and whose answer is no.
     pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
-    /// The message for the user, followed by the faulty line of the file if it is known.
+    /// The message for the user. If the faulty line of the file is known, the line follows the message.
     pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
         format!("rist: {}\n{line}", spelled(&self.message, Audience::Program))
@@ -58,8 +58,8 @@ const SEARCHED_BYTES: usize = 1 << 20;
 /// Largest number of characters of the faulty line that are shown.
 const SHOWN_CHARACTERS: usize = 100;
 
-/// The line at `place`, with a mark below the column if it is known. `None` if the line cannot be read again, for example from
-/// a pipe.
+/// The line at `place`, with a mark below the column if the column is known. `None` if the line cannot be read again, for
+/// example from a pipe.
 fn excerpt(place: &Place) -> Option<String> {
     let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
     let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
@@ -69,7 +69,7 @@ fn excerpt(place: &Place) -> Option<String> {
 fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
-    // Of a long line, a part around the faulty column is shown.
+    // If the line is long, only a part around the faulty column is shown.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
     let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();

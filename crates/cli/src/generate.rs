@@ -40,7 +40,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return crate::packages::write(&arguments.model, &request, &package, arguments.out.as_deref());
     }
     let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
-    // With an estimate, its values become constants, and the model is read with the options of the estimate.
+    // If an estimate is given, the values of the estimate become constants, and the model is read with the options of the
+    // estimate.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
         None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),

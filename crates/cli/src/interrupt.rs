@@ -1,5 +1,5 @@
-//! Handles Ctrl-C. The first one ends a search with its best result, the second ends the program. A file that is being written
-//! is completed first.
+//! Handles Ctrl-C. The first Ctrl-C ends a search with the best result of the search; the second Ctrl-C ends the program. A
+//! file that is being written is completed first.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -15,22 +15,23 @@ use crate::failure::Failure;
 const INTERRUPTED: i32 = 130;
 const TERMINATED: i32 = 143;
 
-/// Runs work that the first Ctrl-C ends early with its best result so far.
+/// Runs work that a first Ctrl-C ends early. The work then returns its best result so far.
 pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
-    // The handler that ends the program must be registered first. At the first Ctrl-C it runs before the other handler, so it
-    // finds the flag unset and does nothing.
+    // The handler that ends the program must be registered before the handler that sets the flag. At the first Ctrl-C it runs
+    // first, finds the flag unset and does nothing; at the second Ctrl-C it finds the flag set and ends the program.
     register_conditional_shutdown(SIGINT, INTERRUPTED, flag.clone())
         .and_then(|_| register(SIGINT, flag.clone()))
         .map_err(|e| Failure::new(format_args!("Ctrl-C cannot be waited for: {e}")))?;
     let outcome = interruption.during(work);
-    // After the work, a Ctrl-C ends the program again, but only when `undivided` allows it.
+    // After the work, the first Ctrl-C ends the program again, but only when `undivided` allows it.
     flag.store(false, Ordering::Relaxed);
     Ok(outcome)
 }
 
-/// `at_once`: whether a signal may end the program now; `asked`: the signal that came when it could not, or 0.
+/// `at_once`: whether a signal may end the program now. `asked`: the number of a signal that came while the program could not
+/// end; 0 if none came.
 struct Ending {
     at_once: Arc<AtomicBool>,
     asked: Arc<AtomicUsize>,
@@ -47,13 +48,13 @@ static ENDING: LazyLock<Ending> = LazyLock::new(|| {
     Ending { at_once, asked }
 });
 
-/// Runs work that Ctrl-C and SIGTERM do not interrupt. If such a signal comes during the work, the program ends after it.
+/// Runs work that Ctrl-C and SIGTERM do not interrupt. If such a signal comes during the work, the program ends after the work.
 pub(crate) fn undivided<T>(work: impl FnOnce() -> T) -> T {
     ENDING.at_once.store(false, Ordering::SeqCst);
     let outcome = work();
     ENDING.at_once.store(true, Ordering::SeqCst);
     if let Ok(signal @ 1..) = i32::try_from(ENDING.asked.load(Ordering::SeqCst)) {
-        // This call ends the program.
+        // The default handler of the signal ends the program.
         let _ = emulate_default_handler(signal);
     }
     outcome

@@ -129,8 +129,8 @@ impl Command {
     }
 }
 
-/// Size of a memory block, bytes: the largest one that raises the mmap threshold of glibc when it is freed. It is 32 MiB minus
-/// a reserve for the header.
+/// Size of a memory block, bytes: the largest block that raises the mmap threshold of glibc when it is freed. This size is 32
+/// MiB minus a reserve for the header of the block.
 const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
 /// Makes the allocator keep freed memory for reuse. The mmap threshold of glibc rises to the largest block that was freed
@@ -145,7 +145,8 @@ fn program() -> clap::Command {
 }
 
 /// Runs the program with the words of a command line, of which the first is the program's name. Returns the exit code: 0 for
-/// success, 1 if the answer is no, 2 for unusable input. Call it only once per process, because the terminal settings stay.
+/// success, 1 if the answer is no, 2 for unusable input. Call this function only once per process, because the terminal
+/// settings stay.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
     wings::register();
@@ -157,7 +158,7 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
             UNUSABLE
         }
         Err(e) => {
-            // clap prints help and version here too. If printing fails, this cannot be reported.
+            // Help and version texts of clap are printed here too. If printing fails, the failure cannot be reported.
             let _ = e.print();
             if e.use_stderr() { UNUSABLE } else { 0 }
         }

@@ -46,7 +46,8 @@ impl ModelArguments {
         Ok(robot)
     }
 
-    /// Derives the model with the reading options of an artefact. Options given as flags replace them one by one.
+    /// Derives the model with the reading options of an artefact. An option that is also given as a flag is taken from the
+    /// flag.
     pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
         self.derive_by(&self.options()?.over(&description.cloned().unwrap_or_default())?)
     }

@@ -52,8 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::motion::planning::Planned { plan, notes, checked } =
         interruptible(|| rist::plan(&model, &request, &report_progress))??;
-    // One line for all experiments, since their lines differ only in the lowest point: the line of the experiment with the lowest
-    // point of all.
+    // The lines of all experiments differ only in the lowest point. So one line is printed for all: the line of the experiment
+    // with the lowest point.
     let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
     let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));
     let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.claims()));

@@ -52,8 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
-    // For an estimate from samples of logs, the logs are drawn. For an estimate from experiments of a plan, only the verdict is
-    // shown.
+    // For an estimate from samples of logs, plots of the logs are drawn. For an estimate from experiments of a plan, only the
+    // verdict is shown.
     let drawn = match (&model, &estimate) {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
@@ -114,7 +114,8 @@ fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The second estimate for a comparison, and the name of its file. Fails if its parameters have other meanings.
+/// The second estimate for a comparison, and the name of its file. Fails if its parameters are not comparable with those of the
+/// first estimate.
 fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
     let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
         return Ok(None);

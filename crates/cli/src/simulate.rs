@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let effort = request.effort(&model);
     let mut written = Vec::new();
-    // Each record is written as soon as its simulation ends.
+    // Each record is written as soon as the simulation of its motion ends.
     let mut write = |name: &str, record: &Record| {
         let (text, file) = (record.to_csv(coordinates, effort), arguments.out.join(format!("{name}.csv")));
         at_work(format_args!("simulating: {} is written", file.display()));

@@ -107,7 +107,7 @@ pub(crate) fn note(text: impl Display) {
     }
 }
 
-/// Largest width to which sentences are folded, characters. A narrower terminal reduces it.
+/// Largest width to which sentences are folded, characters. If the terminal is narrower, the width of the terminal is used.
 const LARGEST_WIDTH: usize = 100;
 /// Smallest width to which sentences are folded, characters. A narrower terminal breaks the lines itself.
 const SMALLEST_WIDTH: usize = 40;
@@ -123,7 +123,7 @@ fn columns() -> usize {
     asked.unwrap_or_else(of_terminal).max(SMALLEST_WIDTH)
 }
 
-/// Folds the long lines of a text. Lines of tables are kept; they are recognised by several spaces between their cells.
+/// Folds the long lines of a text. Lines of tables are kept; a table is recognised by several spaces between its cells.
 fn in_columns(text: &str, columns: usize) -> String {
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -134,7 +134,7 @@ fn in_columns(text: &str, columns: usize) -> String {
             out += line;
             continue;
         }
-        // Further lines are indented by two characters more than the first.
+        // All lines but the first are indented by two more characters than the first line.
         let hang = format!("\n{:1$}", "", indent + 2);
         out += &start[..indent];
         out += &folded(words, columns - (indent + 2).min(columns / 2)).join(&hang);
@@ -208,7 +208,7 @@ struct ProgressState {
 
 static AT: Mutex<Option<ProgressState>> = Mutex::new(None);
 
-/// The current work is shown if it takes longer than this.
+/// The name of the current work is shown if the work takes longer than this time.
 const LONGEST_SILENCE: Duration = Duration::from_secs(1);
 const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 /// Moves the cursor to the start of the line and erases the line.
@@ -228,7 +228,7 @@ fn took_away() -> MutexGuard<'static, Option<ProgressState>> {
     now
 }
 
-/// Sets the text for the current work, for example `reading log.csv`. The terminal shows it after one second.
+/// Sets the text for the current work, for example `reading log.csv`. The terminal shows this text after one second.
 pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {

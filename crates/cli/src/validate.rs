@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         at_work(format_args!("reading {}", path.display()));
         options.map(|options| model.open_log(path, &options.columns).map(|(log, _)| log)).transpose()
     };
-    // This list is empty for an estimate of experiments. Its motions are read later.
+    // The list is empty for an estimate of experiments. The motions for such an estimate are read later.
     let logs: Vec<LogSource> = motions.iter().filter_map(|path| open(path).transpose()).collect::<Result<_, _>>()?;
     at_work("validating");
     let validation = match options {

@@ -27,7 +27,8 @@ pub(crate) fn as_json(verdict: &Verdict) -> Value {
     })
 }
 
-/// Prints an estimate with its verdict, and writes the estimate to `out` if given. Fails with exit code 1 if the verdict is no.
+/// Prints an estimate with its verdict. If `out` is given, also writes the estimate to `out`. Fails with exit code 1 if the
+/// verdict is no.
 pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path>) -> Result<(), Failure> {
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(estimate)?, "verdict": as_json(verdict)}))

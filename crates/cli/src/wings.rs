@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use rist::DescriptionFormat;
 use rist::wings::{DescriptionReader, DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
-/// The error text for a feature that this build does not contain. `$found`: name of the file content that needs it.
+/// The error text for a feature that this build does not contain. `$found`: name of the file content that needs the feature.
 macro_rules! without {
     ($found:literal, $feature:literal) => {
         concat!($found, ": ", without!($feature))
@@ -19,7 +19,8 @@ macro_rules! without {
     };
 }
 
-/// Each wing (optional package): its name, its commands or the flag that it adds to a command, whether this build has it, and the error text if it has not.
+/// Each wing (optional package): its name; its commands, or the flag that it adds to a command; whether this build contains the
+/// wing; and the error text for a build without the wing.
 const WINGS: [(&str, &[&str], bool, &str); 6] = [
     ("calibration", &["calibrate"], cfg!(feature = "calibration"), without!("calibration")),
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
@@ -29,8 +30,8 @@ const WINGS: [(&str, &[&str], bool, &str); 6] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
-/// Registers the wings. This must happen before a text is printed or a file is read. The program does this itself; the package
-/// for Python does it when it is loaded.
+/// Registers the wings. Wings must be registered before a text is printed or a file is read. The program registers them at its
+/// start, and the package for Python registers them when it is loaded.
 pub fn register() {
     rist::wings::register(vec![
         #[cfg(feature = "calibration")]
@@ -53,7 +54,7 @@ pub fn register() {
     ]);
 }
 
-/// A wing that returns an error text for each function that this build lacks.
+/// A wing whose functions return an error text if this build does not contain them.
 fn absent() -> Wing {
     // Files that need a missing feature are recognised by their first bytes. The error then names the feature.
     let mut wing = Wing::default();
@@ -101,8 +102,8 @@ fn absent() -> Wing {
     wing
 }
 
-/// The error text if the command in `words`, or a flag of it, belongs to a missing wing. The command is the first word that is no
-/// flag.
+/// The error text for a command line that needs a missing wing, because its command or one of its flags belongs to the wing.
+/// `words`: the command line. The command is the first word that is no flag.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let is_flag = |word: &OsString, flag: &str| {

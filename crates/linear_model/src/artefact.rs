@@ -15,7 +15,7 @@ use crate::yaml;
 
 /// The key of the first line.
 const KEY: &str = "rist: ";
-/// Version of the format that is written; this and earlier versions can be read.
+/// Version of the format that is written. This version and earlier versions can be read.
 const FORMAT_VERSION: usize = 1;
 
 /// The kind of an artefact.
@@ -88,7 +88,7 @@ impl Checksum {
         if written == Some(digest(body)) { Checksum::Whole } else { Checksum::Broken }
     }
 
-    /// A sentence for the user if the checksum does not match or is absent. `None` if it matches.
+    /// A sentence for the user if the checksum does not match or is absent. `None` if the checksum matches.
     pub fn said(self) -> Option<&'static str> {
         match self {
             Checksum::Whole => None,
@@ -110,7 +110,7 @@ impl Checksum {
 const NO_CHECKSUM: &str = "changed";
 
 /// The text of an artefact with its first line. `seal`: result of the checksum test of the file from which the artefact was
-/// read; `Whole` if it was not read from a file.
+/// read; `Whole` if the artefact was not read from a file.
 pub fn write<T: Serialize>(kind: ArtefactKind, seal: Checksum, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;

@@ -1,13 +1,13 @@
 //! Elements that act along a combination of joints: a motor that turns with several joints, a spring, a cable or a bearing.
 //!
-//! The position of the element is w = sum_k c_k q_k. Each of its columns f with its parameter X gives the torque c_k f X on
-//! joint k, because the power f X dw/dt equals the power of these torques.
+//! The position of the element is w = sum_k c_k q_k. A column f of the element, with its parameter X, gives the torque c_k f X
+//! on joint k, because the power f X dw/dt equals the power of these torques.
 //!
 //! R: matrix from joint speeds to motor speeds. For a motor m that also turns with other joints, c_m = 1 and c_k = R_mk / R_mm.
-//! In addition to the columns of the joints, it has the columns
+//! In addition to the columns of the joints, the motor has the columns
 //!   tau_k += c_k (IAM (d2w/dt2 - c_k ddq_k) + FVM (dw/dt - c_k dq_k) + FSM sign(dw/dt))
-//! because the columns of a joint already contain the rotor inertia and viscous friction of its own motion.
-//! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
+//! The terms of ddq_k and dq_k are subtracted, because the columns of joint k already contain the rotor inertia and viscous
+//! friction of the joint's own motion. [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 //!
 //! An element that the user defines has the columns of its [`CouplingParameter`]s, without such a subtraction.
 
@@ -18,8 +18,8 @@ use crate::coupling_parameter::CouplingParameter;
 pub struct Coupling {
     /// The kind of the coupling: a motor or an element.
     pub of: Coupled,
-    /// The coordinates that move it, each with its coefficient c in w = sum_k c_k q_k. For a motor: the other coordinates, then
-    /// its own.
+    /// The coordinates that move the motor or element, each with its coefficient c in w = sum_k c_k q_k. For a motor: first the
+    /// other coordinates, then the coordinate of the motor.
     pub joints: Vec<(usize, f64)>,
 }
 
@@ -40,7 +40,7 @@ pub struct Instant<'a> {
     pub dq: &'a [f64],
     /// Accelerations, rad/s^2 (m/s^2).
     pub ddq: &'a [f64],
-    /// Direction of the coupled motor or element: sign(dw/dt), or the filtered sign, between -1 and 1. w: its position.
+    /// Direction of the coupled motor or element: the sign of its speed dw/dt, or the filtered sign, between -1 and 1.
     pub direction: f64,
 }
 
@@ -51,8 +51,8 @@ impl Coupling {
         Coupling { of: Coupled::Motor(motor), joints }
     }
 
-    /// Speed dw/dt = sum_k c_k dq_k of the motor or element. With positions instead of speeds it gives w, and with accelerations
-    /// d2w/dt2.
+    /// Speed dw/dt = sum_k c_k dq_k of the motor or element. With positions instead of speeds, the result is w; with
+    /// accelerations, d2w/dt2.
     #[inline]
     pub fn speed(&self, dq: impl Fn(usize) -> f64) -> f64 {
         self.joints.iter().map(|&(k, c)| c * dq(k)).sum::<f64>()
@@ -79,7 +79,8 @@ impl Coupling {
         let (position, speed, acceleration) = (of(at.q), of(at.dq), of(at.ddq));
         let is_motor = matches!(self.of, Coupled::Motor(_));
         for (row, &(k, c)) in self.joints.iter().enumerate() {
-            // For a motor, the part of the joint's own motion is subtracted, because the columns of the joint contain it.
+            // For a motor, the term of the joint's own motion is subtracted, because the columns of the joint already contain
+            // this term.
             let own = if is_motor { c } else { 0.0 };
             for (column, parameter) in self.parameters().iter().enumerate() {
                 use CouplingParameter::*;
@@ -116,8 +117,8 @@ mod tests {
         power
     }
 
-    /// The power of a motor that three joints turn is its torque times its speed. The rotor inertia and viscous friction that the
-    /// columns of the joints contain are subtracted.
+    /// The power of a motor that three joints turn equals its torque times its speed, minus the power of the rotor inertia and
+    /// viscous friction that the columns of the joints already contain.
     #[test]
     fn the_power_is_that_of_the_motor() {
         let motor = Coupling::motor(2, &[(0, 0.5), (1, -0.3)]);

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::unit::Unit;
 
-/// A parameter of a motor that turns with a joint other than its own, or of an element between joints.
+/// A parameter of a motor that also turns with a joint other than its own, or of an element between joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CouplingParameter {
@@ -24,15 +24,15 @@ pub enum CouplingParameter {
     /// FSM: Coulomb friction of the motor.
     #[serde(skip)]
     Coulomb,
-    /// IAE: inertia of an element, its torque per acceleration d2w/dt2.
+    /// IAE: inertia of an element (torque of the element per acceleration d2w/dt2).
     Inertia,
-    /// FVE: viscous friction of an element, its torque per speed dw/dt.
+    /// FVE: viscous friction of an element (torque of the element per speed dw/dt).
     #[serde(rename = "viscous")]
     ElementViscous,
-    /// FSE: Coulomb friction of an element, its torque with the sign of its speed dw/dt.
+    /// FSE: Coulomb friction of an element (torque of constant size, with the sign of the speed dw/dt).
     #[serde(rename = "coulomb")]
     ElementCoulomb,
-    /// KE: stiffness of an element, its torque per position w.
+    /// KE: stiffness of an element (torque of the element per position w).
     #[serde(rename = "spring")]
     Stiffness,
     /// SE: torque of an element that is proportional to sin w.

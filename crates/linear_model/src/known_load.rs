@@ -1,8 +1,8 @@
 //! A load with known mass and geometry: its file, and its contribution to the base parameters.
 //!
-//! phi_L are the ten parameters of the load in the frame of its link, and X = B phi maps standard to base parameters. The load
-//! adds B_L phi_L to the base parameters, where B_L are the ten columns of B that belong to the link. So its torque Y B_L phi_L
-//! is known.
+//! phi_L are the ten parameters of the load in the frame of the link that carries it, and X = B phi maps standard to base
+//! parameters. The load adds B_L phi_L to the base parameters, where B_L are the ten columns of B that belong to the link. So
+//! its torque Y B_L phi_L is known.
 
 use robot::{Error, Link, Part, Place, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,8 @@ pub struct KnownLoad {
     pub mass: f64,
     /// Centre of mass, m, in the frame of the link or in the named frame, as the file of the model defines it.
     pub centre_of_mass: [f64; 3],
-    /// Inertia about the centre of mass, kg m^2, in the axes of this frame. Zero if the file does not give it.
+    /// Inertia about the centre of mass, kg m^2, in the axes of the frame in which the centre of mass is given. Zero if the
+    /// file does not give it.
     #[serde(default)]
     pub inertia: Inertia,
 }
@@ -44,7 +45,8 @@ pub struct Inertia {
     pub zz: f64,
 }
 
-/// Allowed negative eigenvalue of a pseudo-inertia, relative to its largest entries: the rounding of a zero eigenvalue.
+/// Allowed negative eigenvalue of a pseudo-inertia, relative to the largest entries of the matrix. Rounding can make a zero
+/// eigenvalue negative by this amount.
 const EIGENVALUE_ROUNDING: f64 = 1e-12;
 
 impl KnownLoad {
@@ -55,12 +57,13 @@ impl KnownLoad {
         load.fault().map_or(Ok(load), |fault| Err(error(fault)))
     }
 
-    /// The reason why no body can have this mass and inertia, as text. `None` if they are possible.
+    /// The reason why no body can have this mass and inertia, as text. `None` if mass and inertia are possible.
     pub fn fault(&self) -> Option<String> {
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
         let finite = self.part().parameters().iter().all(|x| x.is_finite());
         let i = self.inertia;
-        // A point mass has zero moments. So a zero eigenvalue is allowed, and a negative one within rounding.
+        // A point mass has zero moments of inertia. So zero eigenvalues are allowed, and negative ones within the rounding
+        // error.
         let least = -EIGENVALUE_ROUNDING * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
         let is_none = !finite || self.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least;
         is_none.then(|| {

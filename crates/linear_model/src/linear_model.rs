@@ -77,7 +77,7 @@ impl<'a> Model<'a> {
         self.regressor.coordinates().len()
     }
 
-    /// Known scale s of the torque of coordinate j; 1 if none is known.
+    /// Known scale s of the torque of coordinate j; 1 if no scale is known.
     pub fn scale(&self, j: usize) -> f64 {
         self.scales.get(j).copied().unwrap_or(1.0)
     }
@@ -93,8 +93,8 @@ impl<'a> Model<'a> {
         self.parameters.len()
     }
 
-    /// Dry friction of each joint at standstill, N m (N): the torque of friction in positive direction minus that without
-    /// direction. `x`: values of all parameters.
+    /// Dry friction of each joint at standstill, N m (N): the friction torque with the direction set to 1, minus the friction
+    /// torque with the direction set to 0. `x`: values of all parameters.
     pub fn dry_friction(&self, x: &[f64]) -> Vec<f64> {
         let (n, base) = (self.n(), self.regressor.parameters().len());
         let still = |direction: f64| {
@@ -115,7 +115,7 @@ impl<'a> Model<'a> {
         still(1.0).iter().zip(still(0.0)).map(|(with, without): (&f64, f64)| (with - without).abs()).collect()
     }
 
-    /// Calls `take(r, rows)` for each sample r of `range`. `rows`: its n rows of W, n x p, row by row.
+    /// Calls `take(r, rows)` for each sample r of `range`. `rows`: the n rows of W for this sample, n x p, row by row.
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
@@ -139,7 +139,7 @@ impl<'a> Model<'a> {
     }
 
     /// Writes the n rows of W for sample r into `w` (n x p). `y`: base regressor at this sample; `filtered`: for each friction
-    /// term, its filtered columns, or `None` if its columns are computed from the sample.
+    /// term, the filtered columns, or `None` if the columns of the term are computed from the sample.
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
@@ -328,7 +328,7 @@ impl<'a> Model<'a> {
 pub struct ResidualGroup<'a> {
     /// The states of the record.
     pub states: &'a States,
-    /// Indices of the samples, one per SIMD lane, in this order.
+    /// Indices of the samples. The samples are in the SIMD lanes in this order, one per lane.
     pub samples: Range<usize>,
     /// The entries of the rows, at the positions of the layout of the model.
     pub entries: &'a [Eight],

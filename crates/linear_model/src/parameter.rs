@@ -53,7 +53,7 @@ impl ParameterId {
         ParameterId::DriveGain(Label::of_coordinate(coordinate))
     }
 
-    /// The SI unit of the parameter. `is_prismatic`: whether its joint is prismatic.
+    /// The SI unit of the parameter. `is_prismatic`: whether the joint of the parameter is prismatic.
     pub fn unit(&self, is_prismatic: bool) -> Unit {
         match self {
             ParameterId::Base(name) => match name.inertial {
@@ -117,14 +117,16 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// The parameter of a column of the base regressor: its name, and the joint of its link.
+/// A base parameter: the parameter of one column of the base regressor. It is named after one link; the joint of that link
+/// determines the other fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
     /// The name of the parameter.
     pub name: BaseName,
-    /// The coordinate of the joint of its link. If this joint is passive: the coordinates that determine its position.
+    /// The coordinate of the joint of the named link. If this joint is passive: the coordinates that determine the position of
+    /// the joint.
     pub coordinates: Vec<usize>,
-    /// Whether the joint of its link is prismatic.
+    /// Whether the joint of the named link is prismatic.
     pub is_prismatic: bool,
 }
 
@@ -144,7 +146,7 @@ pub struct BaseName {
     pub lever: String,
     /// The standard parameter whose column of the regressor is kept after regrouping.
     pub inertial: Inertial,
-    /// Whether other standard parameters are regrouped into it. Then the name has an R after the letters.
+    /// Whether other standard parameters are regrouped into `inertial`. Then the name has an R after the letters.
     pub absorbs: bool,
     /// The label of the link.
     pub label: Label,
@@ -221,7 +223,7 @@ pub enum FrictionParameter {
     LoadForward,
     /// FLN: growth of Coulomb friction per unit of load torque for dq < 0.
     LoadBackward,
-    /// IA: rotor inertia, for regressors that do not contain it.
+    /// IA: rotor inertia, for regressors that do not contain rotor inertias.
     Rotor,
     /// FVA: half of the difference between viscous friction forward and backward.
     ViscousAsymmetry,
@@ -263,14 +265,15 @@ impl FrictionParameter {
         Self::ALL[self as usize].2
     }
 
-    /// Whether it is a friction parameter beyond the standard ones (viscous friction, Coulomb friction, offset) and rotor
-    /// inertia.
+    /// Whether the parameter is a friction parameter, but neither standard friction (viscous friction, Coulomb friction,
+    /// offset) nor rotor inertia.
     pub fn is_other_friction(self) -> bool {
         let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
         !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
-    /// Whether it is a viscous friction coefficient. If it were negative, friction would drive the joint instead of braking it.
+    /// Whether the parameter is a viscous friction coefficient. If such a coefficient were negative, friction would drive the
+    /// joint instead of braking it.
     pub fn is_viscous(self) -> bool {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
@@ -297,8 +300,8 @@ impl FrictionParameter {
 pub struct Parameter {
     /// The identity of the parameter.
     pub id: ParameterId,
-    /// The coordinates to which it belongs: the coordinate of a friction parameter, or the coordinates that move the joint of a
-    /// base parameter's link.
+    /// The coordinates to which the parameter belongs. A friction parameter belongs to one coordinate; a base parameter belongs
+    /// to the coordinates that move the joint of its link.
     pub coordinates: Vec<usize>,
     /// Whether the joint of the parameter is prismatic.
     pub is_prismatic: bool,

@@ -72,7 +72,8 @@ pub struct Centroidal {
     pub inertia: [f64; 6],
 }
 
-/// Mass, centre of mass and inertia about it, from the ten parameters of a body. `None` if the mass is not positive.
+/// Mass, centre of mass, and inertia about the centre of mass, from the ten parameters of a body. `None` if the mass is not
+/// positive.
 ///
 /// I_c = I - m (c'c 1 - c c'), with the centre of mass c and the inertia I about the origin of the frame.
 pub fn centroidal(x: &Ten) -> Option<Centroidal> {

@@ -25,7 +25,7 @@ pub trait Regressor: Sync {
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
     fn parameters(&self) -> &[BaseParameter];
 
-    /// Whether coordinate k is a length and not an angle. Units and thresholds of motion depend on it.
+    /// Whether coordinate k is a length and not an angle. This determines units and thresholds of motion.
     fn is_prismatic(&self, _k: usize) -> bool {
         false
     }

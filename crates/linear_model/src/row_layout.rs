@@ -12,7 +12,8 @@ pub struct RowLayout {
     pub base: usize,
     /// For each joint, the columns of its row and their positions.
     pub joints: Vec<JointEntries>,
-    /// For each coupling, the position of its first entry in the row of each of its joints.
+    /// For each coupling, one number per joint of the coupling: the position of the first entry of the coupling in the row of
+    /// that joint.
     pub couplings: Vec<Vec<usize>>,
     /// Number of all entries of a sample.
     pub entries: usize,
@@ -23,7 +24,7 @@ pub struct RowLayout {
 pub struct JointEntries {
     /// The columns on which the torque of the joint can depend: base parameters ascending, then friction, then couplings.
     pub columns: Vec<usize>,
-    /// The position of the entry of each of these columns, then the position of the torque.
+    /// For each of `columns`, the position of its entry; after them, the position of the torque.
     pub places: Vec<usize>,
     /// The position of the first friction entry of the joint.
     pub friction: usize,
@@ -58,7 +59,7 @@ impl RowLayout {
             let first = p + columns_before(friction, j);
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
-        // A coupling has the same columns in the row of each of its joints.
+        // A coupling has the same columns in the rows of all joints on which it acts.
         let mut of_couplings = Vec::new();
         let mut first = p + columns_before(friction, n);
         for coupling in couplings {

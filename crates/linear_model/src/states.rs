@@ -32,8 +32,8 @@ pub struct States {
     pub direction: Vec<f64>,
     /// Direction of each coupling, sample by sample: the sign of its speed, or the filtered sign.
     pub motor_direction: Vec<f64>,
-    /// The friction columns that were computed first and then filtered. Columns of other friction terms are computed when rows
-    /// are filled.
+    /// The friction columns that were filtered after they were computed. All other friction columns are computed when rows are
+    /// filled.
     pub friction: Vec<FilteredFriction>,
     /// Torque without friction, predicted by an earlier fit, N m (N), n per sample. Empty without load-dependent friction.
     pub load: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct States {
     pub effort_cutoff: f64,
     /// Time between samples, s.
     pub period: f64,
-    /// For each coordinate, the frequency below which 95 % of the energy of its velocity lies, Hz.
+    /// For each coordinate, the frequency below which 95 % of the energy of the velocity lies, Hz.
     pub f95: Vec<f64>,
 }
 
@@ -56,21 +56,21 @@ impl States {
         self.t.len()
     }
 
-    /// The filtered columns of each of these terms. `None` for a term whose columns are computed at each sample.
+    /// The filtered columns of each of `terms`. `None` for a term whose columns are computed at each sample.
     pub fn filtered(&self, terms: &[FrictionTerm]) -> Vec<Option<&[f64]>> {
         let of = |term: &FrictionTerm| self.friction.iter().find(|f| f.term == *term).map(|f| f.columns.as_slice());
         terms.iter().map(of).collect()
     }
 
-    /// The load of joint j at sample r for a friction term of a single joint, N m (N): torque without friction, predicted by an
-    /// earlier fit; zero if there is no prediction. `None` for other terms.
+    /// The torque of joint j at sample r on which the friction of a single-joint term depends, N m (N): the torque without
+    /// friction that an earlier fit predicts. Zero if there is no prediction; `None` if `term` is not a term of a single joint.
     #[inline]
     pub(crate) fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 
-    /// Joins the samples of several records of one robot. All records must have the same period and filters: these single
-    /// values are taken from the first record.
+    /// Joins the samples of several records of one robot. All records must have the same period and the same filters, because
+    /// these values are taken from the first record.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {

@@ -45,17 +45,17 @@ impl<'a> Derivation<'a> {
         &self.links[link.0].placement
     }
 
-    /// The twist of the frame of `link` per unit rate of a coordinate; `None` if the coordinate does not move the link.
+    /// The twist of the frame of `link` per unit rate of a coordinate; `None` if the coordinate does not move this link.
     pub fn twist(&self, link: LinkId, coordinate: usize) -> Option<Twist> {
         self.links[link.0].jacobian[coordinate]
     }
 
-    /// The vector `v`, given in the axes of link `from`, in the axes of the reference frame.
+    /// Converts the vector `v` from the axes of link `from` to the axes of the reference frame.
     pub fn in_axes_of(&mut self, v: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::in_axes_of(&mut self.graph, self.robot, &self.links, v, from, reference)
     }
 
-    /// The point `p`, given in the frame of link `from`, in the reference frame, m.
+    /// Converts the point `p` from the frame of link `from` to the reference frame, m.
     pub fn at_place_of(&mut self, p: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
         reference_frame::at_place_of(&mut self.graph, self.robot, &self.links, p, from, reference)
     }

@@ -1,7 +1,8 @@
 //! The derivation of a robot: its expression graph, from which every function of the robot is derived.
 //!
-//! It holds the data that all functions share: the graph, its constants, and the motion of every link. The functions are methods
-//! of [`Derivation`]. Each is written together with its equations, in a file of its name under `dynamics/`, or under `base/`.
+//! A derivation holds the data that all functions share: the graph, the constants of the graph, and the motion of every link.
+//! The functions are methods of [`Derivation`]. Each function has a file of the same name under `dynamics/` or `base/`, which
+//! also states the equations.
 
 use expr::{Expr, Function, Graph};
 use robot::Robot;
@@ -22,7 +23,8 @@ pub struct Derivation<'a> {
     pub(crate) implicit: Option<Implicit>,
 }
 
-/// Error: no configuration was found in which the loops close, because the geometry or the start of the passive joints is wrong.
+/// Error: no configuration was found in which the loops close. Either the geometry is wrong, or the search for the passive
+/// joints starts at wrong values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeverCloses;
 
@@ -38,8 +40,8 @@ impl std::fmt::Display for NeverCloses {
 impl std::error::Error for NeverCloses {}
 
 impl<'a> Derivation<'a> {
-    /// Derives the motion of every link as expressions. Fails if the robot has passive coordinates and no configuration was found
-    /// in which its loops close.
+    /// Derives the motion of every link as expressions. Fails if the robot has passive coordinates and no configuration was
+    /// found in which the loops close.
     pub fn new(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
         Derivation::in_graph(robot, Graph::new())
     }

@@ -1,5 +1,5 @@
-//! Functions of a robot whose formulas are printed for readers. Every length, angle and component of gravity is a named constant;
-//! every intermediate result has the name that Khalil's books give it.
+//! Functions of a robot whose formulas are printed for readers. Every length, angle and component of gravity is a named
+//! constant; every intermediate result has its name from Khalil's books.
 
 use expr::Function;
 use robot::Robot;
@@ -10,19 +10,19 @@ use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction, parameters_of};
 use crate::robot_module::wrapped;
 
-/// Functions of a robot whose formulas are printed for readers, with lines that explain them.
+/// Functions of a robot whose formulas are printed for readers, with lines that explain the formulas.
 pub struct RobotFormulas {
     /// Lines that explain the names that all functions share.
     pub doc: Vec<String>,
-    /// The functions in the requested order, each with the lines that explain it.
+    /// The functions in the requested order, each with the lines that explain this function.
     pub functions: Vec<(Vec<String>, Function)>,
     /// The constants that occur in the functions. Each has the name used in the formulas, and the names of all entries in the
     /// robot's file that have this value (such as `d3`: `d3`, `d7`).
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// Derives functions of a robot whose formulas are printed for readers. If the rank of its base parameters is not clear-cut, they
-/// are functions of the standard parameters; a request for the base regressor then fails.
+/// Derives functions of a robot whose formulas are printed for readers. If the rank is not clear-cut, there are no base
+/// parameters, and the functions depend on the standard parameters; a request for the base regressor then fails.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();

@@ -1,4 +1,5 @@
-//! The functions that a generated file may contain: for each the word that requests it, its comment, and its derivation.
+//! The functions that a generated file may contain. For each function: the word that requests it, its comment, and its
+//! derivation.
 
 use std::sync::OnceLock;
 
@@ -22,7 +23,7 @@ enum FunctionRow {
     OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
-/// A row of the table of functions of a link. Two rows are equal if the words that request them are equal.
+/// A row of the table of functions of a link. Two rows are equal if they have the same request word.
 #[derive(Clone, Copy)]
 struct OfLink(&'static FunctionOfLink);
 
@@ -45,7 +46,8 @@ pub(crate) struct Derived<'a> {
     pub base: &'a BaseParameters,
 }
 
-/// A function of the whole robot: (word that requests it, sentence above it in the generated file, derivation).
+/// A function of the whole robot: the word that requests it, the sentence above the function in the generated file, and the
+/// derivation.
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
 /// The table of functions of the whole robot. Every generated file contains the first function.
@@ -128,8 +130,8 @@ pub struct FunctionOfLink {
     pub word: &'static str,
     /// The texts before and after the name of the link's frame in the sentence above the function in the generated file.
     pub sentence: [&'static str; 2],
-    /// Derives the function, in the axes of the frame itself, or of a reference frame if `has_reference`. Fails if the robot does
-    /// not have the function.
+    /// Derives the function, in the axes of the link's own frame, or in the axes of a reference frame if `has_reference`. Fails
+    /// if the robot does not have the function.
     pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
     /// Whether the function can be given in the axes of another frame.
     pub has_reference: bool,
@@ -209,25 +211,27 @@ pub fn register_functions(functions: Vec<FunctionOfLink>) {
     REGISTERED.get_or_init(|| functions);
 }
 
-/// All functions of a link, of this package and registered ones.
+/// All functions of a link: the functions of this package and the registered functions.
 fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
     FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
 }
 
-/// A function without outputs. It replaces a function that the robot does not have ([`RobotFunction::check`] reports this).
+/// A function without outputs. It stands for a function that does not exist for the robot ([`RobotFunction::check`] reports
+/// this).
 fn nothing(name: &str) -> Function {
     Function::new(name, &Graph::new(), Vec::new(), Vec::new())
 }
 
 impl Derivation<'_> {
-    /// Derives the function `which`. `standard`: regressor of the robot's standard parameters; `base`: its base parameters.
+    /// Derives the function `which`. `standard`: regressor of the robot's standard parameters; `base`: the robot's base
+    /// parameters.
     pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
         which.derive(self, &Derived { standard, base }).1
     }
 }
 
-/// The parameters that these functions need: base parameters if the base regressor is requested (or no function). Otherwise an
-/// unclear rank is not an error: the standard parameters are then used.
+/// The parameters that these functions need: base parameters if the base regressor is requested, or if no function is
+/// requested. For other functions, an unclear rank is not an error; the standard parameters are then used.
 pub(crate) fn parameters_of(
     functions: &[RobotFunction],
     derivation: &mut Derivation,
@@ -281,8 +285,8 @@ impl RobotFunction {
             FunctionRow::OfLink(OfLink(function), about)
                 if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) =>
             {
-                // This check is needed only for functions of other packages. If the robot cannot be derived (its loops do not
-                // close), the error is reported at another place.
+                // This check is needed only for functions of other packages. If the robot cannot be derived because its loops
+                // do not close, the error is reported elsewhere.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))
@@ -302,8 +306,8 @@ impl RobotFunction {
         Some(move |frame| RobotFunction(FunctionRow::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
-    /// The same function, given in the axes of a reference frame. `None` if it is no function of a link or is independent of
-    /// axes.
+    /// The same function, given in the axes of a reference frame. `None` if it is no function of a link, or if it does not
+    /// depend on the axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
             FunctionRow::OfLink(found, of) if found.0.has_reference => {
@@ -313,7 +317,7 @@ impl RobotFunction {
         }
     }
 
-    /// For all functions: (word that requests it, whether it is a function of a link).
+    /// For all functions: the word that requests the function, and whether it is a function of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
         FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }
@@ -323,7 +327,7 @@ impl RobotFunction {
         self.0 == FunctionRow::OfRobot(0)
     }
 
-    /// Derives the function. Gives the sentence above it in the generated file, and the function.
+    /// Derives the function. Returns the sentence above the function in the generated file, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             FunctionRow::OfRobot(i) => {

@@ -1,5 +1,5 @@
-//! Makes the generated file of a robot (a module): its head, names, the base regressor with the regrouping rules, other
-//! functions.
+//! Makes the generated file of a robot (a module): the head of the file, names, the base regressor with the regrouping rules,
+//! other functions.
 
 use expr::{ConstantValue, Function, Fusion, Module, Node, SymbolKind};
 use robot::Robot;
@@ -22,9 +22,9 @@ const STANDARD: &str = "regressor";
 pub struct ModuleWithSymbols {
     /// The module. If `symbols` is not empty, the last input of its functions is `symbols`.
     pub module: Module,
-    /// The names of the lengths, angles and gravity components that the argument `symbols` contains, in its order.
+    /// The names of the lengths, angles and gravity components in the argument `symbols`, in the order of this argument.
     pub symbols: Vec<String>,
-    /// Name of each constant in the graph, with all the names that it has in the robot's file.
+    /// For each constant in the graph: its name there, and all names that the constant has in the robot's file.
     pub constants: Vec<(String, Vec<String>)>,
 }
 
@@ -68,7 +68,7 @@ pub fn module_with_symbols(
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
-        // The file already has the regressor of the standard parameters, so it is not written twice.
+        // The file already has the regressor of the standard parameters, so this regressor is not written twice.
         if base.refused.is_some() && function.name == STANDARD {
             continue;
         }
@@ -82,8 +82,8 @@ pub fn module_with_symbols(
     Ok(ModuleWithSymbols { module, symbols, constants })
 }
 
-/// Makes the module with the base regressor `regressor`, the names of its rows and columns, and the regrouping rules with the
-/// values of the constants.
+/// Makes the module with the base regressor `regressor`, the names of the rows and columns of this regressor, and the
+/// regrouping rules with the values of the constants.
 fn robot_module(
     robot: &Robot,
     base: &BaseParameters,
@@ -161,7 +161,8 @@ fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
     derivation.graph.symbols().iter().filter_map(constant).collect()
 }
 
-/// Adds the names of the entries of `symbols` to the module, and their values if the robot's file has all of them.
+/// Adds the names of the entries of `symbols` to the module. Also adds the values of these entries if the robot's file has all
+/// of them.
 fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values: &[(String, f64)]) {
     let how = "The entries of the argument `symbols`, m, rad or m/s^2, as SYMBOLS lists them.";
     module.doc.extend([String::new(), how.into()]);
@@ -175,7 +176,7 @@ fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values
 }
 
 /// The number of operations of the generated code, as text. Terms that are zero at the values of the constants do not count. A
-/// product within a sum is one `mul_add`, and counts neither as a product nor as a sum.
+/// product within a sum is one `mul_add`. It counts neither as a product nor as a sum.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
     let (count, fusion) = (bound.count(), Fusion::of(&bound));

@@ -1,8 +1,8 @@
 //! Estimates the time and memory that the derivation of a robot needs, before it starts.
 //!
-//! n: number of coordinates; p: of standard parameters; E: of non-zero entries of the regressor (a link has its parameters in the
-//! row of each coordinate that moves it); S = 3 p/n + 8: of states for the numeric rank; m_b: of passive coordinates that are
-//! solved together in block b; L: of loops. Then the work is
+//! n: number of coordinates; p: number of standard parameters; E: number of non-zero entries of the regressor (the parameters
+//! of a link have entries in the row of each coordinate that moves the link); S = 3 p/n + 8: number of states for the numeric
+//! rank; m_b: number of passive coordinates that are solved together in block b; L: number of loops. Then the work is
 //!
 //! ```text
 //! time    17 us E + 0.4 ns p^3 + S T sum_b (1 us m_b + 1 ns m_b^3) + 0.5 ms L^3
@@ -32,10 +32,10 @@ pub struct Size {
 
 /// Number T of evaluations of the loop closure for one state: steps of the path times evaluations per step.
 const EVALUATIONS_PER_STATE: f64 = 150.0;
-/// If the estimated time of a derivation exceeds this, s, the user is asked before it starts. The estimate may be wrong by a
-/// factor of 1.7, so no derivation above 10 s starts without a question.
+/// If the estimated time of a derivation exceeds this time, s, the user is asked before the derivation starts. The estimate may
+/// be wrong by a factor of 1.7, so no derivation above 10 s starts without a question.
 const SURPRISING_TIME_S: f64 = 10.0 / 1.7;
-/// Memory of a small machine, B. If a derivation needs more, the user is asked before it starts.
+/// Memory of a small machine, B. If a derivation needs more, the user is asked before the derivation starts.
 const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 
 impl Size {
@@ -77,8 +77,8 @@ impl fmt::Display for Size {
     }
 }
 
-/// For each link, the indices of the coordinates that move it. A passive coordinate may depend on any coordinate, so it counts as
-/// all of them.
+/// For each link, the indices of the coordinates that move it. A passive coordinate may depend on any coordinate, so it counts
+/// as all coordinates.
 fn moved(robot: &Robot) -> Vec<BTreeSet<usize>> {
     let n = robot.n_coordinates();
     let mut moved: Vec<BTreeSet<usize>> = Vec::with_capacity(robot.links.len());
@@ -154,7 +154,7 @@ mod tests {
             "  - {cut: {antecedent: b2, joint: revolute, d: 0.55, start: 0.1}, twin: {antecedent: c2, d: 0.4}}\n",
         );
         let robot = robot::format::read_yaml(&text, "two.yaml").unwrap();
-        // Each loop has only two independent passive coordinates: in a planar loop the angle of the cut joint follows from the
+        // Each loop has only two independent passive coordinates: in a planar loop, the angle of the cut joint follows from the
         // other angles.
         assert_eq!(together(&robot), [2, 2]);
     }

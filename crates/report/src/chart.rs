@@ -79,7 +79,7 @@ impl<'a> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
     }
 
-    /// Makes the chart higher and gives both axes the same scale, so that shapes are not distorted.
+    /// Makes the chart higher, and gives both axes the same scale so that shapes are not distorted.
     pub(crate) fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
@@ -239,8 +239,8 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
-        // Both axes get the same scale: one axis fills its side of the chart, the range of the other axis is extended equally at
-        // both ends.
+        // Both axes get the same scale: one axis fills its side of the chart, and the range of the other axis is extended
+        // equally at both ends.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let place = AxesFrame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
         let (width, height) = (place.right - place.left, place.bottom);

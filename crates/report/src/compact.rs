@@ -37,12 +37,12 @@ pub fn compact(script: &str) -> String {
 struct ScriptReader<'a> {
     rest: &'a str,
     out: String,
-    /// One entry per open `${` of a template: the number of braces that are open inside it.
+    /// One entry per open `${` of a template: the number of braces that are open inside this `${`.
     open: Vec<usize>,
 }
 
-/// A line break after one of these characters is removed, because the statement continues. The next constant lists the
-/// characters before which a line break is removed.
+/// A line break after one of these characters is removed, because the statement continues on the next line. The next constant
+/// lists the characters before which a line break is removed.
 const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
 const GOES_ON_BEFORE: &str = ")].,?:&|=";
 
@@ -90,7 +90,7 @@ impl ScriptReader<'_> {
         self.copy(length + 1);
     }
 
-    /// Whether a slash at this position starts a regular expression. Otherwise it is a division.
+    /// Whether a slash at this position starts a regular expression. Otherwise the slash is a division.
     fn begins_an_operand(&self) -> bool {
         self.out.chars().next_back().is_none_or(|c| "(,=:[!&|?{};\n".contains(c))
     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::number::{significant, unit, with_interval};
 
-/// The second estimate of a comparison, and the name of its file.
+/// The second estimate of a comparison, and the name of the file with this estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct OtherEstimate<'a> {
     /// Name of the file of the estimate.
@@ -44,8 +44,8 @@ struct ComparisonRow {
 /// Value of |z| at which a bar is full.
 const FULL_BAR_SIGMAS: f64 = 10.0;
 
-/// Both values of a parameter, and z: their difference divided by its standard deviation. `None` if a value or a standard
-/// deviation is missing.
+/// Both values of a parameter, and z: the difference of the values divided by the standard deviation of this difference. `None`
+/// if a value or a standard deviation is missing.
 fn apart(a: &Identified, b: &Identified) -> Option<(f64, f64, f64)> {
     let (x, y) = (a.value?, b.value?);
     let z = (x - y) / a.sigma?.hypot(b.sigma?);

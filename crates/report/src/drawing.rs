@@ -5,7 +5,7 @@
 //! ```
 //! A_j: transform from frame j to its antecedent a(j) at x_j = 0 [Khalil, Kleinfinger 1986]. The script `templates/drawing.js`
 //! computes and draws the frames: its function `Drawing.of(element)` reads the data of this module as JSON, so that any page
-//! can contain a moving robot. It also closes the loops that are solved numerically.
+//! can contain a moving robot. The script also closes loops whose equations are solved numerically.
 
 use gate::shown::lines;
 use robot::value::CoordinateId;
@@ -16,7 +16,7 @@ use crate::template::rendered;
 
 /// Factor for rounding the numbers of a drawing to nine decimals (m, or without unit).
 const DECIMALS: f64 = 1e9;
-/// Largest length in a drawing, m. A larger length would make all others invisible.
+/// Largest length in a drawing, m. Next to a larger length, all other lengths would be invisible.
 const LARGEST_LENGTH_M: f64 = 1e6;
 /// Largest angle of a slider, rad. One turn is enough for a continuous joint.
 const LARGEST_ANGLE_RAD: f64 = 2.0 * std::f64::consts::PI;
@@ -57,8 +57,8 @@ struct DrawnFrame {
     kind: &'static str,
     /// Constant transform A_j to the antecedent: a 3 x 4 matrix, row by row.
     place: [f64; 12],
-    /// Two corners of the drawn path from the antecedent's origin to the axis of the frame: after the shift b along z, and
-    /// after the shift d along x. In the frame of the antecedent, m.
+    /// Two corners of the drawn path from the origin of the antecedent frame to the axis of this frame: the point after the
+    /// shift b along z, and the point after the shift d along x. Coordinates in the antecedent frame, m.
     corners: [[f64; 3]; 2],
     /// The variables that move the frame: index and factor of each.
     terms: Vec<(usize, f64)>,
@@ -73,7 +73,7 @@ struct Drawn {
     frame: DrawnFrame,
     /// Other frames of the file that are fixed to the link, at another origin: name, and origin in the link frame, m.
     fixed: Vec<(String, [f64; 3])>,
-    /// Centre of mass in the link frame, m; `None` if the file has none.
+    /// Centre of mass in the link frame, m; `None` if the file gives no centre of mass.
     mass_centre: Option<[f64; 3]>,
 }
 
@@ -113,7 +113,7 @@ impl Drawing {
 
     /// The drawing as JSON. It contains no `<`, so it can be inserted into a page.
     pub fn to_json(&self) -> String {
-        // This cannot fail, because all keys of maps are texts.
+        // Serialising cannot fail, because all keys of maps are texts.
         serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
     }
 }
@@ -124,8 +124,8 @@ fn up(robot: &Robot) -> [f64; 3] {
     if norm > 0.0 && norm.is_finite() { g.map(|x| rounded(-x / norm)) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Variable k with the range of its slider (a default if the file gives none). Its initial value is zero if the range contains
-/// zero, otherwise the middle of the range.
+/// Variable k with the range of its slider (a default if the file gives none). The initial value of the variable is zero if the
+/// range contains zero, otherwise the middle of the range.
 fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
     let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
@@ -149,7 +149,8 @@ fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
     }
 }
 
-/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot. 0.5 if it has no lengths.
+/// Default stroke of a prismatic joint without limits, m: half the sum of all lengths of the robot; 0.5 if the robot has no
+/// lengths.
 fn slider_stroke(robot: &Robot) -> f64 {
     let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
     let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();

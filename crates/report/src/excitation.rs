@@ -128,7 +128,7 @@ pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
     of_joints.chain(of_tip).collect()
 }
 
-/// The charts of the path of the end effector, if it is known: file name, caption and chart of each.
+/// The charts of the path of the end effector, if this path is known: file name, caption and chart of each.
 fn of_tip<'a>(shown: ShownMotion<'a>) -> impl Iterator<Item = (&'static str, String, Chart<'a>)> {
     shown.plot_data.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
 }
@@ -150,7 +150,7 @@ struct QuantityOverTime<'a> {
 /// Name of the time axis of the exciting motion, as used by the script of the page.
 pub(crate) const MOTION_TIME: &str = "motion";
 
-/// The trajectories of the motion, encoded for the script of the page; `None` if there are none.
+/// The trajectories of the motion, encoded for the script of the page; `None` if there are no trajectories.
 pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
     let joints = shown.plot_data.joints.iter().enumerate();
     Timeline::new(joints.flat_map(|(k, joint)| joint.positions.iter().map(move |(kind, line)| (key(*kind, k), line))))
@@ -275,8 +275,8 @@ fn paths(tip: &EndEffectorPath, space: &SpaceLimits) -> Vec<(&'static str, Strin
     planes.map(plane).into_iter().collect()
 }
 
-/// Lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are outlines. A plane is drawn, as a line
-/// over the extent of `path`, only if the view direction lies in it. `axes`: the two axes of the view.
+/// Lines of floor, walls and boxes in a view along an axis of the base frame. Boxes are outlines. A plane is drawn only if the
+/// view direction lies in the plane. It is then a line over the extent of `path`. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
     let extent = |of: fn(&(f64, f64)) -> f64| {
@@ -301,7 +301,8 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     planes.filter_map(line).chain(cells).collect()
 }
 
-/// A plane is drawn as a line if the sine of the angle between its normal and the view direction is at least this value.
+/// A plane is drawn as a line if the sine of the angle between the normal of the plane and the view direction is at least this
+/// value.
 const EDGE_ON_SINE: f64 = 0.9999;
 
 /// Shortest length of a bar, per cent of the longest bar. It keeps every bar visible.

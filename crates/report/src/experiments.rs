@@ -15,7 +15,7 @@ use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
-/// Sentences on the proofs of a plan, after they were repeated with the robot's model.
+/// Sentences on the proofs of a plan. The proofs were repeated with the robot's model.
 #[derive(Clone, Debug)]
 pub struct PlanProof {
     /// Sentence on the proven lower bound of the plan's D-efficiency.

@@ -60,8 +60,8 @@ impl AxesFrame {
         (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
     }
 
-    /// Attribute with data for the script that draws inside the axes: lower left and upper right corner, tenths of a pixel, and
-    /// the values at the ends of the vertical axis.
+    /// Attribute with data for the script that draws inside the axes: the lower left and the upper right corner of the area,
+    /// tenths of a pixel, and the values at both ends of the vertical axis.
     pub(crate) fn for_script(&self) -> String {
         let AxesFrame { left, right, top, bottom, .. } = self;
         let (low, high) = self.y.ends();

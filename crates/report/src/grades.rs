@@ -50,7 +50,7 @@ pub(crate) fn class(trust: Trust) -> &'static str {
     }
 }
 
-/// The tables for a verdict; `None` if it has no claims on joints.
+/// The tables for a verdict; `None` if the verdict has no claims on joints.
 pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<Grades> {
     let purpose = |of: &identification::estimate::verdict::UseVerdict| PurposeRow {
         name: of.name.clone(),
@@ -89,7 +89,8 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
     })
 }
 
-/// The cell for one topic of one joint. Of several claims, it shows the claim with the lowest level of evidence.
+/// The cell for one topic of one joint. If there are several claims, the cell shows the claim with the lowest level of
+/// evidence.
 fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
     let about = |claim: &&Claim| claim.subject().topic == topic && claim.subject().of.contains(joint);
     let Some(claim) = claims.iter().filter(about).min_by_key(|claim| claim.standing()) else {

@@ -64,7 +64,7 @@ pub struct Origin<'a> {
     pub version: &'a str,
     /// The command line that made the page.
     pub command: &'a str,
-    /// Path of the robot description; `None` if there is none.
+    /// Path of the robot description; `None` if there is no description.
     pub model: Option<&'a str>,
 }
 
@@ -75,7 +75,8 @@ struct IdentificationContext {
     name: String,
     title: String,
     kind: &'static str,
-    /// For each time axis: its name, and its lines as JSON, escaped so that it cannot end the script element of the page.
+    /// For each time axis: its name, and its lines as JSON. The JSON is escaped so that it cannot end the script element of the
+    /// page.
     times: Vec<(&'static str, String)>,
     /// The drawing of the robot as HTML, and the name of the time axis by which it moves.
     drawing: Option<(String, &'static str)>,
@@ -94,7 +95,7 @@ struct PlotPart {
     joints: Vec<JointSection>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
-    /// Number of samples per time span of the drawn lines; `None` if it is one.
+    /// Number of samples per time span of the drawn lines; `None` if each span is a single sample.
     thinned: Option<usize>,
     used: Vec<Used>,
     map: Option<MapPart>,
@@ -164,7 +165,8 @@ impl Page<'_> {
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
-            // Joint names can differ only in characters that file names cannot contain. Equal file names get an underscore.
+            // Two joint names may differ only in characters that file names cannot contain. The file names are then equal, so
+            // the second gets an underscore.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
                 name.push('_');
@@ -228,7 +230,8 @@ impl Page<'_> {
         }
     }
 
-    /// The heading of the page. It follows from the first of these that the page has: estimate, validation, motion, plan.
+    /// The heading of the page. The page can have an estimate, a validation, a motion and a plan; the first of these in this
+    /// order determines the heading.
     fn kind(&self) -> &'static str {
         match (self.estimate, self.validation, self.motion, self.plan) {
             (Some(_), ..) if self.against.is_some() => "Two estimates compared",
@@ -251,7 +254,8 @@ impl Page<'_> {
     }
 
     /// The drawing of the robot, and the name of the time axis by which it moves: the logs, or else the exciting motion. `None`
-    /// for a robot with numerically solved loops, because only the page of the robot itself has the script that closes them.
+    /// for a robot with numerically solved loops, because only the page of the robot itself has the script that closes such
+    /// loops.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
         let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;

@@ -63,7 +63,7 @@ fn scripts(html: &str) -> Vec<&str> {
 fn a_page_is_alive_within_its_room() {
     whole_page(|html| {
         assert!(!html.contains("could not be made"), "{html}");
-        // Data is removed before the search for `NaN`, because encoded letters may spell it by chance.
+        // Data is removed before the search for `NaN`, because encoded letters may contain the text `NaN` by chance.
         let shown = html.split("<script type=\"application/json\"").map(|part| part.split("</script>").last().unwrap());
         assert!(shown.clone().count() > 2 && shown.clone().all(|part| !part.contains("NaN")), "{html}");
         let [script] = scripts(html)[..] else { panic!("one script") };

@@ -1,5 +1,5 @@
-//! A map of the correlations between parameters, and a table of leverages: the share of each joint and time interval in the
-//! information on a parameter.
+//! A map of the correlations between parameters, and a table of leverages. A leverage is the share of one joint, or of one
+//! joint and time interval, in the information on a parameter.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};
@@ -22,7 +22,7 @@ pub(crate) struct MapPart {
     /// parameter, and the leverage levels of the time intervals, 0 to 1.
     picked: usize,
     rows: Vec<(String, String, Vec<String>)>,
-    /// Every n-th sample is evaluated; this is n.
+    /// The step n: every n-th sample is evaluated.
     every: usize,
     /// Length of a time interval, as text.
     part: String,

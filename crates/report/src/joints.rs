@@ -22,7 +22,7 @@ pub(crate) struct JointSection {
     rms: String,
     held_out: String,
     memory: String,
-    /// Components of the torque, each with its share in per cent of their sum.
+    /// Components of the torque, each with its share in per cent of the sum of all components.
     shares: Vec<Share>,
     /// The plots of torque and residual, one below the other, as HTML.
     plot: String,

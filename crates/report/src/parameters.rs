@@ -39,7 +39,7 @@ struct ParameterRow {
     value: String,
     half: String,
     unit: String,
-    /// The value as a number; the script of the page sorts by it.
+    /// The value as a number. The script of the page sorts the table by this number.
     number: f64,
     /// |value| / sigma; 0 if the parameter is not identifiable.
     deviations: f64,
@@ -96,7 +96,7 @@ fn nominal_by_parameter(subject: Subject) -> BTreeMap<String, NominalValue> {
     parameters.base.iter().enumerate().map(one).collect()
 }
 
-/// The title of the group of a parameter: its link, or for friction the link of its joint.
+/// The title of the group of a parameter: the link of the parameter, or for friction the link that the joint moves.
 fn title(id: &ParameterId, subject: Option<Subject>, nominal: &BTreeMap<String, NominalValue>) -> String {
     let label = match id {
         ParameterId::Base(name) => match nominal.get(&id.to_string()) {
@@ -126,7 +126,7 @@ fn row(order: usize, parameter: &Identified, nominal: &BTreeMap<String, NominalV
         None => ("not identifiable".into(), String::new()),
     };
     let number = parameter.value.unwrap_or(0.0);
-    // Two ratios to sigma: of the value, and of its difference from the nominal value.
+    // Two ratios: the value divided by sigma, and the difference of the value from the nominal value divided by sigma.
     let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
     let described = nominal.and_then(|nominal| nominal.described);
     let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);

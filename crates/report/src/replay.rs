@@ -16,7 +16,7 @@ pub struct JointTorque {
     pub name: String,
     /// Unit of the torque.
     pub unit: String,
-    /// External torque without that of the load.
+    /// External torque minus the torque of the load.
     pub torque: Envelope,
     /// Lower and upper limit of the torque without contact.
     pub limits: [Envelope; 2],
@@ -29,13 +29,13 @@ pub struct ReplayPage<'a> {
     pub log: &'a str,
     /// Sentences on the settings of the replay.
     pub settings: Vec<String>,
-    /// Rows of the table of contact: start, end, torque, joint, touched link.
+    /// Rows of the contact table: start, end, torque, joint, touched link.
     pub contacts: Vec<[String; 4]>,
-    /// Rows of the table of loads: start, mass, standard deviation, centre of mass.
+    /// Rows of the load table: start, mass, standard deviation, centre of mass.
     pub loads: Vec<[String; 3]>,
     /// The link that carries the load.
     pub load_on: &'a str,
-    /// Rows of the table of joints: name, noise, misfit, drift.
+    /// Rows of the joint table: name, noise, misfit, drift.
     pub joints: Vec<[String; 4]>,
     /// The external torque of each joint.
     pub torques: Vec<JointTorque>,

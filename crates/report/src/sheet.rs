@@ -19,7 +19,7 @@ pub struct Sheet {
     pub name: String,
     /// The size of the robot in words: `2 links, 2 coordinates, 1 loop`.
     pub summary: String,
-    /// Source of the robot description; `None` if it states none.
+    /// Source of the robot description; `None` if the description states no source.
     pub source: Option<String>,
     /// Notes on values that were guessed or replaced when the description was read.
     pub notes: Vec<String>,
@@ -31,15 +31,15 @@ pub struct Sheet {
     pub count: String,
     /// The base parameters, grouped by link.
     pub groups: Vec<LinkBaseParameters>,
-    /// Rules of the regrouped parameters that the rules of base parameters name and that are not base parameters. Empty if the
+    /// Rules of regrouped parameters that are not base parameters, but occur in the rules of base parameters. Empty if the
     /// rules are expanded.
     pub regrouped: Vec<String>,
     /// Names of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
-    /// The drawing of the robot for a page; `None` if its lengths are too large to draw.
+    /// The drawing of the robot for a page; `None` if a length of the robot is too large to draw.
     #[serde(skip)]
     pub drawing: Option<Drawing>,
-    /// For each link: the base parameters that contain each of its standard parameters.
+    /// For each link and each of its standard parameters: the base parameters that contain this standard parameter.
     pub regroupings: Vec<LinkRegrouping>,
     /// Sentences that justify the number of base parameters.
     pub evidence: Vec<String>,
@@ -69,7 +69,7 @@ pub struct LinkLine {
 /// The table rows for the base parameters of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkBaseParameters {
-    /// Name of the link, and of its joint if this differs.
+    /// Name of the link. The name of its joint is added if it differs.
     pub title: String,
     /// The base parameters of the link, in the order of the regressor.
     pub rows: Vec<BaseParameterRow>,
@@ -82,7 +82,7 @@ pub struct BaseParameterRow {
     pub name: String,
     /// Meaning of the base parameter in words.
     pub meaning: String,
-    /// Regrouping rule of the base parameter; empty if it is a single standard parameter.
+    /// Regrouping rule of the base parameter; empty if the base parameter equals a single standard parameter.
     pub rule: String,
     /// Nominal value with unit; empty if the description has no inertials.
     pub value: String,
@@ -104,9 +104,10 @@ pub struct Absorbed {
 /// The base parameters that contain the standard parameters of one link.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkRegrouping {
-    /// Name of the link, and of its joint if this differs.
+    /// Name of the link. The name of its joint is added if it differs.
     pub title: String,
-    /// For each standard parameter: its name, and the base parameters that contain it; none if it has no effect on the torque.
+    /// For each standard parameter: its name, and the base parameters that contain it. The list of base parameters is empty if
+    /// the standard parameter has no effect on the torque.
     pub rows: Vec<(String, Vec<String>)>,
 }
 
@@ -117,8 +118,8 @@ pub struct SheetInput<'a> {
     pub robot: &'a Robot,
     /// The base parameters of the robot.
     pub parameters: &'a BaseParameters,
-    /// The regrouping rules of the base parameters: nested (they name other regrouped parameters) or expanded (they name only
-    /// standard parameters).
+    /// The regrouping rules of the base parameters. Nested rules name other regrouped parameters; expanded rules name only
+    /// standard parameters.
     pub rules: &'a Rules,
     /// Nominal values of the base parameters; `None` if the description has no inertials.
     pub described: Option<&'a [f64]>,
@@ -223,7 +224,7 @@ fn frame(robot: &Robot, link: &Link) -> String {
     shown.map(|(what, text, _)| format!("{what} {text}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Name of a link. The name of its joint is added if it differs.
+/// Name of a link. The name of the joint of the link is added if the two names differ.
 pub(crate) fn link_title(robot: &Robot, link: LinkId) -> String {
     let link = robot.link(link);
     match link.joint.name == link.name || link.joint.name.is_empty() {

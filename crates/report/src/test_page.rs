@@ -17,7 +17,7 @@ pub(crate) const HOSTILE: &str = "q</script><b>\u{202e}";
 pub(crate) const ARM: &str = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
                               {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, theta: q2}\n";
 
-/// Plot data of two joints over four seconds; one second of it is a gap.
+/// Plot data of two joints over four seconds. One of these seconds is a gap.
 pub(crate) fn plot_data() -> PlotData {
     let joint = |k: usize| {
         let lines = || Envelope::of_spans(4000);
@@ -35,7 +35,7 @@ pub(crate) fn plot_data() -> PlotData {
         };
         for i in 0..3000 {
             let t = 1e-3 * f64::from(i) + if i < 1500 { 0.0 } else { 1.0 };
-            // The residual is a fast sine. The fit does not use one block of it.
+            // The residual is a fast sine. The fit does not use one block of the residual.
             let noise = 0.4 * (917.0 * t).sin();
             if i == 1500 {
                 [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course]

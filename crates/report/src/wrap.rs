@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first` characters, the others by
-/// `rest`. A word that is longer than a line is not broken.
+/// Breaks a paragraph into lines of at most `width` characters. The first line is indented by `first` characters, the other
+/// lines by `rest`. A word that is longer than a line is not broken.
 pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     let leading = text.chars().take_while(|c| *c == ' ').count();
     let mut s = " ".repeat(first + leading);
     let mut column = first + leading;
     let mut is_first = true;
-    // Spaces between words of one line are kept, because they align columns.
+    // Spaces between words of one line are kept, because such spaces align columns.
     for word in words(&text[leading..]) {
         let length = word.trim_end().chars().count();
         if !is_first && column + length > width {
@@ -38,10 +38,11 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     .chain(text.rsplit(' ').next().filter(|last| !last.is_empty()))
 }
 
-/// Indentation of the last column of a table if it is printed below its row.
+/// Indentation of the last column of a table if this column is printed below its row.
 const INDENT_BELOW_ROW: usize = 6;
 
-/// Writes a table with left-aligned columns. If it is wider than `width`, the last column is printed below its row.
+/// Writes a table with left-aligned columns. If the table is wider than `width`, the last column of each row is printed below
+/// the row.
 pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let wide = |c: usize| {
         let cells = rows.iter().map(|row| row[c].chars().count());

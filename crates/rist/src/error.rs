@@ -1,5 +1,5 @@
-//! The error type of all steps (functions that correspond to commands of `rist`). Its text may advise another step: `[:doctor]`,
-//! or with arguments `[:validate MODEL LOG]`.
+//! The error type of all steps (functions that correspond to commands of `rist`). The text of an error may advise another step:
+//! `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
 
 use std::fmt;
 
@@ -25,8 +25,8 @@ pub struct Error {
 }
 
 impl Error {
-    /// An error of the kind [`ErrorKind::Input`]. If the message is about a field of a request, it starts with the field in
-    /// brackets: `[gain=q9]: ..`. A step that it advises is in brackets too: `[:doctor]`.
+    /// An error of the kind [`ErrorKind::Input`]. If the message is about a field of a request, the message starts with this
+    /// field in brackets: `[gain=q9]: ..`. A step that the message advises is in brackets too: `[:doctor]`.
     pub fn new(message: impl fmt::Display) -> Error {
         let message = message.to_string();
         let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
@@ -40,7 +40,7 @@ impl Error {
         Error { kind: ErrorKind::Verdict, ..Error::new(message) }
     }
 
-    /// Puts the name of the request's field `field` before the message, unless the message already names this field or a file.
+    /// Puts the name of the request's field `field` before the message, unless the message already names `field` or a file.
     pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {
@@ -49,7 +49,7 @@ impl Error {
         Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
-    /// The file and line of the mistake, if any; the message names them too.
+    /// The file and line of the mistake, if they are known. The message names them too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
     }
@@ -102,8 +102,8 @@ impl From<numerics::Error> for Error {
     }
 }
 
-/// For each step: its word in texts, the command of the program, and the name in Python. Python has no `columns`, so the
-/// command is given there.
+/// For each step: the word in texts, the command of the program, and the name in Python. Python has no `columns`, so the
+/// command is listed there too.
 const STEPS: [(&str, &str, &str); 14] = [
     ("accumulate", "rist accumulate", "rist.Accumulator"),
     ("check", "rist check", "rist.check"),

@@ -14,7 +14,7 @@ pub const FILES: [(&str, &str); 3] = [
     ("other.csv", include_str!("../../../docs/ur5/other.csv")),
 ];
 
-/// Writes the example files into `directory`, which is created if necessary, and returns their paths.
+/// Writes the example files into `directory` and returns the paths of the files. The directory is created if necessary.
 ///
 /// Fails if a file of the same name exists with another content.
 pub fn write_example(directory: &Path) -> Result<Vec<PathBuf>, Error> {

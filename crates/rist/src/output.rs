@@ -1,10 +1,10 @@
 //! Writes the output files of a command completely or not at all, and never overwrites its inputs.
 //!
-//! An input is a file that the user named, or a file that it refers to: an included file, a mesh, a part of a data set
-//! ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is renamed
-//! to the final name (atomic replacement), or removed if writing fails. The next writer removes such files of killed writers. A
-//! symbolic link is followed and stays a link, even if its target does not exist yet. A read-only file is not replaced. A path
-//! that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
+//! An input is a file that the user named, or a file to which a named file refers: an included file, a mesh, a part of a data
+//! set ([`gate::opened`]). The content is written into a new file with a random name in the same folder. Then this file is
+//! renamed to the final name (atomic replacement), or removed if writing fails. A killed writer leaves its new file behind; the
+//! next writer removes it. A symbolic link is followed and stays a link, even if its target does not exist yet. A read-only
+//! file is not replaced. A path that is no regular file (a terminal, a pipe, /dev/null) is written to and not replaced.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -15,7 +15,7 @@ use gate::opened;
 
 use crate::error::Error;
 
-/// Fails if the output is one of the inputs, even by another path, or if its directory does not exist.
+/// Fails if the output is one of the inputs (even under another path), or if the directory of the output does not exist.
 pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     if out.as_os_str() == "-" {
         return Err(Error::new("-: the name of a file is expected; without it a text goes to standard output"));
@@ -50,7 +50,7 @@ pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Re
 fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     let place = match fs::metadata(out) {
         Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(content),
-        // A read-only file is refused, although the permissions of the folder would allow to replace it.
+        // A read-only file is refused, although the permissions of the folder would allow a replacement.
         Ok(found) if found.permissions().readonly() => {
             let message = "the file is read-only; make it writable, or write elsewhere";
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
@@ -95,8 +95,8 @@ const LARGEST_LINK_DEPTH: usize = 40;
 /// Extension of files that are being written.
 const PART_EXTENSION: &str = ".rist-part";
 
-/// Removes files that killed writers left in a folder. The file of a running writer is locked, so it stays. On a system without
-/// locks, nothing is removed.
+/// Removes files that killed writers left in a folder. The file of a running writer is locked, so this file stays. On a system
+/// without locks, nothing is removed.
 fn clear_remains(folder: &Path) {
     let is_remains = |path: &PathBuf| {
         let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(PART_EXTENSION));
@@ -108,21 +108,21 @@ fn clear_remains(folder: &Path) {
         if let Ok(file) = OpenOptions::new().write(true).open(&path)
             && file.try_lock().is_ok()
         {
-            // A file stays if the permission to remove it is missing.
+            // If the permission to remove a file is missing, the file stays.
             let _ = fs::remove_file(&path);
         }
     }
 }
 
-/// Creates and locks a new file next to `place`. It never opens an existing file or follows a link.
+/// Creates and locks a new file next to `place`. An existing file is never opened, and a link is never followed.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
     for _ in 0..MOST_TRIES {
-        // Each new hasher has random keys, so this number is random.
+        // Each new hasher has random keys, so the hash of nothing is a random number.
         let random = RandomState::new().build_hasher().finish();
         let neighbour = place.with_file_name(format!(".{name}.{random:016x}{PART_EXTENSION}"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
-            // Before the file was locked, another writer may have removed it. Then another name is tried.
+            // Before this writer locked the file, another writer may have removed it. Then another name is tried.
             Ok(file) if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && neighbour.exists() => {
                 return Ok((neighbour, file));
             }
@@ -140,7 +140,7 @@ pub(crate) fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Fails if a log is given twice, because it would count twice.
+/// Fails if a log is given twice, because such a log would count twice.
 pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<(), Error> {
     let mut read: Vec<&Path> = Vec::new();
     for log in logs {

@@ -28,7 +28,7 @@ pub struct PageRequest<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The estimated parameters.
     pub estimate: Option<&'a Estimate>,
-    /// Another estimate of the same model to compare with, and the name of its file.
+    /// Another estimate of the same model, with which the estimate is compared, and the name of the file of the other estimate.
     pub against: Option<(&'a str, &'a Estimate)>,
     /// Plot data of predicted logs: [`crate::fit::validation::plot_data`].
     pub plot_data: Option<&'a PlotData>,
@@ -42,8 +42,8 @@ pub struct PageRequest<'a> {
     pub reader: Audience,
 }
 
-/// Fails if two estimates were made with different models, because their parameters then differ in meaning. `names`: names of
-/// their files.
+/// Fails if two estimates were made with different models, because parameters of different models differ in meaning. `names`:
+/// names of the files of the estimates.
 pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(), Error> {
     let [a, b] = estimates.map(|estimate| estimate.fingerprint.as_deref());
     match a.zip(b) {

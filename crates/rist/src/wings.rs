@@ -1,7 +1,7 @@
 //! Registers wings (optional packages that add functions), and exports the types that wings need.
 //!
-//! A wing is a package on which the other packages, called core, do not depend. A program with wings passes them to
-//! [`register`] once, before it reads a file or prints a text.
+//! A wing is a package on which the other packages, called core, do not depend. A program with wings passes all wings to
+//! [`register`] once, before the program reads a file or prints a text.
 
 use std::sync::Once;
 
@@ -44,15 +44,17 @@ pub struct Wing {
     pub description_readers: Vec<DescriptionReader>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
-    /// The functions that read motions from other sources, or the error text if this build lacks them.
+    /// The functions that read motions from other sources, or the error text if this build does not contain them.
     pub points: Option<Result<PointReader, &'static str>>,
     /// Functions of a link for generated code.
     pub functions: Vec<FunctionOfLink>,
-    /// The identification methods that simulate the experiments of a plan, or the error text if this build lacks them.
+    /// The identification methods that simulate the experiments of a plan, or the error text if this build does not contain
+    /// them.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
-    /// The search for a plan with a proof of its efficiency, or the error text if this build lacks it.
+    /// The search for a plan with a proof of its efficiency, or the error text if this build does not contain the search.
     pub prove_plan: Option<Result<ProvePlan, &'static str>>,
-    /// The function that repeats the proof of a plan's efficiency, or the error text if this build lacks it.
+    /// The function that repeats the proof of a plan's efficiency, or the error text if this build does not contain the
+    /// function.
     pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 

@@ -85,7 +85,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// Reads the description and calibrates it. Only stiffness needs torques, and so the derivation of the model.
+/// Reads the description and calibrates the robot. Only the calibration of stiffness needs torques, and therefore the
+/// derivation of the model.
 fn calibrated(arguments: &Arguments, path: &Path, request: &CalibrateRequest) -> Result<(Robot, Calibration), Failure> {
     if request.what != Calibrated::Stiffness {
         let robot = arguments.model.read_with_values()?;

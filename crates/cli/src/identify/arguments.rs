@@ -109,14 +109,14 @@ impl FromArgMatches for MethodAndFlags {
 }
 
 impl MethodAndFlags {
-    /// Fails if this method does not have a given flag. The error names the methods that have it.
+    /// Fails if a flag is given that this method does not have. The error names the methods that have this flag.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         let refused = self.given.names().filter(|name| *name != "method").filter_map(|name| self.method.refusal(name));
         let refused: Vec<String> = refused.map(|e| e.to_string()).collect();
         if refused.is_empty() { Ok(()) } else { Err(Failure::new(refused.join("\n"))) }
     }
 
-    /// The path of the plan whose experiments were logged. Fails if it is not given.
+    /// The path of the plan whose experiments were logged. Fails if no plan is given.
     pub(crate) fn plan(&self) -> Result<&Path, Failure> {
         match self.given.file("plan") {
             none if none.as_os_str().is_empty() => {

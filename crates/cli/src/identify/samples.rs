@@ -24,13 +24,14 @@ use rist::output::check_given_once;
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
-    // Fails if a flag is given without the flag that it belongs to.
+    // Fails if a flag is given without another flag that it needs.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
     let mut request: IdentifyRequest = given.read()?;
-    // Simulators accept only physically possible bodies, so these are required if a simulator's file is written.
+    // Simulators accept only physically possible bodies. So physically possible bodies are required if a file for a simulator
+    // is written.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
     let columns = request.samples.options().columns;
@@ -40,7 +41,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
-    // Now all files that belong to the logs are known, for example those of a recording, so the paths are checked again.
+    // Only now are all files that belong to the logs known, for example the files of a recording. So the paths are checked
+    // again.
     check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
@@ -197,7 +199,7 @@ impl Opened<'_> {
     }
 }
 
-/// Fails if the flag `name` is given without the flag `of`, to which it belongs.
+/// Fails if the flag `name` is given without the flag `of`, which it needs.
 fn needs(given: &FlagValues, name: &str, of: &str) -> Result<(), Failure> {
     let is_given = |wanted: &str| given.names().any(|name| name == wanted);
     match is_given(name) && !is_given(of) {

@@ -26,7 +26,7 @@ pub struct Estimate {
     /// Fingerprint (hash) of the base regressor that the estimate was made with; `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
-    /// Options for reading the robot description (values of symbols, arguments of xacro); `None` if there were none.
+    /// Options for reading the robot description (values of symbols, arguments of xacro); `None` if no options were used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
     /// Name of the estimation method, for reports.
@@ -74,8 +74,8 @@ pub struct Estimate {
     pub cutoff: Option<f64>,
     /// Sentences for the user on the data, and on parameters that are not identifiable.
     pub remarks: Vec<String>,
-    /// Sentences that state evidence against the model; empty if there is no such evidence. If there is any, the trust in the
-    /// estimate is at most "with care".
+    /// Sentences that state evidence against the model; empty if there is no such evidence. With such evidence, the trust in
+    /// the estimate is at most "with care".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
     /// Reasons not to use the estimate, from the verdict of its identification; empty if the verdict was not "no".
@@ -89,12 +89,11 @@ pub struct Estimate {
     /// requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Result of comparing the checksum in the file with the text of the file. It shows whether the file was changed after
-    /// rist wrote it.
+    /// Result of comparing the checksum in the file with the text of the file. The result shows whether the file was changed
+    /// after rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters. It stands on the last line of the file, so its absence shows that the file was cut short. `None`
-    /// in memory.
+    /// Number of parameters. It is the last line of the file, so a file without this line was cut short. `None` in memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
@@ -105,9 +104,9 @@ impl Estimate {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
-    /// Inflates the standard deviation of each parameter c (its index) by a possible change of its value: sigma becomes
-    /// sqrt(sigma^2 + shift(c)^2). `shift(c)`: the change, in the unit of the parameter. Row and column c of the covariance are
-    /// multiplied by (new sigma / old sigma), so correlations do not change.
+    /// Inflates the standard deviation of each parameter by a possible change of the parameter: sigma becomes sqrt(sigma^2 +
+    /// shift(c)^2). c: index of the parameter; `shift(c)`: the change, in the unit of the parameter. Row and column c of the
+    /// covariance are multiplied by (new sigma / old sigma), so correlations do not change.
     pub(crate) fn inflate_sigma(&mut self, shift: impl Fn(usize) -> f64) {
         let mut ratios = Vec::new();
         for (c, parameter) in self.parameters.iter_mut().enumerate() {
@@ -120,7 +119,7 @@ impl Estimate {
         }
     }
 
-    /// The identified value of a parameter; `None` if it is not identifiable or not part of the estimate.
+    /// The identified value of a parameter; `None` if the parameter is not identifiable or not part of the estimate.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
@@ -134,8 +133,8 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The value of a parameter to use in torque predictions, also if it is not identifiable; `None` if it is not in the
-    /// estimate.
+    /// The value of a parameter to use in torque predictions, also if the parameter is not identifiable; `None` if the
+    /// parameter is not in the estimate.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
@@ -197,9 +196,9 @@ pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Op
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
-/// Number of decimals with which a value is printed: at least five. More are printed if two significant digits of sigma need
-/// them. Without sigma, more are printed if three significant digits of the value need them (parameters of small robots are
-/// small). The value has at most six significant digits, unless sigma needs more.
+/// Number of decimals with which a value is printed: at least five. Small values need more decimals: as many as show two
+/// significant digits of sigma or, without sigma, three significant digits of the value. A value with more than six significant
+/// digits gets fewer decimals, unless sigma needs them.
 fn decimals(sigma: f64, value: f64) -> usize {
     let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
     let shown = match (sigma > 0.0, value == 0.0) {
@@ -211,8 +210,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Least number of decimals of a printed value. There are fewer only if the value would get more than `MOST_VALUE_DIGITS`
-/// digits.
+/// Usual least number of decimals of a printed value. A value has fewer decimals only if it would otherwise have more than
+/// `MOST_VALUE_DIGITS` digits.
 const USUAL_DECIMALS: usize = 5;
 /// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;
@@ -220,7 +219,7 @@ const MOST_DECIMALS: f64 = 9.0;
 const SIGMA_DIGITS: f64 = 2.0;
 /// Significant digits of a printed value without sigma.
 const DIGITS_WITHOUT_SIGMA: f64 = 3.0;
-/// Largest number of significant digits of a printed value, unless its sigma needs more.
+/// Largest number of significant digits of a printed value, unless the sigma of the value needs more.
 const MOST_VALUE_DIGITS: f64 = 6.0;
 
 impl fmt::Display for Estimate {

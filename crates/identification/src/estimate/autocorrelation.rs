@@ -98,7 +98,7 @@ impl Autocorrelation {
     pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
         let products = &self.joints[j];
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
-        // A mean over too few row pairs is too uncertain.
+        // With too few row pairs, the mean is too uncertain.
         let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / LEAST_PAIRS_DIVISOR;
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
@@ -109,8 +109,8 @@ impl Autocorrelation {
             .collect()
     }
 
-    /// Autocorrelation time of the residual of joint j, s: the area below its autocorrelation up to the first zero or the
-    /// last lag, by the trapezoidal rule. `None` without a residual.
+    /// Autocorrelation time of the residual of joint j, s: the area below the autocorrelation up to its first zero or the last
+    /// lag, by the trapezoidal rule. `None` without a residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {
@@ -179,7 +179,8 @@ mod tests {
         let (rate, cutoff) = (1000.0, 20.0);
         let filter = Butterworth::low_pass(4, cutoff, rate).unwrap();
         let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
-        // The tolerance follows from the filter: because of it, 40000 rows contain only about 1600 independent ones.
+        // The tolerance allows for the correlation of the rows: after the filter, 40000 rows contain only about 1600
+        // independent rows.
         let found = memory(filtered, 1.0 / rate) * cutoff;
         assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
         // `NOISE_MEMORY_PERIODS` equals the area below the theoretical curve up to its first zero, up to one integration
@@ -190,7 +191,7 @@ mod tests {
         let a = 0.95f64;
         let mut slow = vec![0.0];
         white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));
-        // The tolerance follows from the correlation: because of it, 40000 rows contain only about a thousand independent ones.
+        // The tolerance allows for the correlation of the rows: 40000 rows contain only about a thousand independent rows.
         assert!((memory(slow, 1.0) * -a.ln() - 1.0).abs() < 0.2);
         assert!(memory(white, 1.0) < 1.0);
     }

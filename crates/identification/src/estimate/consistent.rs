@@ -33,10 +33,11 @@ use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::{sum_by_joint, weighted};
 
-/// The weight of the prior is multiplied by this if no nominal bodies are known, because guessed bodies then replace them.
+/// Factor on the weight of the prior if no nominal bodies are known, because the prior then uses guessed bodies.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
 
-/// Assumed lever arm, m. The mass of a guessed body is the largest first moment of all links divided by this.
+/// Assumed distance of a centre of mass from the link frame, m. The mass of a guessed body is the largest first moment of all
+/// links divided by this distance.
 const GUESSED_ARM_M: f64 = 0.3;
 
 /// Options of the physically consistent estimate.
@@ -48,7 +49,7 @@ pub struct Consistency {
     pub prior_weight: f64,
     /// Whether the information of the data is divided by a discount, because residuals are correlated.
     pub discount: bool,
-    /// Whether a prior keeps friction parameters small if the motion does not identify them.
+    /// Whether a prior keeps friction parameters small that the motion does not identify.
     pub bounded_friction: bool,
 }
 
@@ -108,8 +109,8 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The sigma of least squares is kept, since constraints can only reduce it. A parameter that the data do not
-        // determine gets the value of the prior, and its status stays not identifiable.
+        // The sigma of least squares is kept, since constraints can only reduce it. A parameter that the data do not determine
+        // gets the value of the prior. The status of such a parameter stays "not identifiable".
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
@@ -170,8 +171,8 @@ fn prior(model: &Model, fit: &Fit, references: &[Option<Ten>], consistency: &Con
 /// Solves the rows with bounds on friction. The load-friction coefficient of a joint (friction torque / load torque) is
 /// between 0 and `LARGEST_LOAD_COEFFICIENT`; drive offsets that are not separable from a weight are fixed to zero.
 ///
-/// The coefficient farthest outside its bounds is fixed to the nearer bound, and the rows are solved again, until all are
-/// inside.
+/// The coefficient farthest outside its bounds is fixed to the nearer bound, and the rows are solved again, until all
+/// coefficients are inside.
 fn with_fixed_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
     let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
     let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
@@ -234,11 +235,11 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
 /// The bodies are refused if their relative residual exceeds the residual of least squares by this factor, and is above
 /// `LARGE_RESIDUAL_SHARE`. Noise does not explain such a difference.
 const LARGE_RESIDUAL_RATIO: f64 = 2.0;
-/// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this.
+/// The bodies are refused only if their relative residual |tau - W X| / |tau| is above this value.
 const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {
-    /// Reason not to use these bodies (solver stalled, residual too large); `None` if they can be used.
+    /// Reason not to use these bodies (solver stalled, residual too large); `None` if the bodies can be used.
     pub fn refusal(&self) -> Option<String> {
         let (total, least) = (relative_residual(&self.estimate), self.least_residual);
         if self.consistent.outcome == BarrierStatus::Stalled {

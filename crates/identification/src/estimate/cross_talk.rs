@@ -24,7 +24,7 @@ pub struct CrossTalk {
 
 /// Number of motion columns of a joint k: ddq_k, dq_k and the direction.
 const CROSS_TALK_COLUMNS: usize = 3;
-/// Singular values below this are treated as zero. The matrix contains the products of the columns, scaled to unit norm.
+/// Singular values below this value are treated as zero. The matrix contains the products of the columns, scaled to unit norm.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
 /// Sums from which cross talk is computed: products of the motion columns (ddq_k, dq_k, direction) of each joint k with one
@@ -33,7 +33,7 @@ const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 pub struct CrossTalkSums {
     n: usize,
     /// Entry k: products of the three columns of joint k, summed over the samples in which all joints are used with weight 1.
-    /// Most samples are of this kind, and their sum is the same for every residual.
+    /// Most samples are of this kind, and the sum over these samples is the same for every residual.
     motions: Vec<Matrix3<f64>>,
     /// Entry j n + k: products of the three columns of joint k, summed over the rows of joint j in the samples that are not
     /// in `motions`.
@@ -54,7 +54,7 @@ impl CrossTalkSums {
         CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n], robust }
     }
 
-    /// For each joint, the other joint whose motion explains most of its residual; empty for a single joint.
+    /// For each joint, the other joint whose motion explains the largest part of the residual; empty for a single joint.
     pub(crate) fn cross_talk(&self) -> Vec<CrossTalk> {
         let n = self.n;
         let share = |j: usize, k: usize| {
@@ -114,7 +114,7 @@ fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) 
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
     let right = Vector3::from_fn(|i, _| scale(i) * with_residual[i]);
-    // The pseudo-inverse ignores a column that is zero or depends on the others.
+    // The pseudo-inverse ignores a column that is zero or depends on the other columns.
     let solved = gram.pseudo_inverse(SINGULAR_VALUE_TOLERANCE).map(|inverse| right.dot(&(inverse * right)));
     match solved {
         Ok(square) if total > 0.0 => square / total,

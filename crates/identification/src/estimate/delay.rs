@@ -36,11 +36,11 @@ pub struct Delay {
 
 /// Longest delay of the coarse search, in both directions, s: a whole number of steps of [`COARSE_DELAY_STEP_S`].
 const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
-/// A delay found without the rows near reversals is rejected if it multiplies the residual of all rows by more than this. Dry
-/// friction alone raises this residual by less.
+/// A delay that was found without the rows near reversals is rejected if it multiplies the residual of all rows by more than
+/// this factor. Dry friction alone multiplies this residual by less.
 const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
 const COARSE_DELAY_STEP_S: f64 = 0.004;
-/// The fine search ends when its interval is shorter than this, s.
+/// The fine search ends when its interval is shorter than this length, s.
 const FINE_DELAY_WIDTH_S: f64 = 1e-4;
 /// The delay counts as being at the end of the search if it exceeds `LONGEST_SEARCHED_DELAY_S` by more than this share of a
 /// coarse step.
@@ -62,7 +62,7 @@ impl Records for AwayFromReversals<'_> {
     }
 }
 
-/// Marks the rows of a joint as not used if they are within 1 / f_c of a reversal, that is, of a change of sign of its
+/// Marks the rows of a joint as not used if they are within 1 / f_c of a reversal, that is, of a change of sign of the joint's
 /// velocity (f_c: cut-off of the low-pass, Hz).
 fn leave_out_reversals(states: &mut States, joint: usize) {
     let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
@@ -94,7 +94,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The cut-off follows from the motion, which the delay of the torques does not change. So it is computed once.
+            // The cut-off follows from the motion, which the delay of the torques does not change. So the cut-off is computed
+            // once.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);
@@ -191,8 +192,8 @@ mod tests {
 
     /// Simulates a pendulum with dry friction under a PD controller of 1 kHz. The pendulum sticks at each reversal.
     ///
-    /// The torque of a row acts from its time until 1 ms later, so its mean time is 0.5 ms after the row. `late`: number of
-    /// rows by which the logged torques are delayed.
+    /// The torque of a row acts from the time of the row until 1 ms later. So the mean time of this torque is 0.5 ms after the
+    /// time of the row. `late`: number of rows by which the logged torques are delayed.
     fn sticking(late: i32) -> Log {
         let (zz, mx, my, viscous, coulomb) = (0.3, 0.8, -0.1, 0.3, 1.5);
         let reference =
@@ -210,7 +211,7 @@ mod tests {
                 let free = tau - 9.81 * (mx * q.cos() - my * q.sin()) - viscous * v;
                 let dry = if v == 0.0 { free.clamp(-coulomb, coulomb) } else { coulomb * v.signum() };
                 let next = v + h / f64::from(parts) * (free - dry) / zz;
-                // The pendulum stops when its velocity changes sign; the next step decides whether it sticks.
+                // The pendulum stops when the velocity changes sign. The next step decides whether the pendulum sticks.
                 v = if v * next < 0.0 { 0.0 } else { next };
                 q += h / f64::from(parts) * v;
             }

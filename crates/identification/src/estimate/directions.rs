@@ -15,13 +15,13 @@ use crate::estimate::identified::INTERVAL;
 
 /// Largest number of directions that an estimate contains.
 const MAX_KEPT_DIRECTIONS: usize = 6;
-/// A parameter is named for a direction only if its entry is at least this share of the largest entry (columns scaled to unit
-/// norm).
+/// A parameter is named for a direction only if its entry in the direction is at least this share of the largest entry (columns
+/// scaled to unit norm).
 const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of parameters of a direction that are named.
 const MAX_NAMED_MEMBERS: usize = 6;
-/// A direction counts as undetermined if the step of 1.96 sigma exceeds the values of this many parameters: those with its
-/// largest entries.
+/// A direction counts as undetermined if a step of 1.96 sigma changes this many parameters by more than their values. These are
+/// the parameters with the largest entries in the direction.
 const DECISIVE_MEMBERS: usize = 2;
 
 /// A direction of the parameter space (combination of parameters) that the data hardly determine.
@@ -32,8 +32,8 @@ pub struct Direction {
     pub strength: f64,
     /// The parameters that change most along the direction, the largest entry (columns scaled) first.
     pub members: Vec<DirectionMember>,
-    /// True if the data do not determine the direction: a change by 1.96 sigma along it is at least as large as the values of
-    /// its main parameters.
+    /// Whether the data do not determine the direction: a step of 1.96 sigma along the direction changes the main parameters by
+    /// at least their values.
     pub open: bool,
 }
 
@@ -44,8 +44,8 @@ pub struct DirectionMember {
     pub parameter: ParameterId,
     /// Change of the parameter for one standard deviation along the direction, in the unit of the parameter.
     ///
-    /// If the torques do not depend on the direction, only the ratios of the changes have a meaning, because its length is
-    /// arbitrary.
+    /// If the torques do not depend on the direction, the size of a step along the direction is arbitrary. Then only the ratios
+    /// of the changes have a meaning.
     pub change: f64,
 }
 
@@ -84,7 +84,7 @@ pub fn directions(
             open: order.iter().take(DECISIVE_MEMBERS).all(open),
         }
     };
-    // Directions of zero columns are skipped, because remarks report their parameters as not identifiable.
+    // Directions of zero columns are skipped, because remarks report the parameters of these columns as not identifiable.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
@@ -127,8 +127,8 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that stays near one angle determines only one combination of its first moments MX1 and MY1, so they are not
-    /// separable.
+    /// A pendulum that stays near one angle determines only one combination of the first moments MX1 and MY1, so these two are
+    /// not separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

@@ -45,7 +45,7 @@ pub fn estimate_drive_gains(
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    // The rows of one band of speed or of position may have a common error. So sums over these bands are computed.
+    // The rows of one band of speed or of position may have a common error. So sums of the rows of each band are computed.
     let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
@@ -71,7 +71,7 @@ pub fn estimate_drive_gains(
 const WEIGHING_ROUNDS: usize = 3;
 
 /// The discount of an expected gain is not updated if the ratio (information of the data / information of the expected value)
-/// is below this, because rounding would dominate.
+/// is below this value, because rounding would dominate.
 const LEAST_INFORMATION_RATIO: f64 = 1e-6;
 
 /// Computes the discount s of each expected gain: the number of correlated equations that count as one. It is 1 for other
@@ -90,7 +90,7 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
         let (white, believed) = (deviation.white[p + at].powi(2), sigma[p + at].powi(2));
         let of_expectation = before[j] * (found.gain[j] / expected).powi(2);
         let of_data = 1.0 / white - of_expectation;
-        // Below this ratio, rounding dominates the quotient.
+        // Below this ratio, the rounding error dominates the quotient.
         if of_data > LEAST_INFORMATION_RATIO * of_expectation {
             ((believed / (white * white) - before[j] * of_expectation) / of_data).max(1.0)
         } else {
@@ -100,8 +100,9 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
     (0..known.len()).map(of_gain).collect()
 }
 
-/// The gains, with the standard deviation of each expected gain divided by sqrt(discount). This weights the expected value
-/// correctly against the equations, because a number of `discounts` correlated equations counts as one.
+/// The gains, with the standard deviation of each expected gain divided by sqrt(discount). With this division, the expected
+/// value has the right weight compared with the equations, because `discounts` correlated equations count as one independent
+/// equation.
 fn gains_with_equations(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
     let scaled = |(gain, discount): (&Gain, &f64)| match *gain {
         Gain::Expected(value, deviation) => Gain::Expected(value, deviation / discount.sqrt()),
@@ -154,7 +155,8 @@ mod tests {
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
 
-    /// With hardly any data the estimated gain equals the expected value. With good data it equals the gain of the data.
+    /// With hardly any data, the estimated gain equals the expected value. With good data, the estimated gain equals the gain
+    /// of the data.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];

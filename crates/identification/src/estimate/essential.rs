@@ -21,12 +21,12 @@ use crate::rows::observation::weighted;
 /// 95 % quantile of chi^2 with one degree of freedom (one eliminated parameter).
 const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
-/// Reduces a fit to its essential parameters. The eliminated ones get the value zero and keep their standard deviations.
+/// Reduces a fit to its essential parameters. The eliminated parameters get the value zero and keep their standard deviations.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
-    // `Elimination` limits the growth of the norm of the residual. It is half the relative growth of the square.
+    // `Elimination` limits the relative growth of the norm of the residual. It is half the relative growth of the squared norm.
     let growth = 0.5 * SIGNIFICANT_CHI_SQUARE * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
@@ -96,7 +96,8 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // The factor 1.001 allows for the variance of the residual: with fewer parameters it has more degrees of freedom.
+                // The factor 1.001 allows for the variance of the residual: with fewer parameters, the residual has more
+                // degrees of freedom.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

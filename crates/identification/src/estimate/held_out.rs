@@ -88,7 +88,8 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
 /// joints. `weights`: weights by joint, from a fit to the whole record (leaving out one block hardly changes them).
 pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
     let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
-    // The rows of all other blocks are the sum of the blocks before and of the blocks after. Running sums make this fast.
+    // The rows of all other blocks are the rows of the blocks before and of the blocks after. Running sums from both ends make
+    // this computation fast.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {
@@ -180,8 +181,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// In one tenth of the record only, the joint turns far enough to separate MX and MY. Without that tenth their difference is
-    /// not identifiable. The error of cross-validation must still be the noise.
+    /// The joint turns far enough to separate MX and MY only in one tenth of the record. Without that tenth, the difference of
+    /// MX and MY is not identifiable. The error of cross-validation must still equal the noise.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();

@@ -29,23 +29,24 @@ pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
 /// Step of a joint angle for a central difference, rad.
 const POSITION_STEP_RAD: f64 = 1e-4;
-/// A fault is not reported if it explains a smaller share of the torque than this, because it is harmless for every use of
-/// the estimate.
+/// A fault is not reported if it explains a smaller share of the torque than this share, because such a fault is harmless for
+/// every use of the estimate.
 const SMALLEST_TORQUE_SHARE: f64 = 0.002;
-/// A spring is not reported if it explains a smaller share of the torque than this. Its stiffness has no lower limit.
+/// A spring is not reported if it explains a smaller share of the torque than this share. The stiffness of a spring has no
+/// lower limit.
 const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Zero offsets and tilts of the base below this are calibration errors and are not reported, rad.
+/// Zero offsets and tilts of the base below this value are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
+/// Scale errors of a torque below this value are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
-/// A zero offset or a tilt counts as not detectable if its detection limit is at least this, rad (45 degrees).
+/// A zero offset or a tilt counts as not detectable if its detection limit is at least this value, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
-/// A scale error counts as not detectable if its detection limit is at least this (0.5: 50 %).
+/// A scale error counts as not detectable if its detection limit is at least this value (0.5: 50 %).
 const USELESS_SCALE: f64 = 0.5;
 
-/// A hypothesis on a log or its model. The numbers are coordinates, from 0. The size of a fault is in the unit given for its
-/// kind.
+/// A hypothesis on a log or its model. The numbers are coordinates, from 0. The size of a fault is in the unit that is stated
+/// for the kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hypothesis {
@@ -60,8 +61,8 @@ pub enum Hypothesis {
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate drifts: from the first to the last sample it grows by a share of itself. The size is this
-    /// share.
+    /// The torque of a coordinate drifts between the first and the last sample. The size is the growth of the torque, as a
+    /// share of the torque.
     Drift(usize),
     /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
@@ -87,7 +88,7 @@ pub enum Hypothesis {
     SwappedTorques(usize, usize),
     /// The angles are in degrees, but were read as radians.
     Degrees,
-    /// Gravity was subtracted from the torques before they were logged.
+    /// Gravity was subtracted from the torques before the torques were logged.
     GravityCompensated,
 }
 
@@ -105,28 +106,29 @@ pub enum ColumnKind {
 /// The consequence of a confirmed hypothesis for the claims.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Counts {
-    /// Positions are wrong. This is a contradiction even if the torque error in this log is small.
+    /// Positions are wrong. Such a fault is a contradiction even if the torque error in this log is small.
     AsPosition,
-    /// Torques are wrong. This is a contradiction unless the torque error is so small that every use tolerates it.
+    /// Torques are wrong. Such a fault is a contradiction unless the torque error is so small that every use tolerates it.
     AsTorque,
     /// The log is not wrong: the hypothesis explains a part of the residual of the fit.
     AsResidual,
-    /// The fault only inflates standard deviations, and no claim names it.
+    /// The fault only inflates standard deviations, and no claim names this fault.
     InDeviations,
-    /// The log has a fault that makes it unusable. Only the log check tests it; a fit has no column for it.
+    /// The log has a fault that makes the log unusable. Only the log check tests this fault; a fit has no column for it.
     AsLog,
 }
 
 /// Thresholds and consequence of one kind of hypothesis.
 pub(super) struct HypothesisKind {
-    /// Topic of a claim on this kind.
+    /// Topic of a claim on this kind of hypothesis.
     pub topic: Topic,
     pub counts: Counts,
     /// Smallest size that is reported, in the unit of the hypothesis; 0 for no limit.
     pub least: f64,
     /// Smallest share of the torque that the hypothesis must explain to be reported.
     pub least_share: f64,
-    /// A detection limit of at least this is useless: the hypothesis counts as not detectable. In the unit of the hypothesis.
+    /// Smallest useless detection limit, in the unit of the hypothesis. With a limit of at least this value, the hypothesis
+    /// counts as not detectable.
     pub useless: f64,
     /// Whether the hypothesis inflates the standard deviations of the parameters if the data do not exclude it.
     pub may_be_there: bool,
@@ -154,7 +156,7 @@ impl Hypothesis {
             ..of(topic, Counts::AsPosition)
         };
         let scale = HypothesisKind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
-        // Wrong bodies may hide a zero offset, a drift or a spring. So these inflate standard deviations unless the data
+        // Wrong bodies may hide a zero offset, a drift or a spring. So these faults inflate standard deviations unless the data
         // exclude them.
         match self {
             Zero(_) => angle(ZERO, true),
@@ -199,7 +201,7 @@ impl Hypothesis {
         is_there && self.kind().counts != Counts::AsLog
     }
 
-    /// Kind of columns that the fault exchanges; `None` for other faults, and if it exchanges only positions or only
+    /// Kind of columns that the fault exchanges. `None` for other faults, and for a fault that exchanges only positions or only
     /// velocities.
     pub(super) fn exchanges(self) -> Option<ColumnKind> {
         match self {
@@ -232,7 +234,8 @@ impl Hypothesis {
         }
     }
 
-    /// A sentence on the fault and its size. `off`: the size in words; `names`: names of its coordinates.
+    /// A sentence on the fault and its size. `off`: the size in words; `names`: names of the coordinates that the fault
+    /// concerns.
     pub fn statement(&self, off: &str, names: &[&str]) -> String {
         let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
         match *self {
@@ -262,7 +265,8 @@ impl Hypothesis {
         }
     }
 
-    /// The remedy for the fault, in words. `value`: its fitted size. `None` for kinds that no claim names.
+    /// The remedy for the fault, in words. `value`: the fitted size of the fault. `None` for kinds of faults that no claim
+    /// names.
     pub(super) fn remedy(&self, value: f64, joints: &[JointResidual]) -> Option<String> {
         let at = |k: usize| &joints[k].coordinate;
         let listed = |list: &str, k: usize| {
@@ -367,8 +371,8 @@ pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis>
     faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
 }
 
-/// The column h of each hypothesis: change of the torques per unit of its size, sample by sample, n numbers per sample. `x`:
-/// the fitted parameters.
+/// The column h of each hypothesis: change of the torques per unit of the size of the fault, sample by sample, n numbers per
+/// sample. `x`: the fitted parameters.
 pub(super) fn columns(
     model: &Model,
     states: &States,

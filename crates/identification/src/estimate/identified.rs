@@ -16,10 +16,10 @@ pub struct Identified {
     pub id: ParameterId,
     /// SI unit of the value.
     pub unit: Unit,
-    /// The identified value; `None` if the data do not determine it.
+    /// The identified value; `None` if the data do not determine the parameter.
     pub value: Option<f64>,
-    /// Standard deviation for correlated residuals, in the unit of the value. Use this one, not `white_sigma`. `None` if not
-    /// known.
+    /// Standard deviation for correlated residuals, in the unit of the value. Use this standard deviation, not `white_sigma`.
+    /// `None` if not known.
     pub sigma: Option<f64>,
     /// Standard deviation under the assumption of an exact model and white noise; too small for real robots. `None` if not
     /// computed.
@@ -32,8 +32,8 @@ pub struct Identified {
     pub status: Status,
     /// The value to use in torque predictions if the parameter is not identifiable; otherwise `None`.
     ///
-    /// It is not a result: many values give the same residual, and this one has the smallest norm. Predictions need it
-    /// because the data determine sums that contain this parameter.
+    /// This value is not a result: many values give the same residual, and this value belongs to the solution with the smallest
+    /// norm. Predictions need it because the data determine sums that contain this parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub used_for_prediction: Option<f64>,
 }
@@ -103,7 +103,7 @@ impl Identified {
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// The value to use in torque predictions; 0 if there is none.
+    /// The value to use in torque predictions; 0 if the parameter has no such value.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
@@ -114,7 +114,7 @@ impl Identified {
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
-    /// The parameter with another value and unchanged standard deviations. If it was not identifiable, it remains so.
+    /// The parameter with another value and unchanged standard deviations. A parameter that is not identifiable remains so.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),
@@ -122,7 +122,8 @@ impl Identified {
         }
     }
 
-    /// The parameter with its standard deviation raised to at least `deviation`; unchanged if it is not identifiable.
+    /// The parameter with its standard deviation raised to at least `deviation`; unchanged if the parameter is not
+    /// identifiable.
     pub fn widened(self, deviation: f64) -> Identified {
         match (self.value, self.deviations()) {
             (Some(value), Some(found)) => {
@@ -134,7 +135,7 @@ impl Identified {
     }
 
     /// The parameter with its standard deviation raised to at least `deviation`. The former standard deviation becomes the
-    /// one for white noise.
+    /// standard deviation for white noise.
     pub(crate) fn widened_beyond_white(self, deviation: f64) -> Identified {
         let white = self.sigma;
         let wide = self.widened(deviation);

@@ -54,9 +54,9 @@ pub struct Fit {
     pub observation: Observation,
     /// The least-squares solution.
     pub solution: Solution,
-    /// Weight of the rows of each joint: 1 / standard deviation of its residual; 1 for ordinary least squares (OLS).
+    /// Weight of the rows of each joint: 1 / standard deviation of the joint's residual; 1 for ordinary least squares (OLS).
     pub weights: Vec<f64>,
-    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
+    /// Robust weights of rows, which depend on the residual of each row; `None` if all rows have equal weight.
     pub robust: Option<Robust>,
     /// Standard deviations of the parameters, for white noise and for several kinds of correlated errors.
     pub deviation: ReplicateDeviation,
@@ -126,7 +126,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        // Statistics of the residuals need the solution. So they need another pass over the records.
+        // Statistics of the residuals need the solution. So these statistics need another pass over the records.
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let robust = by_rows.as_ref().map(|found| found.rows.clone());
         let talk = CrossTalkSums::new(model.n(), robust.clone());
@@ -168,8 +168,8 @@ pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// Adds to the estimate: the bandwidth of each joint (95 % of the velocity's energy is below it), Hz; the cut-off, Hz; and the
-/// options with the cut-off that was used.
+/// Adds to the estimate: the bandwidth of each joint, Hz (95 % of the energy of the velocity is below this frequency); the
+/// cut-off, Hz; and the options with the cut-off that was used.
 pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -190,7 +190,8 @@ fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
-/// A sentence on joints that move too little to be used for the choice of the cut-off frequency; `None` if there are none.
+/// A sentence on joints that move too little to be used for the choice of the cut-off frequency; `None` if there are no such
+/// joints.
 fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
     match names.len() {
@@ -203,14 +204,15 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
     }
 }
 
-/// A remark reports cross talk if the motion of another joint explains more than this share of a joint's squared residual.
-/// Robots with a complete model of the transmission stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
+/// A remark reports cross talk if the motion of another joint explains more than this share of the squared residual of a joint.
+/// Robots with a complete model of the transmission stay below 0.25; a TX40 whose model lacks the coupling of the wrist has
+/// 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
-/// Cross talk is not reported if the residual of the joint, relative to its torque, is below this.
+/// Cross talk is not reported if the residual of the joint, relative to its torque, is below this value.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
-/// Sentences on joints with cross talk: the motion of another joint explains much of their residual. `talk`: one entry per
-/// joint.
+/// Sentences on joints with cross talk: the motion of another joint explains much of the residual of such a joint. `talk`: one
+/// entry per joint.
 fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let loud = talk
         .iter()
@@ -239,13 +241,14 @@ pub fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
-    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (compared as numbers in SI units).
-    // In a motion of unit size, its error would then cause a torque error larger than every torque.
+    // A base parameter is not identifiable if its sigma exceeds the largest torque of the log (compared as numbers in SI
+    // units). In a motion of unit size, an error of this parameter would then change a torque by more than the largest torque.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value. Its entry of x is only used for predictions.
+    // A parameter that the rows do not determine has no value. The entry of x for such a parameter is only used for
+    // predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

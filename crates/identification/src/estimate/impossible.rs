@@ -12,12 +12,12 @@ use nalgebra::Matrix4;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::significant;
 
-/// A parameter is significantly negative if it is below -4 sigma. With normal errors and a dozen parameters near zero, this
-/// happens by chance in fewer than one of a thousand estimates.
+/// A parameter is significantly negative if it is below -4 sigma. With normal errors and a dozen parameters near zero, a
+/// parameter is below -4 sigma by chance in fewer than one of a thousand estimates.
 const NEGATIVE_SIGMAS: f64 = 4.0;
 
-/// A coefficient matrix A counts as positive semidefinite if no eigenvalue is below minus this share of the largest
-/// coefficient of the base parameter. This allows for rounding.
+/// A coefficient matrix A counts as positive semidefinite if no eigenvalue is below minus this share of the largest coefficient
+/// of the base parameter. The small share allows for rounding.
 const NEGATIVE_EIGENVALUE_SHARE: f64 = 1e-9;
 
 /// Sentences on base parameters that are significantly negative although they would be positive or zero for all physically
@@ -43,8 +43,8 @@ fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
 }
 
-/// The matrix A of a body with pseudo-inertia P: tr(A P) = sum_i c(i) phi_i. c: coefficients of its parameters phi = XX XY XZ
-/// YY YZ ZZ MX MY MZ M (i from 0 to 9).
+/// The matrix A of a body with pseudo-inertia P: tr(A P) = sum_i c(i) phi_i. c: coefficients of the body's parameters phi = XX
+/// XY XZ YY YZ ZZ MX MY MZ M (i from 0 to 9).
 fn weights(c: impl Fn(usize) -> f64) -> Matrix4<f64> {
     let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
     let [xx, yy, zz, m] = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];

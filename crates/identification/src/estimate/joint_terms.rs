@@ -30,11 +30,11 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
-/// A term is added only if it multiplies the error E of cross-validation by less than this.
+/// A term is added only if it multiplies the error E of cross-validation by less than this value.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
 /// A Stribeck candidate decays over one of these shares of the joint's largest speed.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
-/// Largest accepted load-friction coefficient (friction torque / load torque): no gear dissipates a larger share of its load.
+/// Largest accepted load-friction coefficient (friction torque / load torque): no gear dissipates a larger share of the load.
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
 /// Regularisation of the fits of cross-validation: share of the squared norm of a column (as in `held_out`).
 const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
@@ -51,7 +51,7 @@ pub struct TakenTerm {
     pub ratio: f64,
 }
 
-/// The chosen friction terms of single joints, and the error of cross-validation without them.
+/// The chosen friction terms of single joints, and the error of cross-validation without these terms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
     /// Relative error of cross-validation without terms of single joints: |W x - y| / |y| with weighted rows W and torques y.

@@ -28,8 +28,8 @@ pub struct LogLeftOut {
     pub log: usize,
     /// Relative error of the prediction by parameters that are fitted to all other logs.
     pub error: f64,
-    /// Part of `error` that the standard deviations of these parameters explain. It is infinite if the other logs determine fewer
-    /// parameters than all logs together do.
+    /// Part of `error` that the standard deviations of these parameters explain. This part is infinite if the other logs
+    /// determine fewer parameters than all logs together.
     pub unsure: f64,
     /// Part of `error` that comes from wrong parameters: sqrt(`error`^2 - own^2). own: relative error with parameters fitted
     /// to this log alone.
@@ -41,8 +41,8 @@ pub struct LogLeftOut {
     pub described: Option<f64>,
 }
 
-/// Computes the errors of each log when it is left out of the fit; empty if there is only one log. `described`: nominal base
-/// parameters.
+/// For each log, computes the errors when this log is left out of the fit; empty if there is only one log. `described`: nominal
+/// base parameters.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
     if logs.is_empty() {
@@ -77,8 +77,8 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
 /// Largest number of logs that a sentence names.
 const MOST_NAMED_LOGS: usize = 8;
 
-/// A sentence with the prediction error of each log, or of the worst ones if there are many; `None` if there is only one log.
-/// `logs`: names of the logs.
+/// A sentence with the prediction error of each log, or only of the worst logs if there are many; `None` if there is only one
+/// log. `logs`: names of the logs.
 pub fn sentence(left_out: &[LogLeftOut], logs: &[String]) -> Option<String> {
     let mut named: Vec<&LogLeftOut> = left_out.iter().collect();
     let which = match named.len() {
@@ -148,8 +148,8 @@ mod tests {
         }
     }
 
-    /// The robot stands at one pose in one log, so this log determines one column only. Its undetermined parameters are no
-    /// contradiction.
+    /// The robot stands at one pose in one log, so this log determines one column only. The undetermined parameters of this log
+    /// are no contradiction.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {

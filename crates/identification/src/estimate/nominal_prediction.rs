@@ -1,7 +1,7 @@
 //! Computes the residual of the nominal base parameters on a log, with friction fitted to this log.
 //!
 //! The fit is tau - Y X = F x_F. Y X: torques of the nominal base parameters X; F: columns of friction and couplings; x_F:
-//! their fitted parameters. The rows are weighted by joint.
+//! fitted parameters of these columns. The rows are weighted by joint.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;

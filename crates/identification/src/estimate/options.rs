@@ -63,7 +63,7 @@ impl Options {
         Options::parse(&file, &text)
     }
 
-    /// Reads options from the YAML text `text`. `file`: its name in error messages.
+    /// Reads options from the YAML text `text`. `file`: name of the file for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
         let mut options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
         if !options.units.is_empty() {
@@ -88,8 +88,7 @@ impl Options {
         Model { scales, springs, ..Model::new(regressor, friction, &self.transmission.coupled()) }
     }
 
-    /// How logs are prepared with these options. If the model has no dry friction, rows of a joint at standstill are kept;
-    /// otherwise they are not used.
+    /// How logs are prepared with these options. Rows of a joint at standstill are used only if the model has no dry friction.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {

@@ -7,20 +7,21 @@ use numerics::least_squares::Solution;
 
 use crate::rows::observation::Observation;
 
-/// A revolute joint has a short range of motion below this, rad. A short range is a reason for large standard deviations,
-/// unless the joint is fast.
+/// A revolute joint has a short range of motion if its range is below this angle, rad. A short range is a reason for large
+/// standard deviations, unless the joint is fast.
 const SHORT_RANGE_RAD: f64 = 0.5;
-/// A prismatic joint has a short range of motion below this, m.
+/// A prismatic joint has a short range of motion if its range is below this length, m.
 const SHORT_RANGE_M: f64 = 0.05;
 
-/// A joint is slow if its largest speed is at most this share of the largest speed of all joints of its kind (revolute or
+/// A joint is slow if its largest speed is at most this share of the largest speed of all joints of the same kind (revolute or
 /// prismatic).
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
-/// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this.
+/// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this value.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// A remark names a parameter of a direction (combination of parameters) if its entry exceeds this; the largest entry is 1.
+/// A remark names a parameter of a direction (combination of parameters) if its entry exceeds this value; the largest entry is
+/// 1.
 const SMALLEST_NAMED_ENTRY: f64 = 0.05;
 /// Largest number of parameters that a sentence names for a direction.
 const MAX_NAMED_MEMBERS: usize = 6;
@@ -28,7 +29,8 @@ const MAX_NAMED_MEMBERS: usize = 6;
 /// Two turns, rad. Few joints of arms turn farther, so a larger angle is more likely a column in degrees.
 pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
-/// For each joint, whether it hardly moves: its range is short, and it is slow compared with the fastest joint of its kind.
+/// For each joint, whether it hardly moves: the range of the joint is short, and the joint is slow compared with the fastest
+/// joint of the same kind.
 pub(crate) fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
@@ -52,7 +54,7 @@ pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// A remark reports a body if its mass differs from its nominal mass by more than this factor.
+/// A remark reports a body if its identified mass and its nominal mass differ by more than this factor.
 const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
 /// A sentence on a body whose mass differs from its nominal mass by a large factor; `None` for other bodies. `known`: the
@@ -124,8 +126,8 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// A sentence with the number of rows of each joint that were left out because the joint stands still; `None` if there are
-/// none.
+/// A sentence with the number of rows of each joint that were left out because the joint stands still; `None` if no rows were
+/// left out.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -177,7 +179,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// A clause that names the joints of these parameters with a short range of motion; empty if there are none.
+/// A clause that names those joints of these parameters that have a short range of motion; empty if no joint has a short range.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

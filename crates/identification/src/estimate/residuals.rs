@@ -45,7 +45,7 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Sums of squares of the measured torque of one joint and of its residual, and the number of rows.
+/// Sums of squares of the measured torque and of the residual of one joint, and the number of rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
     /// Squared torque |tau_j|^2, (N m)^2 or N^2.
@@ -145,7 +145,7 @@ pub(crate) fn write_residuals(
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
     let frequencies = joints.iter().any(|j| j.f95.is_some());
-    // If all joints have the same unit, it is written in the head of the column. Otherwise it follows each number.
+    // If all joints have the same unit, the unit is written in the head of the column. Otherwise the unit follows each number.
     let head = joints.first().map_or(Unit::TORQUE, |j| j.unit);
     let mixed = joints.iter().any(|j| j.unit != head);
     let unit = |unit: Unit| if mixed { format!(" {unit:<3}") } else { String::new() };

@@ -1,6 +1,7 @@
 //! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
 //!
-//! Rows with rotor columns also contain all columns of the rows without them. So one pass over the records is enough for both.
+//! The rows with rotor columns contain all columns of the model without rotor inertias. So one pass over the records is enough
+//! for both.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;

@@ -1,8 +1,8 @@
 //! Chooses the friction model of all joints by cross-validation.
 //!
-//! Each tenth of the record is predicted by a fit to the other tenths. Of the models whose error is within 1 % of the
-//! smallest error, the one with the fewest columns is chosen. The residual of the fit cannot decide, because more columns
-//! always reduce it.
+//! Each tenth of the record is predicted by a fit to the other tenths. Of the models whose error is within 1 % of the smallest
+//! error, the model with the fewest columns is chosen. The residual of the fit cannot decide, because more columns always
+//! reduce this residual.
 
 use std::fmt;
 
@@ -40,14 +40,14 @@ pub struct FrictionSelection {
     pub chosen: usize,
 }
 
-/// Models count as equally good if their error of cross-validation is at most this times the smallest error.
+/// Models count as equally good if their error of cross-validation is at most the smallest error times this factor.
 const EQUIVALENT_ERROR_RATIO: f64 = 1.01;
 
 /// Speed parameters of smooth Coulomb and Stribeck friction, as shares of the largest speed of the fastest joint.
 const FRICTION_SPEED_SHARES: [f64; 4] = [0.003, 0.01, 0.03, 0.1];
 
 /// The default candidates: lists of friction terms. `fastest`: largest speed of the fastest joint, rad/s (m/s); speed
-/// parameters are shares of it.
+/// parameters are shares of this speed.
 ///
 /// Load-dependent friction is no candidate here, because its column contains the torque that is to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {

@@ -4,9 +4,9 @@
 //! ```text
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals,
-//! and if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB, so the
-//! part of e that such a value explains is no evidence:
+//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals, and
+//! if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB. So a part of e
+//! that dry friction in this range explains is no evidence, and it is removed:
 //! ```text
 //! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS      (s is that of e before)
 //! FB = BREAKAWAY_RATIO FS; d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
@@ -48,7 +48,8 @@ impl StandingOut {
         )
     }
 
-    /// The interval whose rows a contact may change, s: longer by the window of the moving mean at both ends.
+    /// The interval whose rows a contact may change, s. It is longer than the found interval by the window of the moving mean
+    /// at both ends.
     pub fn reach(&self) -> [f64; 2] {
         [self.from - WINDOW_S, self.to + WINDOW_S]
     }
@@ -63,14 +64,16 @@ const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
 const LEAST_WINDOW_SAMPLES: usize = 5;
 /// Least length of a record, in half windows of the moving mean. Shorter records are not searched.
 const LEAST_RECORD_HALF_WINDOWS: usize = 20;
-/// A moving mean is an outlier beyond this many robust standard deviations. A normal variable exceeds it once in 5e8 draws.
+/// A moving mean is an outlier if it exceeds this many robust standard deviations. A normal variable exceeds this limit once in
+/// 5e8 cases.
 const OUTLIER_SCALES: f64 = 6.0;
 /// Median absolute value of a standard normal variable.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Largest number of intervals of a joint in a record. If there are more, the model has an error, and no interval is
 /// reported.
 pub const MOST_INTERVALS: usize = 2;
-/// Largest total duration of the intervals of a joint, as a share of the record. If they are longer, no interval is reported.
+/// Largest total duration of the intervals of a joint, as a share of the record. If the total duration is longer, no interval
+/// is reported.
 const LARGEST_LOG_SHARE: f64 = 0.3;
 
 /// Finds the intervals in which the residuals of the parameters x are outliers, in the order of logs and time.
@@ -129,7 +132,7 @@ pub fn merged(mut found: Vec<StandingOut>) -> Vec<StandingOut> {
 
 /// Friction at breakaway divided by Coulomb friction, at most: the Stribeck effect [Armstrong-Helouvry, Dupont, Canudas de Wit 1994].
 const BREAKAWAY_RATIO: f64 = 1.5;
-/// A joint is slow below this share of its RMS speed.
+/// A joint is slow if its speed is below this share of its rms speed.
 const SLOW_SHARE_OF_SPEED: f64 = 0.1;
 
 /// The band of dry friction of joint j. `dry`: N m (N).
@@ -139,7 +142,7 @@ fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
     Band { noise: 0.0, low_speed: 0.0, dry, speed: (SLOW_SHARE_OF_SPEED * rms).max(f64::MIN_POSITIVE) }
 }
 
-/// The residual of a joint, N m (N), and the part of it that dry friction at low speed does not explain.
+/// The residual of a joint, N m (N), and the part of the residual that dry friction at low speed does not explain.
 #[derive(Clone, Debug, Default)]
 struct Residual {
     whole: Vec<f64>,
@@ -147,7 +150,7 @@ struct Residual {
 }
 
 /// Intervals (start in s, end in s, ratio) of one record in which the residual of one joint is an outlier. ratio: largest
-/// moving mean / its robust standard deviation. Empty if there are too many intervals.
+/// moving mean / robust standard deviation of the moving mean. Empty if there are too many intervals.
 fn times(states: &States, residual: &Residual) -> Vec<(f64, f64, f64)> {
     let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
     let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;
@@ -217,7 +220,7 @@ mod tests {
         let push = |t: f64| if t > from && t < to { 0.2 } else { 0.0 };
         let pushed: Vec<f64> = noise.iter().zip(&states.t).map(|(e, t)| e + push(*t)).collect();
         let [(found_from, found_to, ratio)] = times(&pushed)[..] else { panic!("{:?}", times(&pushed)) };
-        // The moving mean extends the push by half a window at both ends.
+        // The moving mean makes the found interval longer than the push, by half a window at both ends.
         assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
         assert!(ratio > OUTLIER_SCALES);
         let reversals: Vec<f64> =

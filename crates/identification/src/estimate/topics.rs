@@ -19,7 +19,7 @@ pub const MOUNT: Topic = Topic("mount");
 pub const SPRING: Topic = Topic("spring");
 /// Inertia of the motor rotor of a joint.
 pub const ROTOR: Topic = Topic("rotor inertia");
-/// Drift of the torque of a joint: it grows from the start to the end of a log.
+/// Drift of the torque of a joint: the torque grows from the start to the end of a log.
 pub const DRIFT: Topic = Topic("drift of the torque");
 /// Delay of the torques relative to the positions.
 pub(crate) const DELAY: Topic = Topic("delay");

@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Use {
-    /// Gravity compensation: torques that hold the robot at rest, at positions within its limits.
+    /// Gravity compensation: torques that hold the robot at rest, at positions within the position limits.
     Gravity,
     /// Feedforward of motions at positions within the limits, up to the speeds of the logs.
     SpeedsSeen,
@@ -64,7 +64,7 @@ pub struct MotionRange {
     pub acceleration: Vec<f64>,
 }
 
-/// The rms error of the predicted torque of one joint, and the rms torque with which it is compared.
+/// The rms error of the predicted torque of one joint, and the rms torque with which this error is compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
@@ -83,11 +83,12 @@ pub struct TorqueError {
     pub of: Use,
     /// Error of each joint, one per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Relative error over all joints, 90 % quantile over random motions. With revolute and prismatic joints, the larger
-    /// value of both kinds.
+    /// Relative error over all joints, as the 90 % quantile over random motions. If a robot has revolute and prismatic joints,
+    /// the larger of the errors of both kinds.
     pub relative: f64,
-    /// The same relative error, but at positions within the range of the logs. `None` unless `relative` (positions within the
-    /// limits) exceeds `SURE_TORQUE` and this error is less than half of it.
+    /// The same relative error, but at positions within the range of the logs. It is given only if `relative` (positions within
+    /// the limits) exceeds `SURE_TORQUE`, and if the error at positions of the logs is less than half of `relative`; otherwise
+    /// `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
@@ -101,8 +102,8 @@ const GRAVITY_REFERENCE_SHARE: f64 = 0.3;
 
 /// Largest number of random states at which the torques of a use are evaluated.
 const MOST_STATES: usize = 200;
-/// Largest number of products in the variances y C y' of all torques (y: row, C: covariance). It limits the number of random
-/// states if there are many parameters.
+/// Largest number of products in the variances y C y' of all torques (y: row, C: covariance). This number limits the number of
+/// random states if there are many parameters.
 const MOST_PRODUCTS: usize = 20_000_000;
 /// Smallest number of random states at which the torques of a use are evaluated.
 const FEWEST_STATES: usize = 30;
@@ -110,12 +111,12 @@ const FEWEST_STATES: usize = 30;
 const STATES_PER_MOTION: usize = 10;
 /// Each random motion covers this share of each joint's range.
 const MOTION_RANGE_SHARE: f64 = 0.5;
-/// If the parameters change by x, a torque changes by y x (y: regressor row). The change counts if |y x| exceeds this share of
-/// sum |y_c x_c|, and if this sum exceeds this number, N m (N). Smaller changes are rounding errors.
+/// Limit for rounding errors. A change x of the parameters changes a torque by y x (y: regressor row). The change of the torque
+/// counts only if |y x| exceeds the sum of |y_c x_c| times this number, and if the sum itself exceeds this number, N m (N).
 const SHOWN_SHARE: f64 = 1e-6;
 /// The reported relative error is this quantile over the random motions.
 const REPORTED_QUANTILE: f64 = 0.9;
-/// The error at positions within the logs is also reported if it is below this share of the error at positions within the
+/// The error at positions within the logs is reported too if it is below this share of the error at positions within the
 /// limits.
 const NEAR_ERROR_SHARE: f64 = 0.5;
 
@@ -134,7 +135,7 @@ impl TorqueError {
     }
 }
 
-/// Uncertainty of the parameters, from several sources. The errors of predicted torques are computed from it.
+/// Uncertainty of the parameters, from several sources. The errors of predicted torques are computed from this uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorContributions<'a> {
     /// Covariance C of the parameters for noise, row by row.
@@ -143,7 +144,7 @@ pub struct ErrorContributions<'a> {
     /// effect is added to the variance.
     pub changes: &'a [Vec<f64>],
     /// Changes of the parameters that single logs cause, one vector per log. For each torque, the sum of the squared effects
-    /// replaces the variance from C if it is larger.
+    /// replaces the variance from C if the sum is larger.
     pub logs: &'a [Vec<f64>],
     /// Changes of the parameters that the logs do not determine, one vector each. A torque that depends on such a change has
     /// an infinite error.
@@ -236,7 +237,8 @@ fn sums(
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            // The transmission removed the scale and the spring of the joint. The measured torque contains both.
+            // The transmission removed the scale and the spring of the joint from the torque. The measured torque contains
+            // both.
             let weight = model.scale(j).powi(2) / count as f64;
             let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
             sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);
@@ -421,8 +423,8 @@ mod tests {
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// A lift has three columns: mass, rotor and offset. In any motion their rank is 2. The rank of the columns of mass and rotor
-    /// alone is 2 too.
+    /// A lift has three columns: mass, rotor and offset. The rank of these columns is 2 in any motion. The rank of the columns
+    /// of mass and rotor alone is 2 too.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
         // A lift with the mass m and the rotor inertia J: tau = m (ddq + g) + J ddq.

@@ -15,13 +15,13 @@ use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::log_check::Change;
 use crate::estimate::options::Options;
 
-/// Numbers in options are rounded to multiples of 1 / this number (four decimals). For an angle in rad this is about a hundredth
-/// of a degree.
+/// Numbers in options are rounded to multiples of 1 / this number (four decimals). For an angle in rad, the rounding is about a
+/// hundredth of a degree.
 const OPTION_ROUNDING: f64 = 1e4;
 
 impl Options {
     /// Returns a copy of these options that also undoes the changes. `columns`: the columns from which the log was read;
-    /// `turns`: for each coordinate, whether it is an angle.
+    /// `turns`: for each coordinate, whether the coordinate is an angle.
     ///
     /// `None` if no option can undo one of the changes.
     pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, turns: &[bool]) -> Option<Options> {
@@ -29,7 +29,7 @@ impl Options {
         changes.iter().all(|change| options.undo(change, columns, turns)).then_some(options)
     }
 
-    /// Extends these options so that they undo one change. Returns false if no option can undo it.
+    /// Extends these options so that they undo one change. Returns false if no option can undo this change.
     fn undo(&mut self, change: &Change, columns: &ColumnNames, turns: &[bool]) -> bool {
         let (Change { of, size }, n) = (*change, turns.len());
         // Wrong signs and exchanges are undone by other names of the columns concerned.
@@ -70,8 +70,8 @@ impl Options {
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
             // The option for units applies to the positions of all joints. If some joints are prismatic, each angle gets the
-            // ratio 180 / pi instead, and the scale of its torque is multiplied by the same number, so that the torque does not
-            // change.
+            // ratio 180 / pi instead, and the scale of the torque of this joint is multiplied by the same number, so that the
+            // torque does not change.
             Degrees if turns.contains(&false) => {
                 let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
                 for list in [&mut transmission.ratios, &mut transmission.scales] {

@@ -65,8 +65,8 @@ pub struct MotionValidation {
     pub name: String,
     /// Relative error |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// Residual of each joint, if the motion was predicted with all parameters of the estimate including its friction;
-    /// otherwise empty.
+    /// Residual of each joint, if the motion was predicted with all parameters of the estimate including friction; otherwise
+    /// empty.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }

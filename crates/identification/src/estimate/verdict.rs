@@ -63,11 +63,10 @@ pub struct BodiesEvidence {
     pub refusal: Option<String>,
     /// For each body with a nominal mass: (name, identified / nominal mass, nominal mass in kg).
     pub masses: Vec<(String, f64, f64)>,
-    /// A sentence that the torques at rest are predicted better by the description than by the bodies; `None` if they are
-    /// not.
+    /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if this is not the case.
     pub at_rest: Option<String>,
-    /// Names of joints whose whole force at rest is counted as weight. An offset of the drive is not separable from the weight
-    /// there.
+    /// Names of joints whose whole force at rest is counted as weight. At these joints, an offset of the drive is not separable
+    /// from the weight.
     pub weighed: Vec<String>,
 }
 
@@ -76,7 +75,7 @@ pub struct BodiesEvidence {
 pub struct Evidence<'a> {
     /// The estimate: parameters with their statuses, residuals, condition number.
     pub estimate: &'a Estimate,
-    /// The check of the fitted (or of the validated) logs before the fit; `None` if it was not made.
+    /// The check of the fitted (or of the validated) logs before the fit; `None` if no check was made.
     pub log_check: Option<&'a LogCheck>,
     /// Relative error |tau - W X| / |tau| of the nominal parameters with fitted friction, on the logs of `total`; `None` if
     /// the description has no inertials.
@@ -99,15 +98,16 @@ pub struct Evidence<'a> {
     pub faults: &'a [HypothesisTest],
 }
 
-/// All masses are wrong by a common factor if the median of their ratios (identified / nominal) exceeds this or is below its
-/// inverse, and if all ratios are near the median.
+/// All masses are wrong by a common factor if the median ratio (identified / nominal mass) is above this value or below the
+/// inverse of this value, and if all ratios are near the median.
 const LARGE_MASS_FACTOR: f64 = 2.5;
-/// A mass ratio is near the median if it differs from it by less than this factor.
+/// A mass ratio is near the median if the two differ by less than this factor.
 const COMMON_FACTOR_TOLERANCE: f64 = 1.6;
 /// Least number of masses to detect a common factor.
 const LEAST_MASSES: usize = 3;
 
-/// Plausible range of the ratio (identified / nominal mass) of a body. A body outside is a reason to refuse all bodies.
+/// Plausible range of the ratio (identified / nominal mass) of a body. If the ratio of one body is outside, all bodies are
+/// refused.
 const PLAUSIBLE_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 /// If the mass of a body changes by at most this share of the mass of the robot, the change is ignored.
@@ -144,8 +144,8 @@ impl Verdict {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        // The residual of the fit says nothing about other logs. So it is not a reason in the verdict on a validation of other
-        // logs.
+        // The residual of the fit says nothing about other logs. So this residual is not a reason in the verdict on a
+        // validation of other logs.
         let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
         let beside = inseparable_parameters(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
@@ -154,7 +154,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for the use called `name`; empty if there are none.
+    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers it.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -224,8 +224,8 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A common factor of all masses is an error of a unit or a gain. Otherwise the mass of a single body counts as a fault,
-    // unless the change is small.
+    // A common factor of all masses is an error of a unit or a gain. Without a common factor, the mass of a single body counts
+    // as a fault, unless the change is small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -248,7 +248,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // The bodies are refused if the nominal parameters predict as well as the identified ones.
+    // The bodies are refused if the nominal parameters predict as well as the identified parameters.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {
@@ -276,7 +276,7 @@ pub fn sentence(claim: &Claim) -> String {
     }
 }
 
-/// The remedy for a claim that lowers the trust, in words; empty if there is none.
+/// The remedy for a claim that lowers the trust, in words; empty if the claim has no remedy.
 pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
@@ -285,8 +285,8 @@ pub fn what_mends(claim: &Claim) -> String {
     }
 }
 
-/// The common factor of all masses compared with the description; `None` if they have none. `ratios`: identified / nominal
-/// mass of each body.
+/// The common factor between all identified and nominal masses; `None` if there is no common factor. `ratios`: identified /
+/// nominal mass of each body.
 fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -296,7 +296,8 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     (sorted.len() >= LEAST_MASSES && is_off && together).then_some(middle)
 }
 
-/// A sentence on the weakest direction (combination of parameters) that the data do not determine; `None` if there is none.
+/// A sentence on the weakest direction (combination of parameters) that the data do not determine; `None` if the data determine
+/// all directions.
 fn inseparable_parameters(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())
@@ -366,7 +367,7 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
+/// Topics whose claims are not listed in the report, because a table, a reason or a remark of the report already states them.
 const TOLD_ELSEWHERE: [Topic; 8] =
     [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
@@ -389,7 +390,7 @@ pub fn claim_line(claim: &Claim) -> String {
     }
 }
 
-/// The table of uses names the worst joint if the relative error of its torque exceeds this.
+/// The table of uses names the worst joint if the relative error of its torque exceeds this value.
 const NAMED_JOINT_ERROR: f64 = 0.02;
 
 impl fmt::Display for Verdict {

@@ -23,19 +23,19 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 /// How Newton's method of the barrier problem ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BarrierStatus {
-    /// The squared Newton decrement fell below its tolerance, or the objective could decrease only by rounding.
+    /// The squared Newton decrement fell below its tolerance, or the objective could decrease only by rounding errors.
     Converged,
     /// The decrement stayed above its tolerance: the line search found no descent because of rounding, or the step limit was
     /// reached.
     Stalled,
 }
 
-/// Newton's method stops if half the squared Newton decrement is below this, nats.
+/// Newton's method stops if half the squared Newton decrement is below this value, nats.
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Largest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 40;
-/// A point counts as near the solution if the squared Newton decrement divided by gamma (weight of the barrier) is below this.
-/// The objective divided by gamma is self-concordant, so Newton's method converges quadratically there.
+/// A point counts as near the solution if the squared Newton decrement divided by gamma (weight of the barrier) is below this
+/// value. The objective divided by gamma is self-concordant, so Newton's method converges quadratically near the solution.
 const NEAR_DECREMENT: f64 = 0.1;
 /// Near the solution, each Newton step must reduce the squared decrement to at most this share. Otherwise the Hessian is too
 /// inaccurate.
@@ -45,13 +45,13 @@ const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
 /// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
-/// objective is below this.
+/// objective is below this value.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
-/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until it is positive definite.
+/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times the
-/// traces of the solution. It also holds for friction parameters up to this many prior standard deviations.
+/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times
+/// the traces of the solution. The bound also holds for friction parameters up to this many prior standard deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.
@@ -150,8 +150,9 @@ impl Problem {
     /// A gamma at which y is near the solution: the first of `least` times 1, 10, 100, .. at which the squared Newton decrement
     /// divided by gamma is at most one.
     ///
-    /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases it by a fixed amount until
-    /// the decrement is below one. From a smaller gamma it would take about chi^2 / gamma steps. [Boyd, Vandenberghe 2004, 9.6.4]
+    /// The objective divided by gamma is self-concordant, so each step of Newton's method decreases this objective by a fixed
+    /// amount until the decrement is below one. From a smaller gamma, Newton's method would take about chi^2 / gamma steps.
+    /// [Boyd, Vandenberghe 2004, 9.6.4]
     pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
@@ -161,14 +162,14 @@ impl Problem {
         gammas.find(|&gamma| decrement(gamma).is_none_or(|d| d <= 1.0)).unwrap_or(least)
     }
 
-    /// Runs Newton's method at one gamma and changes y in place. Returns the number of steps and how they ended.
+    /// Runs Newton's method at one gamma and changes y in place. Returns the number of steps and the reason for the end.
     ///
-    /// The direction comes from the Hessian. If this gives no descent or converges too slowly, A'A is too ill-conditioned
-    /// compared with the barrier, and the direction comes from the rows (QR).
+    /// The direction comes from the Hessian. If this direction gives no descent, or if convergence is too slow, A'A is too
+    /// ill-conditioned compared with the barrier, and the direction comes from the rows (QR).
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, BarrierStatus) {
         let Some(mut value) = self.value(y, gamma) else { return (0, BarrierStatus::Stalled) };
-        // `is_right`: the Hessian is accurate enough, judged by quadratic convergence near the solution. `last`: previous squared
-        // decrement.
+        // `is_right`: whether the Hessian is accurate enough, that is, whether convergence near the solution is quadratic.
+        // `last`: previous squared decrement.
         let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, BarrierStatus::Stalled) };
@@ -213,8 +214,8 @@ impl Problem {
         ((g.dot(&direction), direction), self.direction_by_rows(y, gamma).expect("y is in the cone"))
     }
 
-    /// Line search: the point after a step that is halved until the objective decreases enough, and the objective there. `None`
-    /// if no step is sufficient.
+    /// Line search: halves the step until the objective decreases enough. Returns the point after the step and the objective at
+    /// this point. `None` if no step is sufficient.
     fn down(
         &self,
         y: &DVector<f64>,
@@ -297,10 +298,10 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Following the central path fails if the factor between two successive values of gamma falls below this.
+/// Following the central path fails if the factor between two successive values of gamma falls below this value.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
-/// If a decrease of gamma needs fewer Newton steps than this, the factor between successive values of gamma grows again.
+/// If a decrease of gamma needs fewer Newton steps than this number, the factor between successive values of gamma grows again.
 const MANY_NEWTON_STEPS: usize = 20;
 
 /// The central path: the solution y of the barrier problem as a function of the barrier weight gamma.

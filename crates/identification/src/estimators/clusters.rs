@@ -16,16 +16,16 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
-/// Ridge that is added to A - k A_g, relative to the diagonal of A. It keeps the matrix invertible if A - k A_g contains only
-/// rounding errors.
+/// Ridge that is added to A - k A_g, relative to the diagonal of A. The ridge keeps the matrix invertible if A - k A_g contains
+/// only rounding errors.
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// A cluster: rows that have a common error (for example, all rows of one block of a record).
 pub struct Cluster {
-    /// The columns that have non-zero entries in these rows.
+    /// The columns that have non-zero entries in the rows of the cluster.
     columns: Vec<usize>,
-    /// `gram`: A_g = W_g' W_g. `score`: W_g' e_g. Both have only these columns. W_g, e_g: weighted rows and residuals of the
-    /// cluster.
+    /// `gram`: A_g = W_g' W_g. `score`: W_g' e_g. Both contain only the entries of `columns`. W_g, e_g: weighted rows and
+    /// residuals of the cluster.
     gram: DMatrix<f64>,
     score: DVector<f64>,
 }
@@ -64,7 +64,7 @@ impl Cluster {
 }
 
 impl Cluster {
-    /// A_g = W_g' W_g and W_g' e_g of the cluster. W_g, e_g: its weighted rows and residuals.
+    /// A_g = W_g' W_g and W_g' e_g of the cluster. W_g, e_g: weighted rows and residuals of the cluster.
     pub fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
         (&self.gram, &self.score)
     }
@@ -113,7 +113,7 @@ impl FullNormalMatrix {
                 }
             }
         }
-        // A parameter with a zero column gets a unit diagonal, so that its change is 0.
+        // A parameter with a zero column gets a unit diagonal, so that the change of this parameter is 0.
         (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
         left.cholesky()
     }

@@ -55,10 +55,10 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// 1/2 chi^2 of the data at the solution, divided by the discount, nats. The prior is not included.
     pub objective: f64,
-    /// Suboptimality bound of `objective`, nats, compared with all bodies up to `LARGEST_BOUNDED_RATIO` times as large. `None`
-    /// if the solver stalled.
+    /// Suboptimality bound of `objective`, nats: by how much it can exceed the objective of any bodies up to
+    /// `LARGEST_BOUNDED_RATIO` times as large. `None` if the solver stalled.
     pub excess: Option<f64>,
-    /// Final weight of the prior relative to its full weight. It is 1 if the data do not contradict the prior.
+    /// Final weight of the prior relative to its full weight. This share is 1 if the data do not contradict the prior.
     pub prior_share: f64,
     /// How Newton's method ended.
     pub outcome: BarrierStatus,
@@ -70,7 +70,7 @@ pub struct Consistent {
 /// evaluated.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
 /// If the suboptimality bound is not tight at `BOUND_PRIOR_SHARE` (bodies much larger than their references), the weight of the
-/// prior is decreased further, down to this share. Below it, the rounding of the Hessian dominates.
+/// prior is decreased further, down to this share. Below this share, the rounding of the Hessian dominates.
 const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
 /// The suboptimality bound is tight if it is at most this share of gamma times the number of logarithms in the barrier.
 const TIGHT_BOUND_SHARE: f64 = 0.5;
@@ -88,8 +88,8 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then it
-    // decreases further, by [`PRIOR_SHARE_FACTOR`] a round.
+    // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then gamma
+    // decreases further, by the factor [`PRIOR_SHARE_FACTOR`] in each round.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -282,14 +282,14 @@ mod tests {
             let excess = out.excess.unwrap();
             assert_eq!(out.outcome, BarrierStatus::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // 0.8 = 2 x 4 logarithms x 0.1 nats: once for the allowed excess, once for the bound itself.
+            // 0.8 = 2 x 4 logarithms x 0.1 nats: one half for the allowed excess, one half for the bound itself.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
     }
 
-    /// Data may determine some directions of the parameter space to many digits and others not at all. A'A is then too
-    /// ill-conditioned for f64.
+    /// Data may determine some directions of the parameter space to many digits, and other directions not at all. A'A is then
+    /// too ill-conditioned for f64.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
@@ -340,7 +340,7 @@ mod tests {
         }
     }
 
-    /// The entropic prior does not depend on the frame. If the frames of the body, of its reference and of its data are rotated
+    /// The entropic prior does not depend on the frame. If the frames of the body, the reference body and the data are rotated
     /// and moved in the same manner, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {

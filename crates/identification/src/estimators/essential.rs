@@ -1,8 +1,8 @@
 //! Essential parameters: the smallest set of parameters with nearly the same residual.
 //!
-//! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero. It
-//! continues while this relative standard deviation exceeds `ratio` times the smallest one and the residual norm has grown by
-//! less than `growth`. It needs only the triangle (R of QR) of the rows, not the data.
+//! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero.
+//! Elimination continues while the largest relative standard deviation exceeds `ratio` times the smallest, and while the
+//! residual norm has grown by less than `growth`. Only the triangle (R of QR) of the rows is needed, not the data.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::{Triangle, select};
@@ -47,7 +47,8 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     let full = norm(triangle, &solution);
     let mut growth = 1.0;
     while kept.len() > 1 {
-        // The parameter with the largest relative sigma is the candidate, if this sigma exceeds `ratio` times the smallest.
+        // The candidate is the parameter with the largest relative sigma, if this sigma exceeds `ratio` times the smallest
+        // relative sigma.
         let relative: Vec<f64> = (0..kept.len()).map(|c| relative_sigma(&solution, c)).collect();
         let smallest = relative.iter().copied().fold(f64::INFINITY, f64::min);
         let Some(worst) = (0..kept.len()).max_by(|&a, &b| relative[a].total_cmp(&relative[b])) else { break };

@@ -30,12 +30,13 @@ pub struct Reweighted {
     pub weights: Vec<f64>,
     /// The triangles of the reweighted rows.
     pub observation: Observation,
-    /// For each joint, the share of rows with |u| larger than the bound of the loss. u: residual divided by its scale s_j.
+    /// For each joint j, the share of rows with |u| larger than the bound of the loss. u: residual divided by the scale s_j of
+    /// the residuals of the joint.
     pub outliers: Vec<f64>,
     /// The function that gives the robust weight of a row from its residual.
     pub rows: Robust,
     /// slope = mean w / mean psi' over all rows. w: robust weight, psi: influence function. Standard deviations of a robust fit
-    /// use the scores W' e; there, each residual e is multiplied by slope times w.
+    /// use the scores W' e, in which each residual e is multiplied by slope times w.
     pub slope: f64,
 }
 
@@ -129,12 +130,13 @@ impl Means {
         Ok(means)
     }
 
-    /// mean w / mean psi' (w: robust weight, psi: influence function); 1 if this is not a positive number.
+    /// mean w / mean psi' (w: robust weight, psi: influence function); 1 if the ratio is not a positive number.
     fn slope(&self) -> f64 {
         Some(self.w / self.slope).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
     }
 
-    /// The variance of a robust fit divided by the variance from its weighted rows; 1 if this is not a positive number.
+    /// The variance of a robust fit divided by the variance from the weighted rows of this fit; 1 if the ratio is not a
+    /// positive number.
     fn variance(&self) -> f64 {
         let ratio = self.rows * self.psi_psi * self.w / (self.slope * self.slope * self.psi_u);
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0).unwrap_or(1.0)
@@ -150,8 +152,8 @@ struct Sizes {
     counts: Vec<u32>,
 }
 
-/// The bin number of a float contains the exponent and the 8 highest fraction bits. This is the number of the other fraction
-/// bits.
+/// The bin number of a float contains the exponent and the 8 highest fraction bits. This constant is the number of the other
+/// fraction bits.
 const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {
@@ -239,8 +241,8 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // Huber's estimate has 95 % efficiency. So its difference to least squares has a standard deviation of 0.23 sigma;
-            // four of these are allowed.
+            // Huber's estimate has 95 % efficiency. So the difference between Huber's estimate and least squares has a standard
+            // deviation of 0.23 sigma. Four standard deviations are allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
         // For normal noise, 17.9 % of the residuals are larger than 1.345 sigma. With 800 rows this share has a standard

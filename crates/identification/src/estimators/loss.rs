@@ -29,7 +29,7 @@ impl Loss {
         }
     }
 
-    /// The bound of |u|: for larger |u| the weight is below 1 (Huber) or zero (bisquare).
+    /// The bound of |u|. If |u| is larger, the weight is below 1 (Huber) or zero (bisquare).
     pub fn bound(self) -> f64 {
         match self {
             Loss::Huber => 1.345,

@@ -49,12 +49,12 @@ const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
 /// k in S_g = (A - k A_g)^-1 W_g' e_g (see the module) if the clusters g are bands of speed or position, or logs.
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
-/// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this. Then their mean
-/// is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law, ripple and
-/// play at least 0.5.
+/// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this value. Then
+/// their mean is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
+/// ripple and play at least 0.5.
 const EQUAL_OCTAVES: f64 = 0.5;
-/// Two variances are different if the median |log2(ratio)| is at least this. Then the larger one is used. Between `EQUAL_OCTAVES`
-/// and this, the result is interpolated.
+/// Two variances are different if the median |log2(ratio)| is at least this value. Then the larger variance is used. Between
+/// `EQUAL_OCTAVES` and this value, the result is interpolated.
 const DIFFERENT_OCTAVES: f64 = 1.0;
 
 /// Probability of an error outside the 95 % interval (1.96 sigma).
@@ -81,8 +81,8 @@ pub struct ReplicateDeviation {
     pub moved_by_logs: Vec<Vec<f64>>,
     /// Number of correlated samples that count as one independent sample.
     ///
-    /// It is computed with k = 0 in S_g = (A - k A_g)^-1 W_g' e_g. The correction by k depends on the number of blocks and not on
-    /// the correlation of their samples.
+    /// The number is computed with k = 0 in S_g = (A - k A_g)^-1 W_g' e_g. The correction by k depends on the number of blocks,
+    /// not on the correlation of the samples.
     pub correlated: f64,
 }
 
@@ -94,22 +94,23 @@ impl ReplicateDeviation {
 
     /// The standard deviation of each parameter without changes from log to log.
     ///
-    /// It is the largest of the deviations by blocks, speed and position if they differ, and their mean if they agree. It is at
-    /// least the deviation for white noise.
+    /// If the deviations by blocks, speed and position differ, the largest deviation is taken. If they agree, their mean is
+    /// taken. The result is at least the deviation for white noise.
     pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 
-    /// The standard deviation of parameter c from differences between logs. It is a lower bound, and 0 if there is only one log.
+    /// The standard deviation of parameter c from differences between logs. This value is a lower bound, and 0 if there is only
+    /// one log.
     fn by_log(&self, c: usize) -> f64 {
         self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
 }
 
-/// Combines two standard deviations `above` and `below` of each parameter: the root of the larger variance if they differ, and of
-/// the mean variance if they agree.
+/// Combines two standard deviations `above` and `below` of each parameter. If the variances differ, the result is the root of
+/// the larger variance. If they agree, it is the root of the mean variance.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
     // With too few parameters, the variances count as different.
@@ -123,7 +124,7 @@ fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
 }
 
 /// The median over the parameters of the ratio of two variances, computed from standard deviations. `None` if no parameter has
-/// both.
+/// both deviations.
 fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     let ratio = |(above, below): (&f64, &f64)| Some((above / below).powi(2)).filter(|r| r.is_finite() && *r > 0.0);
     let mut ratios: Vec<f64> = above.iter().zip(below).filter_map(ratio).collect();
@@ -158,7 +159,7 @@ pub fn replicate_deviation(
     let whole = FullNormalMatrix::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
-    // In a robust fit, a residual e counts as slope w e (w: robust weight of its row), so W_g' e_g is multiplied by slope.
+    // In a robust fit, a residual e counts as slope w e (w: robust weight of the row), so W_g' e_g is multiplied by slope.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
@@ -302,8 +303,8 @@ mod tests {
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
-    /// With three estimates of one variance, the largest is about 1.3 times that variance. It is used, because three parameters
-    /// are too few for a comparison.
+    /// With three estimates of one variance, the largest is about 1.3 times that variance. The largest is used here, because
+    /// three parameters are too few for a comparison.
     #[test]
     fn white_noise_stays_white() {
         let [white, by_part, sigma] = calibration(0.0);
@@ -380,7 +381,8 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        // The error is a sine of the phase, so all phases are one draw: the error is near its maximum for a third of the phases.
+        // The error is a sine of the phase, and all phases together are one independent sample. For a third of the phases, the
+        // error is near its maximum.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
         assert!(share(of_white) < 0.6, "{}", share(of_white));

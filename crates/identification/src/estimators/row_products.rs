@@ -4,8 +4,8 @@ use generated::Eight;
 use numerics::reflection::add_products;
 use numerics::row_block::RowBlock;
 
-/// Sums of products of the columns of one joint: the regressor columns on which its torque can depend, and as the last column the
-/// residual or the torque.
+/// Sums of products of the columns of one joint. The columns are the regressor columns on which the torque of the joint can
+/// depend and, as the last column, the residual or the torque.
 #[derive(Clone)]
 pub struct RowProducts {
     places: Vec<usize>,

@@ -1,9 +1,9 @@
 //! Clusters of the rows of each joint by its state: bands of speed (octaves), and bands of position (eighths of its range).
 //!
-//! The octaves of speed cover less than 1/16 up to 1 of the largest speed of the joint. An error of the friction law is equal at
-//! every pass of a speed band. Errors by ripple, load and a compliant base are equal at every pass of a position
-//! (`replicate_deviation`). Each row is in one speed band and in one position band. Its products are summed once, in the cell of
-//! both bands. At the end the cells of each band are summed.
+//! The octaves of speed cover less than 1/16 up to 1 of the largest speed of the joint. An error of the friction law is equal
+//! at every pass of a speed band. Errors by ripple, load and a compliant base are equal at every pass of a position
+//! (`replicate_deviation`). Each row is in one speed band and in one position band. The products of a row are summed once, in
+//! the cell that belongs to both bands. At the end the cells of each band are summed.
 
 use std::sync::Arc;
 
@@ -92,8 +92,8 @@ fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>
 }
 
 impl ResidualSum for StateBands<'_> {
-    /// Successive samples are mostly in one cell (one band of speed and one of position). So each cell that contains one of the
-    /// eight samples gets all eight; samples of other cells have weight zero.
+    /// Successive samples are mostly in the same cell (one band of speed and one of position). So each cell that contains one
+    /// of the eight samples gets all eight; samples that belong to other cells have weight zero.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
@@ -134,7 +134,7 @@ impl StateBands<'_> {
         let speed = dq.abs();
         let by_speed = SPEED_BAND_ENDS.iter().take_while(|&&end| speed > end * self.seen.speed[j]).count();
         let (least, greatest) = self.seen.range[j];
-        // The range of a joint at standstill is zero. This gives NaN, which the cast maps to the first band.
+        // The range of a joint at standstill is zero. The quotient is then NaN, which the cast maps to the first band.
         let by_position = ((POSITION_BANDS as f64 * (q - least) / (greatest - least)) as usize).min(POSITION_BANDS - 1);
         by_speed * POSITION_BANDS + by_position
     }

@@ -20,7 +20,7 @@ pub enum Weights {
     Joint,
     /// As `Joint`, but outliers have smaller weights: robust regression with Huber's loss.
     Huber,
-    /// Starts from the solution of `Huber`. Large outliers have weight zero (Tukey's bisquare loss).
+    /// Starts from the solution of `Huber`, and continues with Tukey's bisquare loss, which gives large outliers weight zero.
     Bisquare,
 }
 
@@ -41,7 +41,7 @@ impl Weights {
         self.choice().word
     }
 
-    /// The choice with this word. `None` if there is none.
+    /// The choice with the word `word`. `None` if no choice has this word.
     pub fn of_word(word: &str) -> Option<Weights> {
         Weights::ALL.into_iter().find(|w| w.word() == word)
     }
@@ -100,7 +100,7 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     if weights != Weights::None {
         for _ in 0..REWEIGHTING_ROUNDS {
-            // Any least-squares solution is sufficient here, because all have the same residuals.
+            // Any least-squares solution is sufficient here, because all solutions have the same residuals.
             let x = weighted(joints, &w).solution();
             w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();
         }
@@ -111,12 +111,12 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
 /// 1 / rms of the residual of a joint, 1/(N m) (1/N); 1 for a joint without rows or without torque.
 fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     let (total, residual) = joint.squares(x);
-    // Without this floor, a residual at the level of rounding would give the joint a huge weight.
+    // Without this lower limit, a residual at the level of rounding would give the joint a huge weight.
     let floor = ROUNDING_SQUARE_SHARE * total;
     if joint.rows == 0 || total == 0.0 { 1.0 } else { (joint.rows as f64 / residual.max(floor)).sqrt() }
 }
 
-/// The relative error |residual| / |total| from the squares of both norms; 0 if the total is 0.
+/// The relative error |residual| / |total|. `total`, `residual`: squared norms. 0 if `total` is 0.
 pub fn relative(total: f64, residual: f64) -> f64 {
     if total > 0.0 { (residual / total).sqrt() } else { 0.0 }
 }

@@ -4,11 +4,11 @@
 //! doubles. So the length of a signal need not be known in advance, and no peak is lost.
 //!
 //! A gap of the log that is longer than two spans is kept. A line of duration D with at most m spans has fewer than m / 2 gaps
-//! longer than 2 D / m. So at least a quarter of the spans is removed even if only neighbours across shorter gaps are merged. If
-//! a value is missing (NaN), the spans keep their times, and a span without any value is a gap too. So lines to which samples of
-//! the same times are added have equal spans.
+//! longer than 2 D / m. So at least a quarter of the spans is removed even if only neighbours across shorter gaps are merged.
+//! If a value is missing (NaN), the spans keep their times, and a span without any value is a gap too. So lines with samples at
+//! the same times have equal spans.
 
-/// Largest number of spans of a drawn line, about one per pixel. With enough samples at least half of them are used.
+/// Largest number of spans of a drawn line, about one per pixel. With enough samples, at least half of these spans are used.
 pub const DRAWN_SPANS: usize = 720;
 
 /// A line over time, stored as spans with smallest and largest values.

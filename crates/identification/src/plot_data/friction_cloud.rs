@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of, sign};
 use linear_model::linear_model::Model;
 
-/// Largest number of grid cells along each axis. With enough points at least half of them are used.
+/// Largest number of grid cells along each axis. With enough points, at least half of these cells are used.
 const MAX_CELLS_PER_AXIS: i64 = 48;
 /// Smallest extent of an axis, in its unit.
 const SMALLEST_AXIS_EXTENT: f64 = 1e-9;
@@ -15,9 +15,9 @@ const LAW_POINTS_PER_SIDE: usize = 60;
 /// Points (speed, torque), thinned by a grid. The cell size grows with the extent of the points.
 #[derive(Clone, Debug, Default)]
 pub struct FrictionCloud {
-    /// The first point (speed, torque) that fell into each cell, by indices of the cell.
+    /// For each cell, by its two indices: the first point (speed, torque) that fell into the cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
-    /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and |torque| so far.
+    /// `size`: exponents k of the cell sizes 2^k along both axes. `range`: largest |speed| and largest |torque| so far.
     size: (i32, i32),
     range: (f64, f64),
 }

@@ -104,7 +104,7 @@ pub struct JointPlotData {
     /// Spectrum of the measured torque: pairs (Hz, N m/sqrt(Hz)).
     pub torque_spectrum: Vec<(f64, f64)>,
     /// Noise of the measured torque: level of its spectrum far above the cut-off, where there is no motion, N m/sqrt(Hz).
-    /// `None` if the log has no content there.
+    /// `None` if the log has no content at these frequencies.
     pub noise: Option<f64>,
     /// Autocorrelation of the residual: pairs (lag in s, rho).
     pub autocorrelation: Vec<(f64, f64)>,

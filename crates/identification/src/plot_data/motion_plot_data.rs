@@ -31,7 +31,7 @@ pub struct MotionPlotData {
     /// Path of the tip in the first period and in the blends (start and end of the motion); `None` if positions of links are
     /// unknown.
     pub tip: Option<EndEffectorPath>,
-    /// The certificate: each limit with the largest value of the motion and its proof.
+    /// The certificate: for each limit, the largest value of the motion and the proof.
     pub certificate: Vec<CertificateRow>,
     /// Further notes on the motion, in sentences.
     pub notes: Vec<String>,
@@ -43,7 +43,7 @@ pub struct MotionPlotData {
     pub lowest: Option<LowestPoint>,
     /// Margins of the certificate (limit minus largest value), and stopping distances; `None` if unknown.
     pub margins: Option<Margins>,
-    /// Whether the certificate was computed from the motion and the model. If false, it was read from a file.
+    /// Whether the certificate was computed from the motion and the model. If false, the certificate was read from a file.
     pub is_found_anew: bool,
 }
 
@@ -83,8 +83,8 @@ pub struct KnownRobot<'a> {
 }
 
 impl MotionPlotData {
-    /// Makes the plot data of an exciting motion that was read from a file, without a model. Certificate and notes are those of
-    /// the file.
+    /// Makes the plot data of an exciting motion that was read from a file, without a model. Certificate and notes are copied
+    /// from the file.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPlotData {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
         MotionPlotData::new(artefact, motion, limits, None).with_certificate_of(artefact)
@@ -171,8 +171,8 @@ impl MotionPlotData {
     }
 }
 
-/// The quantities of a coordinate that are drawn. The torque is drawn only if parameters are known, the power only if it is
-/// also limited.
+/// The quantities of a coordinate that are drawn. The torque is drawn only if parameters are known. The power is drawn only if
+/// it is also limited.
 fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind> {
     let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
     if known.is_some_and(|known| known.parameters.is_some()) {

@@ -14,8 +14,8 @@ use numerics::fft::RealToComplex;
 
 use crate::estimate::options::Options;
 
-/// Two sample times count as equal if their relative difference is smaller. Then the frequencies of bins differ by less than
-/// 1 %.
+/// Two sample times count as equal if their relative difference is smaller than this value. Then the frequencies of bins differ
+/// by less than 1 %.
 const EQUAL_RATE_TOLERANCE: f64 = 0.01;
 
 /// Number of samples of a segment.
@@ -156,7 +156,7 @@ mod tests {
         (0..100_000).for_each(|_| spectrum.push(sigma * random.normal()));
         let expected = (2.0 * sigma * sigma * period).sqrt();
         // There are about eight hundred segments, so the relative error of a squared bin is 1/sqrt(800). The first bin is not
-        // compared: it is lower because the mean is subtracted.
+        // compared, because subtracting the mean lowers it.
         for (hz, root) in &spectrum.density()[1..127] {
             assert!((root / expected - 1.0).abs() < 0.1, "{hz} {root} {expected}");
         }

@@ -14,8 +14,8 @@ use linear_model::states::States;
 /// Names of the components of a torque, in the order of `JointTorque::parts`.
 pub const TORQUE_PART_NAMES: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];
 
-/// Motion and torques of one joint at one sample. Torques are in N m (N), the position in rad (m), its derivatives per s and
-/// s^2.
+/// Motion and torques of one joint at one sample. Torques are in N m (N), the position in rad (m), and the derivatives of the
+/// position in the same unit per s and s^2.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointTorque {
     /// Position, rad (m).
@@ -30,7 +30,7 @@ pub struct JointTorque {
     pub parts: [f64; 4],
     /// The nominal torque with fitted friction; NaN if the description has no inertials.
     pub described: f64,
-    /// Whether the row is used. It is not used at standstill, where stiction may hold the joint.
+    /// Whether the row is used. A row is not used if the joint is at standstill, because stiction may hold the joint.
     pub counts: bool,
 }
 

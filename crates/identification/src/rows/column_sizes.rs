@@ -1,23 +1,25 @@
-//! Computes the typical magnitude of each column of a regressor when all joints move. A column of a record that is much smaller
-//! contains only rounding errors.
+//! Computes the typical magnitude of each column of a regressor when all joints move. If a column of a record is much smaller
+//! than this magnitude, the column contains only rounding errors.
 //!
-//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares scales
-//! columns to unit norm, so without this comparison rounding would determine their parameters.
+//! If a joint is at standstill, its columns are zero up to rounding, about 1e-16 of their typical magnitude. Least squares
+//! scales columns to unit norm, so without this comparison, rounding would determine the parameters of these columns.
 
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a larger
-/// column has at least seven correct digits. If a joint is held at a right angle and the log has six digits, columns that would
-/// be zero at the exact angle are 1e-7 or more. They are small in all blocks, but above this limit, and are kept.
+/// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a
+/// larger column has at least seven correct digits. If a joint is held at a right angle and the log has six digits, columns
+/// that would be zero at the exact angle are 1e-7 or more. Such columns are small in all blocks, but above this limit, and are
+/// kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// Number of random states at which the columns are evaluated.
 const REFERENCE_STATES: usize = 15;
 
-/// The typical magnitude of each base column: its largest entry over the coordinates, as median over random states. In these,
-/// each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median stays finite near a
-/// singularity of a loop, where a column has no upper bound. A state at which no loop closes counts as zero.
+/// The typical magnitude of each base column: the largest entry over the coordinates, as the median over random states. In
+/// these states, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median stays finite
+/// near a singularity of a loop, where a column has no upper bound. At a state at which no loop closes, the magnitude counts as
+/// zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);

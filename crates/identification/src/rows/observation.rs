@@ -27,8 +27,8 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Least number of samples for which threads are started. With fewer samples, starting threads takes longer than they save. A log
-/// of twenty thousand rows has about this number of samples after decimation.
+/// Least number of samples for which threads are started. With fewer samples, starting threads takes longer than the threads
+/// save. A log of twenty thousand rows has about this number of samples after decimation.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
 /// Makes one triangle (R of QR) per joint from the samples in `range`. `weight`: factors of the rows; `None`: all factors are 1.
@@ -70,7 +70,7 @@ fn part_of_rows(
                 }
                 for &place in &model.layout.joints[j].places {
                     for (x, factor) in group[place].0.iter_mut().zip(factors) {
-                        // An unused row may contain NaN, and 0 * NaN is NaN. So its entries are set to zero.
+                        // An unused row may contain NaN, and 0 * NaN is NaN. So the entries of an unused row are set to zero.
                         *x = if factor == 0.0 { 0.0 } else { factor * *x };
                     }
                 }
@@ -102,10 +102,10 @@ pub struct Observation {
     pub speed: Vec<f64>,
     /// Largest magnitude of the torque of each coordinate, N m (N).
     pub effort: Vec<f64>,
-    /// Bandwidth of each coordinate, Hz: 95 % of the energy of its velocity lies below this frequency. The largest value of all
-    /// records.
+    /// Bandwidth of each coordinate, Hz: the frequency below which 95 % of the energy of the velocity lies. Of several records,
+    /// the largest value is taken.
     pub f95: Vec<f64>,
-    /// For each coordinate, the number of samples that are not used because it is at standstill.
+    /// For each coordinate, the number of samples that are not used because the coordinate is at standstill.
     pub still: Vec<usize>,
     /// Cut-off of the low-pass filter in the first record, Hz.
     pub cutoff: f64,
@@ -170,8 +170,8 @@ impl Observation {
         all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
     }
 
-    /// Runs `look` on the records and computes their triangles during its first pass. Returns the result of `look` and the
-    /// triangles. The triangles are `None` if `look` makes no pass.
+    /// Runs `look` on the records. During the first pass of `look`, also computes the triangles of the records. Returns the
+    /// result of `look` and the triangles. The triangles are `None` if `look` makes no pass.
     ///
     /// Fails if a record cannot be read, or if `look` fails.
     pub fn in_one_pass<R: Records + ?Sized, T, E: From<Error>>(
@@ -230,7 +230,7 @@ impl Observation {
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
-    /// Merges each block with the next block of its log. If no log has two blocks, blocks of different logs are merged.
+    /// Merges each block with the next block of the same log. If no log has two blocks, blocks of different logs are merged.
     fn merge_pairs(&mut self) {
         let has_pairs = self.log_of.windows(2).any(|pair| pair[0] == pair[1]);
         let all = std::mem::take(&mut self.parts).into_iter().zip(std::mem::take(&mut self.log_of));

@@ -138,8 +138,8 @@ impl Butterworth {
     }
 }
 
-/// The signals are stored one by one, but the filter has one signal per SIMD lane. This number of rows is transposed at a time
-/// between both forms; so the rows stay in the cache.
+/// The signals are stored one by one, but the filter has one signal per SIMD lane. This many rows are transposed at a time from
+/// one form to the other, so that the rows stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
 /// Copies the samples of the signals from index `first` on into `rows`, one signal per SIMD lane. Returns the filled rows.
@@ -246,8 +246,8 @@ type State = [[f64; SIGNALS_PER_PASS]; 2];
 
 /// Allowed orders of a low-pass.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=20;
-/// The effect of the start of a signal is negligible when it has decayed by this factor. The time for this is the memory of a
-/// filter.
+/// The effect of the start of a signal is negligible when it has decayed by this factor. The memory of a filter is the time of
+/// this decay.
 const FORGOTTEN_EFFECT_RATIO: f64 = 1e12;
 
 /// Number of signals that are filtered together, one per SIMD lane.

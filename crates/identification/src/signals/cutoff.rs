@@ -57,8 +57,8 @@ const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
 /// f95 of a joint is the frequency below which this share of the energy of its velocity lies.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
 
-/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of all joints. In speed this
-/// is a tenth.
+/// A joint counts for f95 if the energy of its velocity is at least this share of the largest energy of all joints. This share
+/// of the energy corresponds to a tenth of the speed.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Largest allowed energy of the filtered acceleration noise, divided by the energy of the acceleration.
@@ -75,8 +75,8 @@ const SLOWEST_CHATTER_HZ: f64 = 10.0;
 /// all joints.
 const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
-/// If the cut-off is lowered because of noise, it is at least this factor times the f95 of all joints together. If it were only 3
-/// times f95, the filter would distort the motion itself.
+/// If the cut-off is lowered because of noise, it is still at least this factor times the f95 of all joints together. With a
+/// factor of only 3, the filter would distort the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
 /// Number of samples per transform: a power of two, about a minute at 1 kHz.
@@ -97,7 +97,7 @@ struct JointEnergy {
     motion: Energy,
     /// Energy of the chatter of the drive, by frequency.
     chatter: Energy,
-    /// Noise factor, rad^2 s^2. Multiplied by f^5 it is the energy of the acceleration noise up to the frequency f, Hz.
+    /// Noise factor, rad^2 s^2. The noise factor times f^5 is the energy of the acceleration noise up to the frequency f, Hz.
     noise: f64,
 }
 
@@ -154,7 +154,7 @@ impl MotionEnergy {
         }
     }
 
-    /// Limits the cut-off to a fifth of the sampling rate of the torques. `period`: time between their samples, s.
+    /// Limits the cut-off to a fifth of the sampling rate of the torques. `period`: time between samples of the torques, s.
     pub(crate) fn sample_efforts(&mut self, period: f64) {
         self.highest = self.highest.min(HIGHEST_CUTOFF_SHARE / period);
     }
@@ -185,7 +185,8 @@ impl MotionEnergy {
         FrequencyContent { f95, cutoff: cutoff.min(noisy.max(MIN_CUTOFF_FREQUENCY_RATIO * self.f95_of_all())) }
     }
 
-    /// Moves the chatter of the drives (fast vibration without change of position) from the motion energy into its own sum.
+    /// Moves the energy of the chatter of the drives (fast vibration without change of position) from the motion energy into a
+    /// separate sum.
     fn set_chatter_apart(&mut self) {
         let largest = self.joints.iter().map(|joint| position_energy(joint.motion.iter())).fold(0.0, f64::max);
         for joint in &mut self.joints {
@@ -194,8 +195,8 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // The lowest 5 % of the fast energy stay in the motion, because they are spectral leakage from the ends of a
-                // record.
+                // The lowest 5 % of the fast energy stay in the motion energy, because this part is spectral leakage from the
+                // ends of a record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());
@@ -213,12 +214,12 @@ impl MotionEnergy {
         quantile(&all, MOTION_ENERGY_SHARE * sum)
     }
 
-    /// Computes the spectrum of the first `count` waiting samples and adds their energy.
+    /// Computes the spectrum of the first `count` waiting samples, and adds the energy of this spectrum to the sums.
     fn transform(&mut self, count: usize) {
         if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
-        // The length has small prime factors, because the transform of a prime length is several times slower.
+        // The length has small prime factors, because the transform of a prime length takes several times longer.
         let of_motion = self.plans.forward(smooth_length(count));
         let of_noise = self.plans.forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);
@@ -307,7 +308,7 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // The motion of this joint at 8 Hz is caused by another joint. It is 0.01 rad peak to peak.
+        // The motion of this joint at 8 Hz is caused by another joint. This motion is 0.01 rad peak to peak.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
@@ -326,8 +327,8 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise energy of one record is known to a few per cent, and its fifth root more accurately. A bin is 0.05 Hz
-            // wide.
+            // The noise energy of one record is known to a few per cent, and the fifth root of this energy more accurately. A
+            // bin is 0.05 Hz wide.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }

@@ -15,7 +15,8 @@ pub struct Differences<'a> {
     t: &'a [f64],
     /// 12 h for each sample from the third to the third last, s. h: mean clock step of the five samples around it.
     twelve_steps: Vec<f64>,
-    /// Indices of samples whose derivative is of second order: two at each end, and those with unevenly spaced neighbours.
+    /// Indices of samples whose derivative is of second order: two samples at each end, and the samples with unevenly spaced
+    /// neighbours.
     uneven: Vec<usize>,
 }
 

@@ -45,8 +45,8 @@ mod tests {
     use experiments::simulate::dynamics::RegressorDynamics;
     use random::Random;
 
-    /// The expected torque noise is computed from the spectrum of white position noise: the rms of its second derivative below
-    /// the cut-off, times the inertia.
+    /// The expected torque noise is computed from the spectrum of white position noise: the rms of the second derivative of
+    /// this noise below the cut-off, times the inertia.
     #[test]
     fn it_is_the_noise_of_the_acceleration() {
         let (rate, n, noise) = (100.0, 2000, 1e-4);
@@ -70,8 +70,8 @@ mod tests {
         // `expected`: rms per sample of a white torque noise (up to half the sampling rate) with the same density as the torque
         // noise below the cut-off.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
-        // About a hundred bins determine the sum, so the sum of squares has an error of 10 %, and its root an error of 5 %. Four
-        // times this is allowed.
+        // About a hundred bins determine the sum. So the sum of squares has an error of 10 %, and the root of the sum an error
+        // of 5 %. Four times this error is allowed.
         assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
     }
 }

@@ -27,7 +27,7 @@ use crate::signals::velocity_check::check_velocity;
 
 /// The signals of a log at the joints, after the transmission between log and joints was applied.
 pub struct JointSignals {
-    /// The log from which the signals come. Only its time is used; its other series were moved into the fields below.
+    /// The log from which the signals come. Only its time is used; the other series were moved into the fields below.
     pub log: Log,
     /// Positions, rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
@@ -92,7 +92,7 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        // If the rows come from two sources, velocities and positions may not belong together. The log check reports such rows.
+        // If the rows come from two sources, velocity and position may not belong together. The log check reports such rows.
         let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
         if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
@@ -180,7 +180,7 @@ impl Pass {
 /// It is at least the cut-off of the torques. The noise of dq grows with f^(3/2); with a higher cut-off, encoder steps would
 /// change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
-/// If the cut-off of the low-pass before sign(dq) is above this share of the sampling rate, the velocity is not filtered.
+/// The velocity is not filtered if the cut-off of the low-pass before sign(dq) is above this share of the sampling rate.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
 
 /// The low-passes for the signals of a log.
@@ -208,7 +208,7 @@ impl Filters {
             true => (REVERSAL_CUTOFF_RATIO * effort_cutoff).min(MAX_REVERSAL_CUTOFF_SHARE / period).max(effort_cutoff),
             false => REVERSAL_CUTOFF_RATIO * effort_cutoff,
         });
-        // If the sampling rate is too low for this cut-off, the velocity is not filtered.
+        // If the sampling rate is too low for the cut-off `wide`, the velocity is not filtered.
         let reversal = if wide < HIGHEST_FILTER_CUTOFF_SHARE / period { pass(wide)? } else { Pass(None) };
         Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
     }
@@ -265,7 +265,7 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal, filtered; `None` if it must be differentiated. Fails if it is requested as measured but absent.
+    /// The measured signal, filtered; `None` if it must be differentiated. Fails if a requested signal is absent.
     fn measured(&self, wish: Velocity, measured: CoordinateSeries, name: &str) -> Result<CoordinateSeries, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
@@ -294,7 +294,7 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // The memory of each velocity is freed as soon as its direction is computed.
+        // The memory of each velocity is freed as soon as the direction is computed.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }
@@ -320,7 +320,7 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
     }
 }
 
-/// Least number of samples for a second thread. With fewer samples the start of a thread takes longer than it saves.
+/// Least number of samples for a second thread. With fewer samples, starting the thread takes longer than the thread saves.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
 /// The times of the uniform clock to which the signals are resampled, s. `None`: the signals keep their own clock. `places`: rows

@@ -18,11 +18,11 @@ const HIGHEST_MOTION_BIN_DIVISOR: usize = 5;
 /// Frequencies above 1/4 of the sampling rate (upper half of the band) contain only noise.
 const LOWEST_NOISE_BIN_DIVISOR: usize = 4;
 
-/// A joint with a smaller range of positions, rad (m), is at rest. Its positions contain only noise.
+/// A joint is at rest if its range of positions is below this value, rad (m). The positions then contain only noise.
 pub(crate) const REST_RANGE: f64 = 1e-3;
 
-/// A joint whose range is below this many standard deviations of its position noise is also at rest. A million samples of noise
-/// have a range of only ten standard deviations.
+/// A joint is also at rest if its range is below this many standard deviations of its position noise. A million samples of
+/// noise have a range of only ten standard deviations.
 pub(crate) const REST_RANGE_SIGMAS: f64 = 20.0;
 
 /// The range of positions: highest minus lowest position, rad (m).
@@ -31,11 +31,12 @@ pub(crate) fn excursion(q: &[f64]) -> f64 {
     high - low
 }
 
-/// The frequencies at which the joint moves (as bit patterns, Hz), each with the energy of the velocity there, rad^2/s (m^2/s).
-/// `period`: time between samples, s.
+/// The frequencies at which the joint moves (as bit patterns, Hz), each with the energy of the velocity at this frequency,
+/// rad^2/s (m^2/s). `period`: time between samples, s.
 pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let n = fft.len();
-    // The line through both end points is subtracted, because the transform continues the signal periodically. So it has no jump.
+    // The line through both end points is subtracted. Then the signal has no jump where the transform continues it
+    // periodically.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
     let mut spectrum = fft.make_output_vec();
@@ -55,7 +56,7 @@ pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) ->
 
 /// The variance of the noise of a position, rad^2 (m^2), from the middle of the record.
 ///
-/// The window function is flat at its ends [Harris 1978]. So the ends of the block cause no leakage in the upper half of the
+/// The window function is flat at both ends [Harris 1978], so the ends of the block cause no leakage into the upper half of the
 /// band.
 pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     let n = fft.len();
@@ -108,8 +109,8 @@ pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
 
-/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. Multiplied by f^5 it is the energy of the noise of n accelerations up
-/// to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2; `count`: n; `period`: sample time h, s.
+/// The noise factor (2 pi)^4 sigma^2 n h^2 / 5, rad^2 s^2. The noise factor times f^5 is the energy of the noise of n
+/// accelerations up to the frequency f, Hz. `variance`: sigma^2 of a position, rad^2; `count`: n; `period`: sample time h, s.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }

@@ -28,8 +28,8 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    /// A copy that uses the frequency content of the logs. If the options have no cut-off, it gets the default cut-off of the
-    /// content.
+    /// A copy that uses the frequency content `content` of the logs. If the options have no cut-off, the copy gets the default
+    /// cut-off that follows from the content.
     pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
         if self.signal.order > 0 {
             self.signal.cutoff.get_or_insert(content.cutoff);
@@ -38,7 +38,7 @@ impl Preparation {
         self
     }
 
-    /// Adds the motion of a log, or of a block of a log, to `energy`. It is computed from the positions of the joints.
+    /// Adds the motion of a log, or of a block of a log, to `energy`. The motion is computed from the positions of the joints.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
         if log.report.clock.gaps == 0 {
             return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
@@ -50,7 +50,7 @@ impl Preparation {
         Ok(())
     }
 
-    /// A copy with the frequency content of these logs together, so that all have the same default cut-off.
+    /// A copy with the frequency content of all these logs together, so that all logs have the same default cut-off.
     ///
     /// Fails if a log does not fit the transmission.
     pub fn for_logs(&self, logs: &[Log]) -> Result<Preparation, Error> {
@@ -80,7 +80,8 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// The states of a log, one record for each segment between gaps. Unlike `states`, it returns an empty list if no sample remains.
+/// The states of a log, one record for each segment between gaps. If no sample remains, the result is an empty list, whereas
+/// `states` fails.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: Log,
@@ -157,7 +158,8 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
             "the signals exceed the range of floating-point numbers; look for absurd values in the log",
         ));
     }
-    // The external force that moves a prescribed coordinate is unknown. So its motion is used, but its torque row is not.
+    // The external force that moves a prescribed coordinate is unknown. So the motion of this coordinate is used, but its
+    // torque row is not.
     states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());

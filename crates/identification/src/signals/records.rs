@@ -15,7 +15,7 @@ use crate::signals::preparation::{Preparation, of_log, states, states_or_none};
 use crate::signals::seldom::sample_period;
 use crate::signals::thinned::{SecondReader, ThinnedSamples};
 
-/// Records in a fixed order. An estimator can iterate over them several times.
+/// Records in a fixed order. An estimator can iterate over the records several times.
 pub trait Records {
     /// Calls `take` with the states of each record in order.
     ///
@@ -57,7 +57,7 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbours, s. In this time the effect of the start of the filter decays.
+    /// Time by which a block overlaps its neighbouring blocks, s. In this time, the effect of the start of the filter decays.
     overlap: f64,
 }
 
@@ -81,8 +81,8 @@ impl<'a> SourceRecords<'a> {
         self.sources.iter().any(|source| matches!(source, RecordSource::Streamed(..)))
     }
 
-    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and for their states,
-    /// bytes.
+    /// Makes the records of logs with limited memory. `held`: largest memory for logs of several blocks and for the states of
+    /// these logs, bytes.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -107,7 +107,7 @@ impl<'a> SourceRecords<'a> {
                         if is_whole {
                             left -= bytes;
                             blocks += 1;
-                            // The copy uses memory that the signals of this block have freed, which avoids fragmentation of the
+                            // The copy uses memory that the signals of this block have freed. This avoids fragmentation of the
                             // memory.
                             records.extend(of_block.iter().cloned());
                         }
@@ -122,7 +122,7 @@ impl<'a> SourceRecords<'a> {
     }
 }
 
-/// Largest memory for long logs and their states, bytes. With working memory the total is 700 MiB.
+/// Largest memory for long logs and their states, bytes. Together with the working memory, 700 MiB are used.
 const MAX_HELD_BYTES: usize = 1 << 29;
 
 /// A copy of `preparation` with the frequency content of all logs together, from which the default cut-off follows.
@@ -148,7 +148,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// Prepares a log for reading in blocks. The decimation is fixed here, so that it is equal in all blocks.
+    /// Prepares a log for reading in blocks. The decimation is fixed here, so that all blocks have the same decimation.
     fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -273,8 +273,8 @@ mod tests {
                 // The effect of the start of the filter has decayed to 1e-12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // A streamed log has about fifty clusters of rows instead of twenty, because each of its blocks is divided. So
-                // its sigma differs.
+                // A streamed log has about fifty clusters of rows instead of twenty, because each block of the stream is
+                // divided. So the sigma of a streamed log differs.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total.unwrap() / held.total.unwrap() - 1.0).abs() < 1e-9);
@@ -348,8 +348,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // The default cut-off is twenty times the frequency of a bin. The bins of the whole log (30 s) are 1/30 Hz wide. The bins
-        // of its segments before and after the gap are 1/12 and 1/18 Hz wide.
+        // The default cut-off is twenty times the frequency of a bin. The bins of the whole log (30 s) are 1/30 Hz wide. The
+        // bins of the segments before and after the gap are 1/12 and 1/18 Hz wide.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }
@@ -377,7 +377,7 @@ mod tests {
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };
         let (rest, repeated) = (held.rest, held.repeated);
-        // The clock step of a segment differs from the step of the whole in the last digits only.
+        // The clock step of a segment differs from the clock step of the whole log in the last digits only.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
         let refresh = held.refresh;
         let counts = LogReport { clock, rest, repeated, refresh, ..streamed.clone() };

@@ -6,8 +6,8 @@ const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
 /// rounded to the next smaller one.
 const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
-/// Times in steps of `period`, s, from the first time of `t` up to at most its last time. `None` if this gives fewer than two
-/// times, or too many.
+/// Times in steps of `period`, s, from the first time of `t` up to at most the last time of `t`. `None` if this gives fewer
+/// than two times, or too many.
 pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
     let steps = ((last - first) / period * (1.0 + WHOLE_PERIOD_MARGIN)).floor();
@@ -15,8 +15,8 @@ pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// Interpolates the samples x at times t linearly at the times `at`. Before and after t it returns the first or last sample. `t`
-/// and `at` must increase.
+/// Interpolates the samples x at times t linearly at the times `at`. Before the first time of t, the result is the first
+/// sample; after the last time, the last sample. `t` and `at` must increase.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

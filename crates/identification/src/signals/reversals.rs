@@ -19,8 +19,8 @@
 
 use linear_model::friction::terms::{FrictionTerm, sign};
 
-/// The mean direction of each row, from -1 to 1: the mean sign of the velocity v over the cell of the row, half a sample before
-/// and after it.
+/// The mean direction of each row, from -1 to 1: the mean sign of the velocity v over the cell of the row (half a sample before
+/// and after the row).
 pub fn directions(v: &[f64]) -> Vec<f64> {
     let mean = |a: f64, b: f64| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) };
     let direction = |i: usize| match v.get(i.wrapping_sub(1)..i + 2) {
@@ -54,18 +54,19 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
-/// If |b - a| of a velocity interval is below this share of w (width of the smooth jump), the mean of tanh(v/w) over it is taken
-/// as the value in the middle. For such an interval, the difference quotient has a larger rounding error than this approximation.
+/// A velocity interval is narrow if its length |b - a| is below this share of w (width of the smooth jump). The mean of
+/// tanh(v/w) over a narrow interval is taken as the value in the middle, because the difference quotient would have a larger
+/// error from rounding.
 const NARROW_INTERVAL_RATIO: f64 = 1e-3;
 
-/// The mean of a function f of the velocity over the cell of each row (half a sample before and after it). `mean(a, b)`: mean of
-/// f over the velocities from a to b.
+/// The mean of a function f of the velocity over the cell of each row (half a sample before and after the row). `mean(a, b)`:
+/// mean of f over the velocities from a to b.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..v.len()).map(|i| cell_mean(v, i, &mean)).collect()
 }
 
-/// The mean of a function of the velocity over the cell of row i: the average of its means over the half cell before and the half
-/// cell after the sample.
+/// The mean of a function of the velocity over the cell of row i: the average of two means, over the half cell before the
+/// sample and over the half cell after it.
 fn cell_mean(v: &[f64], i: usize, mean: impl Fn(f64, f64) -> f64) -> f64 {
     let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
     let after = 0.5 * (v[i] + v[(i + 1).min(v.len() - 1)]);
@@ -85,8 +86,8 @@ fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The sum over the cells, in samples, is the time of forward motion minus the time of backward motion. It does not depend on
-    /// the position of the samples.
+    /// The sum over the cells, in samples, is the time of forward motion minus the time of backward motion. The sum does not
+    /// depend on where the samples are.
     #[test]
     fn a_reversal_is_where_it_is() {
         for shift in [0.0, 0.13, 0.5, 0.77] {

@@ -23,7 +23,8 @@ pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
     (places.len() > 1).then_some(places)
 }
 
-/// Two flags: whether the positions of a log have a lower sampling rate than its rows, and whether the torques have.
+/// Two flags: whether the positions have a lower sampling rate than the rows of the log, and whether the torques have a lower
+/// sampling rate than the rows.
 pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
     let (refresh, period) = (&log.report.refresh, log.report.clock.period);
     [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]

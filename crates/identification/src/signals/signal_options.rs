@@ -20,7 +20,7 @@ pub struct Signal {
     /// Rate of the uniform clock for resampling, Hz. `None`: a log with a uniform clock is not resampled, and another log gets
     /// its mean rate.
     pub rate: Option<f64>,
-    /// Whether the log keeps its own clock, even if this is not uniform.
+    /// Whether the log keeps its own clock, even if this clock is not uniform.
     pub own_clock: bool,
     /// Source of the velocities dq.
     pub velocity: Velocity,
@@ -91,8 +91,8 @@ pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 const LONGEST_DELAY_S: f64 = 1.0;
 /// Default number of samples per period of the cut-off.
 const SAMPLES_PER_CUTOFF_PERIOD: f64 = 10.0;
-/// Margin that is added to a number of samples before rounding down. The clocks of two logs differ in the last digits; with the
-/// margin, a whole number is rounded to the same number for both.
+/// Margin that is added to a number of samples before rounding down. The clocks of two logs differ in the last digits. With the
+/// margin, a whole number of samples is rounded to the same number for both logs.
 const WHOLE_SAMPLE_MARGIN: f64 = 1e-6;
 /// Default time dropped at each end if velocities are differentiated, in periods of the cut-off.
 const DIFFERENTIATED_BORDER_PERIODS: f64 = 3.0;
@@ -103,7 +103,7 @@ const MEMORY_MARGIN_SAMPLES: f64 = 8.0;
 ///
 /// Otherwise fails; the message states the expected range.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
-    // For NaN this is false too.
+    // For NaN, the comparison is false too.
     let is_possible = seconds.abs() < LONGEST_DELAY_S;
     is_possible.then_some(seconds).ok_or_else(|| {
         format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY_S} and {LONGEST_DELAY_S} are expected")
@@ -124,8 +124,8 @@ impl Signal {
         self.decimate.unwrap_or(by_cutoff).max(1)
     }
 
-    /// Time dropped at each end of a record, s. The filter extrapolates the signal there, and differentiation doubles the error.
-    /// `cutoff`: Hz.
+    /// Time dropped at each end of a record, s. The filter extrapolates the signal at the ends, and differentiation doubles the
+    /// error. `cutoff`: Hz.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { DIFFERENTIATED_BORDER_PERIODS } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
@@ -145,10 +145,10 @@ impl Signal {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Velocity {
-    /// The measured signal if the log has it, else the derivative.
+    /// The measured signal if the log has it, otherwise the derivative.
     #[default]
     Auto,
-    /// The measured signal. It is an error if the log does not have it.
+    /// The measured signal. A log without this signal is an error.
     Measured,
     /// The derivative, even if the log has the measured signal.
     Differentiated,

@@ -7,25 +7,25 @@
 
 use std::ops::Range;
 
-/// A joint is at standstill if it stays within [`STANDSTILL_BAND`] for this time, s.
+/// A joint is at standstill if its position stays within [`STANDSTILL_BAND`] for this time, s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
 /// Width of the position band of a standstill, rad (m): the path that is covered in [`STANDSTILL_SPAN_S`] at 1e-3 rad/s (m/s).
-/// This is called the speed of the band.
+/// This speed is called the speed of the band.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// A reversal with constant acceleration from speed v to -v in the time T has its turning point at the distance this factor times
-/// v T.
+/// A reversal with constant acceleration goes from speed v to -v in the time T. Its path to the turning point is v T times this
+/// factor.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
 /// Least path of a reversal to its turning point, divided by the path with constant acceleration. A shorter path is a standstill.
 const LEAST_DEPTH_SHARE: f64 = 0.6;
 
-/// A position is near the turning point if its distance from it is at most this share of the whole path.
+/// A position is near the turning point if the distance between them is at most this share of the whole path.
 const TURNING_PATH_SHARE: f64 = 0.25;
 
-/// Largest share of its time that a reversal spends near the turning point: half for constant acceleration, plus a margin for
-/// other accelerations. With a larger share it is a standstill.
+/// A reversal spends at most this share of its time near the turning point: half for constant acceleration, plus a margin for
+/// other accelerations. A motion with a larger share is a standstill.
 const REVERSAL_TIME_SHARE: f64 = 0.6;
 
 /// For each sample of a position q, rad (m), whether the joint is at standstill. `period`: time between samples, s.
@@ -54,7 +54,8 @@ pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     still
 }
 
-/// The number of samples from the start of q for which the position stays within the band; 0 if this is less than `span`.
+/// The number of samples from the start of q for which the position stays within the band; 0 if this number is less than
+/// `span`.
 fn stay(q: &[f64], span: usize) -> usize {
     if (q[span - 1] - q[0]).abs() > STANDSTILL_BAND {
         return 0;
@@ -79,7 +80,7 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     let depth = |x: f64| sign * x;
     let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
     let bottom = q.iter().map(|x| depth(*x)).fold(f64::INFINITY, f64::min);
-    // The path to the turning point, from the end of the range that is nearer to it.
+    // The path to the turning point, from the first or the last sample, whichever is nearer to the turning point.
     let path = depth(first).min(depth(last)) - bottom;
     let expected = CONSTANT_ACCELERATION_DEPTH * STANDSTILL_BAND * q.len() as f64 / span as f64;
     if path < LEAST_DEPTH_SHARE * expected {
@@ -89,8 +90,9 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     within(TURNING_PATH_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
-/// Finds the joints that are at standstill in all samples, sets their rates to zero and their positions to the mean, and returns
-/// `used`. Otherwise noise would determine parameters that depend only on the motion of these joints. `n`: number of joints.
+/// Finds the joints that are at standstill in all samples, and returns `used`. The velocities and accelerations (`rates`) of
+/// these joints are set to zero, and their positions to the mean. Otherwise noise would determine parameters that depend only
+/// on the motion of these joints. `n`: number of joints.
 pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
     let samples = used.len() / n.max(1);
@@ -123,7 +125,7 @@ mod tests {
         // The reversal at 2 s is not a standstill. Start and end of the swing are slow and are not checked.
         assert_eq!(moving(120..280), 160);
         assert_eq!(moving(300..400), 0);
-        // At ten times the speed of the band there is no standstill, nor in a record shorter than the span.
+        // At ten times the speed of the band there is no standstill. There is none in a record shorter than the span either.
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));

@@ -57,7 +57,7 @@ pub(crate) struct SecondReader {
 }
 
 impl SecondReader {
-    /// Runs one pass. `each`: iterates over the states of all records; they are passed on to `take`.
+    /// Runs one pass. `each`: iterates over the states of all records; `take`: receives these states.
     pub(crate) fn pass(
         &self,
         each: impl FnOnce(&mut dyn FnMut(&States)) -> Result<(), Error>,

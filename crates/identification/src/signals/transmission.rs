@@ -20,7 +20,7 @@ use crate::signals::joint_signals::JointSignals;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transmission {
-    /// Gear ratio of each joint: motor angle divided by joint angle, with sign. It applies to the torques too.
+    /// Gear ratio of each joint: motor angle divided by joint angle, with sign. The ratios apply to the torques too.
     pub ratios: Option<Vec<f64>>,
     /// Off-diagonal entries of R: (motor, joint, entry). Motors and joints are counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
@@ -57,7 +57,7 @@ pub struct TransmissionElement {
 }
 
 impl TransmissionElement {
-    /// The reason why the element is invalid for a robot of n joints, as text. `None` if it is valid.
+    /// The reason why the element is invalid for a robot of n joints, as text. `None` if the element is valid.
     fn fault(&self, n: usize) -> Option<String> {
         let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
         let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
@@ -80,8 +80,8 @@ impl TransmissionElement {
 }
 
 impl Transmission {
-    /// The coupled motors, then the elements (springs, cables, bearings). A motor occurs once, with all joints that turn it. All
-    /// have columns in the model.
+    /// The coupled motors, then the elements (springs, cables, bearings). A motor occurs once, with all joints that turn it.
+    /// All motors and elements have columns in the model.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
         let mut motors: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
@@ -110,7 +110,7 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets and springs may be zero. The other numbers may not, because they multiply or divide the torque.
+        // Offsets and springs may be zero. The other numbers must not be zero, because they multiply or divide the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -143,8 +143,8 @@ impl Transmission {
         Ok(())
     }
 
-    /// The matrix R (gear ratios and couplings), n x n, and its inverse. The inverse is `None` if the positions of the log are
-    /// those of the joints.
+    /// The matrix R (gear ratios and couplings), n x n, and its inverse. The inverse is `None` if the positions in the log are
+    /// positions of the joints.
     fn matrices(&self, n: usize) -> Result<(DMatrix<f64>, Option<DMatrix<f64>>), Error> {
         self.check(n)?;
         let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
@@ -159,7 +159,7 @@ impl Transmission {
         Ok((matrix, (!self.joint_side_positions).then_some(inverse)))
     }
 
-    /// R^-1, row by row: the joint angles per motor angle. Its transpose maps torques of joints to torques of motors.
+    /// R^-1, row by row: the joint angles per motor angle. The transpose of R^-1 maps torques of joints to torques of motors.
     ///
     /// Fails if a list does not have n entries, or if R is singular.
     pub fn joints_per_motor(&self, n: usize) -> Result<Vec<Vec<f64>>, Error> {
@@ -231,9 +231,9 @@ impl Transmission {
     }
 }
 
-/// The angles of the joints, rad, without jumps by whole turns. The positions in the log had jumps removed by turns of the motor,
-/// and one turn of a joint is many turns of its motor. So jumps by one turn of the joint are removed here. `to_joint`: R^-1;
-/// `None`: q belongs to the joints already.
+/// The angles of the joints, rad, without jumps by whole turns. When the log was read, jumps were removed from its positions by
+/// whole turns of the motor. But one turn of a joint is many turns of its motor. So jumps by one turn of the joint are removed
+/// here. `to_joint`: R^-1; `None`: q belongs to the joints already.
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);

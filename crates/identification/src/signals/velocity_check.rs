@@ -5,15 +5,15 @@
 
 use logs::{Error, GAP_PERIODS};
 
-/// Number of time spans into which a log is divided, in each of which position and velocity are compared.
+/// Number of time spans into which a log is divided. Position and velocity are compared in each span.
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// If the slope differs from a conversion factor between two units by at most this relative distance, the message names this
-/// unit.
+/// The error message names the wrong unit if the slope differs from the factor between two units by at most this relative
+/// distance.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
-/// A joint is not checked if its largest change of position over a span is smaller than this, rad (m).
+/// A joint is not checked if its largest change of position over a span is smaller than this value, rad (m).
 const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
 /// Slopes of the fit in this range can be explained by noise, and are accepted.
@@ -47,7 +47,7 @@ pub(crate) fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
-        // A joint is not checked if it hardly moves or its velocity is noise.
+        // A joint is not checked if it hardly moves, or if its velocity is noise.
         if largest < SMALLEST_CHECKED_CHANGE
             || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
             || PLAUSIBLE_SLOPES.contains(&slope)
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn units_and_signs() {
         check(1.0, 1.0, 1.0).unwrap();
-        // Without motion there is no comparison.
+        // If the joint does not move, position and velocity are not compared.
         check(1e-3, 1.0, 1.0).unwrap();
         for (position, velocity, clock, expected) in [
             (57.29578, 1.0, 1.0, "positions in degrees"),

@@ -1,4 +1,4 @@
-//! An experiment: a motion with its record, which is cut to the samples that are used.
+//! An experiment: a motion and its record. The record is cut to the samples that are used.
 
 use std::ops::Range;
 
@@ -22,8 +22,8 @@ pub struct SpectralExperiment {
 }
 
 impl SpectralExperiment {
-    /// Cuts a record to the time windows of the motion. The record must start with the motion. `None` if it is shorter than the
-    /// motion or has another number of coordinates.
+    /// Cuts a record to the time windows of the motion. The record must start with the motion. `None` if the record is shorter
+    /// than the motion or has another number of coordinates.
     pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
         let windows: Vec<Range<usize>> = trajectory.windows();
         let end = windows.iter().map(|w| w.end).max()?;
@@ -61,8 +61,9 @@ impl SpectralExperiment {
         }
     }
 
-    /// Finds the joint whose position scatters most: its index, and the standard deviation of its samples about their mean
-    /// period divided by the standard deviation of the mean period. `None` for a sweep and for a single period.
+    /// Finds the joint with the largest relative scatter of its position. Returns the index of the joint and the relative
+    /// scatter: the standard deviation of the samples about the mean period, divided by the standard deviation of the mean
+    /// period. `None` for a sweep and for a single period.
     pub fn scatter(&self) -> Option<(usize, f64)> {
         let period = self.period()?;
         let of = |k: usize| {
@@ -109,7 +110,7 @@ impl NoiseLevels {
     }
 
     /// The rms of a noise level over the experiments, weighted by degrees of freedom. `level` computes the noise level of a
-    /// series and its degrees of freedom; its arguments are the series, the experiment and the period in samples.
+    /// series and the degrees of freedom. The arguments of `level` are the series, the experiment and the period in samples.
     fn pooled(
         experiments: &[SpectralExperiment],
         level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
@@ -139,11 +140,12 @@ impl NoiseLevels {
     }
 }
 
-/// Margin that is added to frequency times period before it is rounded down to a number of harmonics. Without it, rounding
-/// errors could turn an integer product into the next smaller integer.
+/// Margin that is added to the product frequency times period before this product is rounded down to a number of harmonics.
+/// Without the margin, rounding errors could turn an integer product into the next smaller integer.
 const WHOLE_HARMONIC_MARGIN: f64 = 1e-9;
 
-/// Number of harmonics with a frequency up to `f`, Hz. The limit is what `period` samples can resolve. `h`: sample time, s.
+/// Number of harmonics with a frequency up to `f`, Hz, but at most the number that `period` samples can resolve. `h`: sample
+/// time, s.
 pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
     ((f * (period as f64 * h) + WHOLE_HARMONIC_MARGIN) as usize).min(period.saturating_sub(1) / 2)
 }
@@ -188,8 +190,8 @@ mod tests {
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
         assert_eq!(experiment.len(), 4000);
         let levels = NoiseLevels::measured(&[experiment]).unwrap();
-        // With 3600 degrees of freedom, the relative standard error of a standard deviation is 1.2 %. The tolerance is five of
-        // these.
+        // With 3600 degrees of freedom, the relative standard error of a standard deviation is 1.2 %. The tolerance is five
+        // standard errors.
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
         let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();

@@ -43,7 +43,7 @@ pub struct JointSpectrum {
     /// Number N of recorded samples.
     pub samples: usize,
     /// Derivative of row j of the regressor Y with respect to the acceleration of joint l, at the centre of the motion:
-    /// `acceleration[l][c]` for parameter c. It converts position noise of joint l into torque noise.
+    /// `acceleration[l][c]` for parameter c. This derivative converts position noise of joint l into torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     pub(crate) sample_time: f64,
@@ -82,8 +82,8 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: number of the experiment; `motion`: its
-/// [`mean_period`].
+/// The spectra of the moving joints of a periodic experiment. Empty for a sweep. `index`: number of the experiment; `motion`:
+/// the [`mean_period`] of the experiment.
 pub(crate) fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
@@ -100,7 +100,8 @@ pub(crate) fn joint_spectra(
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
-    // Each moving joint has one spectrum. A locked joint has none, because its friction is not identifiable.
+    // Each moving joint has one spectrum. A locked joint has no spectrum, because the friction of a locked joint is not
+    // identifiable.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {
@@ -140,7 +141,8 @@ impl JointSpectrum {
         self.frequency.resize(count + quadratures(f, current).count(), f);
     }
 
-    /// Sets `rows` to the spectra of the regressor columns of this joint. `columns`: their values over one period, N m per unit.
+    /// Sets `rows` to the spectra of the regressor columns of this joint. `columns`: values of the columns over one period, N m
+    /// per unit.
     pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
         self.rows = self.rows_of(columns, 1);
         let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
@@ -223,12 +225,14 @@ impl JointSpectrum {
             .collect()
     }
 
-    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2. It includes a known load.
+    /// The diagonal entry of the inertia matrix for this joint at the centre of the motion, kg m^2. The entry includes a known
+    /// load.
     pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
         self.felt(self.joint, parameters)
     }
 
-    /// The entry of the inertia matrix in the row of this joint and the column of joint l, kg m^2. It includes a known load.
+    /// The entry of the inertia matrix in the row of this joint and the column of joint l, kg m^2. The entry includes a known
+    /// load.
     fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
         let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
         along(parameters) + along(&self.load)
@@ -255,7 +259,7 @@ impl JointSpectrum {
     }
 }
 
-/// If x is below this, the correction factor of [`hold`] is 1 up to rounding.
+/// If x is below this value, the correction factor of [`hold`] is 1 up to rounding.
 const SMALLEST_HOLD_ANGLE: f64 = 1e-8;
 
 /// The rows of a Fourier coefficient c at frequency `f`: its real part and its imaginary part. At frequency zero there is one

@@ -165,8 +165,8 @@ fn narrow_by_load(experiments: &[SpectralExperiment]) -> Option<String> {
         .then(|| "the intervals of this method are too narrow where a load gives the gains: [method=rist-mh]".into())
 }
 
-/// Warning for the user if the estimated friction drifts more than the friction of any drive. Then friction explains an effect
-/// that the model lacks.
+/// Warning for the user if the estimated friction drifts more than friction does in any drive. Such a drift shows that friction
+/// terms explain an effect that the model lacks.
 fn drifting(found: &HarmonicEstimate) -> Option<String> {
     let percent = 100.0 * found.drift_spread;
     (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
@@ -214,7 +214,7 @@ fn with_paper_rows(
     let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
     let solution = paper_estimate(&blocks, &periodic, &samples, PaperWeights::Noise);
     estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
-    // Friction that leaks into the rows raises their residual. So the standard deviations are inflated.
+    // Friction that leaks into the rows raises the residual of the rows. So the standard deviations are inflated.
     let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
     for (i, base) in regressor.parameters().iter().enumerate() {
         let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();
@@ -242,7 +242,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // If the model lacks effects, their contribution `lacked` to the standard deviation is added.
+        // If the model lacks effects, `lacked` (the standard deviation that they cause) is added to the standard deviation.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -347,8 +347,8 @@ fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Resul
     gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
-/// A sentence for the user if gains are unknown. It names the source of the common scale of gains and parameters: known gains
-/// or a load.
+/// A sentence for the user if gains are unknown. The sentence names the source of the common scale of gains and parameters:
+/// known gains or a load.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),

@@ -21,18 +21,18 @@ use numerics::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::signals::butterworth::Butterworth;
 
-/// Number of samples dropped at each end of a motion. The circular differences are wrong there, because they treat the start as
-/// the sample after the end.
+/// Number of samples dropped at each end of a motion. The circular differences are wrong at the ends, because they treat the
+/// start as the sample after the end.
 const BORDER_SAMPLES: usize = 30;
 /// Largest number of samples of a plotted torque.
 const SAMPLES_PER_PLOT: usize = 400;
 /// Order of the low-pass for positions and torques.
 const LOW_PASS_ORDER: usize = 4;
-/// Largest lag of the autocorrelation, in samples. These samples are half a period of the cut-off apart.
+/// Largest lag of the autocorrelation, in thinned samples. Successive thinned samples are half a period of the cut-off apart.
 const LARGEST_LAG: usize = 50;
 /// Half of the 95 % interval of a normal variable, in standard deviations.
 const INTERVAL_SIGMAS: f64 = 1.96;
-/// Numbers of a plot are rounded to multiples of 1 / this, which is finer than a pixel.
+/// Numbers of a plot are rounded to multiples of 1 / `PLOT_ROUNDING`, which is finer than a pixel.
 const PLOT_ROUNDING: f64 = 1e4;
 
 /// Measured and predicted torques of one joint in one motion, N m (N), over time, s. `friction`: columns of asymmetric
@@ -79,7 +79,8 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            // A motion with fewer than four thinned samples (one per half period of the cut-off) has no lag. It does not count.
+            // A motion with fewer than four thinned samples (one per half period of the cut-off) gives no autocorrelation and
+            // does not count.
             not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }

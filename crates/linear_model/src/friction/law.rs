@@ -109,7 +109,7 @@ mod tests {
             let h = 1e-7;
             let difference = (law.torque(v + h, tau) - law.torque(v - h, tau)) / (2.0 * h);
             // The third derivative of G is up to 2 F / w^3 = 1e7. So the central difference with the step h has an error of
-            // 1e-7 from its term in h^2, plus rounding of 1e-16 / h.
+            // 1e-7 from the term in h^2, plus a rounding error of 1e-16 / h.
             assert!((law.slope(v, tau) - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{v}");
         }
         assert!((law.slope(0.0, 0.0) - law.slope_at_rest()).abs() < 1e-12);

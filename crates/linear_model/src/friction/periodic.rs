@@ -6,9 +6,9 @@
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
-//! The viscous columns are max(v, 0) and min(v, 0), smoothed in the same manner: w/2 ln(1 + exp(2 v/w)), and v minus this. If
-//! the controller makes the joint chatter at rest, w is large: the sign alternates there, and its mean over the periods is a
-//! smooth sign.
+//! The viscous columns are max(v, 0) and min(v, 0), smoothed in the same manner: v+ = w/2 ln(1 + exp(2 v/w)) and v- = v - v+.
+//! If the controller makes the joint chatter at rest, w is large: the sign of the velocity alternates at rest, and the mean of
+//! this sign over the periods changes smoothly with the velocity.
 //!
 //! Without the mean over the cell, the sign at the samples would shift every reversal by up to half a sample. Coulomb friction
 //! would then have the phase of the acceleration. The mean over the cell has no such shift, and the recorded torque is also a
@@ -22,7 +22,7 @@
 
 use crate::parameter::FrictionParameter;
 
-/// The choice of the friction columns of a joint, with the velocities in them.
+/// The choice of the friction columns of a joint, with the velocities that occur in these columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
     /// Velocity w over which the sign changes, rad/s.
@@ -80,8 +80,8 @@ impl FrictionShape {
     }
 }
 
-/// If the change of the velocity in a cell, divided by 2 w, is below this, the velocity is constant in the formula. The rounding
-/// of the quotient would be larger than the effect of the change.
+/// If |a h / (2 w)| is below this value, the velocity counts as constant in the cell, because the rounding error of the
+/// quotient would be larger than the effect of the acceleration.
 const SMALL_CELL_CHANGE: f64 = 1e-3;
 
 /// s+: mean of (1 + tanh((v + a s)/w))/2 over times s in [-h/2, h/2]. v: velocity, a: acceleration, h: sample time, w: velocity

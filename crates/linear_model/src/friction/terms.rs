@@ -5,12 +5,13 @@
 //!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) in addition to Coulomb friction, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque. Since tau is on both sides of the equation, a small residual is no
-//!   evidence for this term. It is used for diagnosis only, never for the comparison of models;
+//! - load: FL |tau| sign(dq), tau: measured torque. Since tau is on both sides of the equation, a small residual is no evidence
+//!   for this term. It is used for diagnosis only, never for the comparison of models;
 //! - rotor inertia IA ddq, for regressors without this parameter.
 //!
 //! Terms of a single joint, which cross-validation chooses:
-//! - load: FL |Y x0| sign(dq), Y x0 the torque of the bodies predicted by an earlier fit x0. So tau is on one side only;
+//! - load: FL |Y x0| sign(dq), Y x0: the torque without friction, predicted by an earlier fit x0. So the measured torque tau is
+//!   on one side of the equation only;
 //! - Stribeck, with a speed for this joint;
 //! - viscous asymmetry: FVA |dq|;
 //! - root: FR sqrt(|dq|) sign(dq).
@@ -60,8 +61,8 @@ impl JointTerm {
         }
     }
 
-    /// The entry of its column at one sample. `load`: torque without friction, predicted by an earlier fit, N m (N); `direction`:
-    /// sign of dq, possibly filtered.
+    /// The entry of the column of the term at one sample. `load`: torque without friction that an earlier fit predicts, N m
+    /// (N); `direction`: sign of dq, possibly filtered.
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
         match self {
@@ -103,7 +104,8 @@ impl FrictionTerm {
     /// The default terms: viscous friction, Coulomb friction and offset.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
-    /// Reads a term from its word: `viscous`, `stribeck=0.1` with the speed in rad/s; `load@2` is the term of joint 2 only.
+    /// Reads a term from its word in text: `viscous`, `stribeck=0.1` with the speed in rad/s; `load@2` is the term of joint 2
+    /// only.
     ///
     /// Fails if there is no such term; the message lists the words.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
@@ -127,7 +129,7 @@ impl FrictionTerm {
             };
             return Ok(At(number, term));
         }
-        // A word without @ is a term of all joints, followed by its speed if it has one.
+        // A word without @ is a term of all joints. If the term has a speed, the speed follows the word.
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -178,7 +180,7 @@ impl FrictionTerm {
         }
     }
 
-    /// The parameters of the term in joint j, counted from 0. Empty if it is a term of another joint.
+    /// The parameters of the term in joint j, counted from 0. Empty if the term belongs to another joint.
     #[inline]
     pub fn parameters_of(self, j: usize) -> &'static [FrictionParameter] {
         match self {
@@ -187,7 +189,7 @@ impl FrictionTerm {
         }
     }
 
-    /// Whether it is a term of a single joint (and not of all joints).
+    /// Whether the term belongs to a single joint (and not to all joints).
     #[inline]
     pub fn is_of_one_joint(self) -> bool {
         matches!(self, At(..))
@@ -202,7 +204,7 @@ impl FrictionTerm {
 
     /// Whether the columns must be computed from lightly filtered velocities and then filtered like the torques.
     ///
-    /// This is needed for a column that is neither linear in velocity and acceleration nor equal to the direction.
+    /// A column needs this computation if it is neither linear in velocity and acceleration nor equal to the direction.
     #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)

@@ -12,9 +12,10 @@ use crate::base::field::{DIGITS, Residue, short_ratio};
 
 /// The arguments of sines and cosines in a graph of expressions that are rational multiples of one symbol.
 pub(crate) struct GraphAngles {
-    /// Argument -> (symbol, power): the point (cos, sin) of the argument is this power of the point w of the symbol divided by D.
+    /// Argument -> (symbol, power). w: point (cos, sin) of the angle symbol / D. The point of the argument is w raised to this
+    /// power.
     powers: BTreeMap<Expr, (Symbol, u128)>,
-    /// Symbol -> the common denominator D of the ratios with which it occurs.
+    /// Symbol -> the common denominator D of the ratios with which the symbol occurs.
     common: BTreeMap<Symbol, u128>,
     /// Bits of a constant (f64) that is a product of two other constants -> the product of their field elements.
     products: BTreeMap<u64, Residue>,
@@ -46,19 +47,19 @@ impl GraphAngles {
     }
 
     /// The element of the finite field for a constant x of the graph. If x is a product of two constants, it is the product of
-    /// their elements.
+    /// the elements of these constants.
     pub(crate) fn number(&self, x: f64) -> Residue {
         self.products.get(&x.to_bits()).copied().unwrap_or_else(|| Residue::number(x))
     }
 
-    /// (symbol, power) of an argument of a sine or cosine: its point (cos, sin) is this power of the point of symbol / D, D the
-    /// common denominator. `None` if the argument is no rational multiple of one symbol.
+    /// (symbol, power) of an argument of a sine or cosine. The point (cos, sin) of the argument is the point of the angle
+    /// symbol / D raised to this power; D: common denominator. `None` if the argument is no rational multiple of one symbol.
     pub(crate) fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
         self.powers.get(&argument).copied()
     }
 
-    /// (symbol, n, d) of an argument of a sine or cosine: it is n/d times the symbol. `None` if it is no rational multiple of one
-    /// symbol.
+    /// (symbol, n, d) of an argument of a sine or cosine that equals n/d times the symbol. `None` if the argument is no
+    /// rational multiple of one symbol.
     pub(crate) fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
         let &(symbol, power) = self.powers.get(&argument)?;
         Some((symbol, power, self.common[&symbol]))
@@ -70,7 +71,8 @@ impl GraphAngles {
 const FACTOR_DIGITS: usize = 12;
 
 /// The constants of a graph that are products of two other constants and have more digits than a double holds: bits -> field
-/// element. They occur if two joints follow one coordinate: the torque of a body then contains the product of their ratios.
+/// element. Such constants occur if two joints follow one coordinate: the torque of a body then contains the product of the
+/// ratios of these joints.
 fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     let constant = |node: &Node| if let Node::Constant(x) = node { Some(*x) } else { None };
     let is_short = |x: &f64| short_ratio(*x, FACTOR_DIGITS).is_some();

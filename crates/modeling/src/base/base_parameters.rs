@@ -1,10 +1,10 @@
 //! The base parameters: the smallest set of parameters that determines the torque, each with the parameters that it absorbs.
 //!
 //! tau = D X = D_base X_base, X: standard parameters, D: their regressor. The columns of D_base are columns of D. From left to
-//! right (links in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the columns
-//! kept before it. This is decided in a finite field if the loops allow it ([`crate::base::exact_rank`]), otherwise numerically
-//! ([`crate::base::rank`]). A dropped column is a combination of kept columns, D_d = sum_k beta_kd D_k, so its parameter is added
-//! to the parameters of these columns:
+//! right (links in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA), a column is kept if it is independent of the
+//! columns kept before it. Independence is decided in a finite field if the loops allow it ([`crate::base::exact_rank`]),
+//! otherwise numerically ([`crate::base::rank`]). A dropped column is a combination of kept columns, D_d = sum_k beta_kd D_k,
+//! so its parameter is added to the parameters of these columns:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
@@ -44,16 +44,16 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Standard parameters whose columns in the regressor are so weak that no motion excites them, although for almost every
-    /// other robot of this structure they are identifiable. They are omitted.
+    /// Standard parameters whose columns in the regressor are so weak that no motion excites the parameters, although these
+    /// parameters are identifiable for almost every other robot of this structure. They are omitted.
     pub weak: Vec<WeakParameter>,
     /// The rank of the regressor (number of base parameters) and the evidence for it.
     pub rank: Rank,
     /// The constants that rules and coefficients may name, with their values in m or rad: symbols of the robot's file, and
     /// numbers named by their place (`d3`, `alpha5`). The value of a number is its magnitude.
     pub constants: Vec<(String, f64)>,
-    /// The reason why there are no base parameters; `None` if there are. With a reason, `base` holds the standard parameters, not
-    /// regrouped.
+    /// The reason why there are no base parameters; `None` if there are base parameters. With a reason, `base` holds the
+    /// standard parameters, not regrouped.
     pub refused: Option<UnclearRank>,
     /// The data from which [`BaseParameters::rules`] writes the regrouping rules.
     pub(crate) sources: RuleSources,
@@ -62,15 +62,15 @@ pub struct BaseParameters {
 /// A base parameter: a standard parameter plus multiples of the parameters that it absorbs.
 #[derive(Clone, Debug)]
 pub struct BaseParameter {
-    /// Name as in SYMORO: `XXR2` if the parameter absorbs others, `MY2` if not. Without gravity, the name of a first moment
-    /// contains the length through which it acts: `D2MXR4`.
+    /// Name as in SYMORO: `XXR2` if the parameter absorbs others, `MY2` if it absorbs no other parameter. Without gravity, the
+    /// name of a first moment contains the length through which it acts: `D2MXR4`.
     pub name: String,
     /// Index of the column that is kept for this parameter, in the standard regressor D.
     pub column: usize,
     /// The summands: first the standard parameter itself, then the parameters that it absorbs, in the order of their columns.
     pub terms: Vec<Term>,
-    /// Norm of the component of its regressor column that is independent of the columns before it, divided by the norm of the
-    /// largest column. It bounds the contribution of the parameter to the torque.
+    /// Norm of that component of the parameter's regressor column that is independent of the columns before it, divided by the
+    /// norm of the largest column. This share bounds the contribution of the parameter to the torque.
     pub share: f64,
 }
 
@@ -79,8 +79,8 @@ pub struct BaseParameter {
 pub struct WeakParameter {
     /// Index of the parameter's column in the standard regressor D.
     pub column: usize,
-    /// Norm of the omitted component of its regressor column, divided by the norm of the largest column in the torque of the same
-    /// joint.
+    /// Norm of the omitted component of the parameter's regressor column, divided by the norm of the largest column in the
+    /// torque of the same joint.
     pub share: f64,
 }
 
@@ -104,13 +104,13 @@ impl BaseParameters {
         self.base.is_empty()
     }
 
-    /// The regrouping rules as text, one per base parameter. They name standard parameters if that is short, otherwise also other
-    /// regrouped parameters.
+    /// The regrouping rules as text, one per base parameter. If rules in standard parameters are short, they are used;
+    /// otherwise the rules also name other regrouped parameters.
     pub fn rules(&self) -> Rules {
         self.sources.short(&self.columns())
     }
 
-    /// The regrouping rules as text, in standard parameters only; `None` if they have more than a million summands.
+    /// The regrouping rules as text, in standard parameters only; `None` if the rules have more than a million summands.
     pub fn expanded_rules(&self) -> Option<Rules> {
         self.sources.expanded(&self.columns())
     }
@@ -169,9 +169,9 @@ impl Derivation<'_> {
         Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
     }
 
-    /// Determines the base parameters of `regressor`. If they are refused although all numbers are finite, the result holds the
-    /// standard parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the standard parameters are
-    /// right at any rank.
+    /// Determines the base parameters of `regressor`. If base parameters are refused although all numbers are finite, the
+    /// result holds the standard parameters without regrouping ([`BaseParameters::refused`]). Results that follow from the
+    /// standard parameters are right at any rank.
     ///
     /// Fails if a torque is not finite, or if the loops never close.
     pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
@@ -182,8 +182,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. Functions that need
-/// no base parameters use them.
+/// The standard parameters without regrouping, in the form of base parameters, with the reason `refused`. They are for
+/// functions that need no base parameters.
 fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
@@ -199,7 +199,7 @@ fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
 }
 
-/// The kept columns, the relations of the dropped columns to them, and the evidence for the rank.
+/// The kept columns, the relations between dropped and kept columns, and the evidence for the rank.
 struct Settled {
     scan: Scan,
     regrouping: Regrouping,
@@ -238,7 +238,7 @@ fn settled(
     };
     let ColumnChoice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
-    // Finds the coefficients beta of each dropped column and compares them with numeric coefficients.
+    // Finds the coefficients beta of each dropped column, and compares these coefficients with numeric coefficients.
     let mut related = |scan: Scan, weak: &[usize]| {
         let points = closed.as_ref().map(|closed| &closed.points);
         let regrouping = regrouping(derivation, regressor, standard, &scan, points);
@@ -270,7 +270,8 @@ fn settled(
     Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
-/// Counts the relations between columns by their evidence: exact, checked at general points of the finite field, or numeric.
+/// Counts the relations between columns by the evidence for the relation: exact, checked at general points of the finite field,
+/// or numeric.
 fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
@@ -288,7 +289,8 @@ fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, 
     }
 }
 
-/// (name, value) of the named constants of the regressor. A number is listed once for each place in the robot's file that has it.
+/// (name, value) of the named constants of the regressor. A number that the robot's file has at several places is listed once
+/// for each place.
 fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
     let symbols = regressor.graph().symbols().iter();
     let constant = |(name, kind): &(String, SymbolKind)| match kind {
@@ -311,17 +313,17 @@ struct ColumnChoice {
     /// Ok if the numeric scan is clear-cut: the smallest distance of a kept column (from the span of the columns before it) is
     /// much larger than the largest distance of a dropped column.
     is_clear: Result<(), UnclearRank>,
-    /// The columns to keep: the columns that are independent in the finite field if their numeric distances are clearly above
-    /// rounding. If the field has no result, the numeric columns.
+    /// The columns to keep. These are the independent columns of the finite field, if the numeric distances of these columns
+    /// are clearly above rounding. If the field has no result, these are the numerically independent columns.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
-    /// The columns that are independent in the finite field; empty if it has no result.
+    /// The columns that are independent in the finite field; empty if the field has no result.
     columns: Vec<usize>,
 }
 
-/// Chooses the columns to keep: the independent columns of the finite field if there is a result, otherwise the numeric ones.
-/// `exact(stand_out, expected)` determines the rank in the field; `stand_out` says whether the numeric distances of given columns
-/// are clearly above rounding.
+/// Chooses the columns to keep: the independent columns of the finite field if the field has a result, otherwise the
+/// numerically independent columns. `exact(stand_out, expected)` determines the rank in the field; `stand_out` says whether the
+/// numeric distances of given columns are clearly above rounding.
 fn choice(
     triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
@@ -331,8 +333,8 @@ fn choice(
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    // The numeric scan has one threshold for all robots. Columns that were chosen in the finite field may have distances (from
-    // the span of the columns before them) below it, if these are still clearly above rounding.
+    // The numeric scan has one threshold for all robots. The distance of a column from the span of the columns before it may be
+    // below this threshold if the column was chosen in the finite field and its distance is clearly above rounding.
     let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());

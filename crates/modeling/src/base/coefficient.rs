@@ -57,7 +57,8 @@ impl Coefficient {
         self.terms.is_empty()
     }
 
-    /// The coefficient for an expression in named constants. `None` if it is no Laurent polynomial, such as a division by a sum.
+    /// The coefficient for an expression in named constants. `None` if the expression is no Laurent polynomial, such as a
+    /// division by a sum.
     pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {
@@ -163,8 +164,8 @@ impl Coefficient {
         Displayed { coefficient: self, name }
     }
 
-    /// The summands of the coefficient, each as a coefficient. If [`double_angle`] writes the sum as one product, there is only
-    /// this summand.
+    /// The summands of the coefficient, each as a coefficient. If [`double_angle`] writes the sum as one product, the only
+    /// summand is the whole sum.
     pub(crate) fn summands(&self) -> Vec<Coefficient> {
         if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
@@ -228,7 +229,7 @@ const FRACTION_DENOMINATORS: [i128; 7] = [1, 2, 4, 8, 16, 1000, 1_000_000];
 /// Upper bound of the numerators that [`short_fraction`] accepts.
 const MAX_FRACTION_NUMERATOR: f64 = 1e9;
 
-/// The ratio of small integers that equals `x` exactly; `None` if there is none.
+/// The ratio of small integers that equals `x` exactly; `None` if there is no such ratio.
 fn short_fraction(x: f64) -> Option<Ratio> {
     FRACTION_DENOMINATORS.into_iter().find_map(|d| {
         let n = x * d as f64;

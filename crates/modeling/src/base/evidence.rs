@@ -12,14 +12,14 @@ pub struct Rank {
     pub numeric: usize,
     /// The rank of the regressor in a finite field, where no tolerance is needed.
     pub exact: ExactRank,
-    /// Smallest distance of a kept column from the span of the columns before it, relative to the norm of this column.
+    /// Smallest distance of a kept column from the span of the columns before it, divided by the norm of the kept column.
     pub smallest_kept: f64,
     /// Largest distance of a dropped column from the span of the kept columns, relative to the norm of this column. For a zero
-    /// column it is its norm relative to the norm of the largest column.
+    /// column: the norm of the column, relative to the norm of the largest column.
     pub largest_dropped: f64,
-    /// Bound of the torque error |D_base X_base - D X| that one parameter causes because weak columns are not kept. It is the
-    /// largest component of a column that its relation to the kept columns omits, divided by the largest column in the torque
-    /// of the same joint.
+    /// Bound of the torque error |D_base X_base - D X| that one parameter causes because weak columns are not kept. The
+    /// relation of a dropped column to the kept columns omits a component of the column. The bound is the largest such
+    /// component, divided by the largest column in the torque of the same joint.
     pub left_out: f64,
     /// Number of relations between columns that are proven in the robot's symbols.
     pub exact_relations: usize,
@@ -30,24 +30,24 @@ pub struct Rank {
     pub numeric_relations: usize,
 }
 
-/// The rank of a regressor in a finite field, or the reason why it is not known.
+/// The rank of a regressor in a finite field, or the reason why this rank is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExactRank {
     /// The rank of a robot without passive joints, whose coordinates are all free.
     Free(usize),
     /// The rank of a robot with loops, at states that close the loops in the finite field (`base/closed`).
     Closed {
-        /// The rank at these states.
+        /// The rank at these closed states.
         rank: usize,
         /// Whether other assemblies of the loops have other independent columns.
         other_assemblies: bool,
     },
-    /// The rank is not known, for this reason.
+    /// The rank is not known. The reason is given.
     Unknown(NoCertificate),
 }
 
 impl ExactRank {
-    /// The rank in the finite field; `None` if it is not known.
+    /// The rank in the finite field; `None` if this rank is not known.
     pub fn rank(self) -> Option<usize> {
         match self {
             ExactRank::Free(rank) | ExactRank::Closed { rank, .. } => Some(rank),
@@ -55,7 +55,7 @@ impl ExactRank {
         }
     }
 
-    /// The reason why the rank in the finite field is not known; `None` if it is known.
+    /// The reason why the rank in the finite field is not known; `None` if the rank is known.
     pub fn reason(self) -> Option<NoCertificate> {
         match self {
             ExactRank::Unknown(reason) => Some(reason),
@@ -90,7 +90,7 @@ impl Rank {
         let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
         Rank {
             numeric: scan.kept.len(),
-            // The caller replaces this placeholder.
+            // The caller replaces this value.
             exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,
@@ -108,8 +108,8 @@ impl Rank {
     }
 }
 
-/// Largest relative difference between an exact and a numeric coefficient of a relation that counts as rounding. The weakest kept
-/// column amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
+/// Exact and numeric coefficients of a relation agree up to rounding if their relative difference is at most this value. The
+/// weakest kept column amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
 /// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient has a relative difference of about one.
 const RULE_ROUNDING: f64 = 1e-6;
 

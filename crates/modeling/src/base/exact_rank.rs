@@ -1,5 +1,5 @@
-//! Determines the independent columns of a regressor without a tolerance: it is evaluated in a finite field, which has no
-//! rounding.
+//! Determines the independent columns of a regressor without a tolerance: the regressor is evaluated in a finite field, which
+//! has no rounding.
 //!
 //! Lengths are random elements, coordinates and angles random points of the circle. Exact values of the robot stay exact: right
 //! angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios keep their values. A column that is
@@ -19,8 +19,8 @@ use random::SplitMix;
 const FIELD_SEED: u64 = 1979;
 /// Number of random states beyond the number of states that would give as many rows as the regressor has columns.
 const EXTRA_STATES: usize = 2;
-/// Smallest number of random states. It exceeds eleven, because the eleven columns of one link may be non-zero in only one row of
-/// each state.
+/// Smallest number of random states. It exceeds eleven because each state may give only one non-zero row for the eleven columns
+/// of a link.
 const FEWEST_STATES: usize = 14;
 
 /// The columns of the regressor that are independent of the columns before them, in ascending order; determined in a finite
@@ -70,7 +70,7 @@ pub(crate) struct Echelon {
 }
 
 impl Echelon {
-    /// Adds a row. Returns whether it is independent of the rows that were added before.
+    /// Adds a row. Returns whether the row is independent of the rows that were added before.
     pub(crate) fn add(&mut self, mut row: Vec<Residue>) -> bool {
         for c in 0..row.len() {
             if row[c] == Residue::ZERO {
@@ -92,7 +92,7 @@ impl Echelon {
         false
     }
 
-    /// The columns that are independent of the columns before them: these are the pivot columns of the rows.
+    /// The columns that are independent of the columns before them, that is, the pivot columns of the rows.
     pub(crate) fn columns(&self) -> Vec<usize> {
         self.rows.keys().copied().collect()
     }

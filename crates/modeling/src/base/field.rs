@@ -32,8 +32,8 @@ impl Residue {
         element(n) * element(d).inverse()
     }
 
-    /// The field element for an f64. If x equals, within rounding, a ratio of small integers or a decimal number (1/3, 0.35), it
-    /// is this ratio; otherwise it is the exact binary fraction of x.
+    /// The field element for an f64. If x equals, within rounding, a ratio of small integers or a decimal number (1/3, 0.35),
+    /// the element is this ratio. Otherwise the element is the exact binary fraction of x.
     pub(crate) fn number(x: f64) -> Residue {
         match short_ratio(x, DIGITS) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
@@ -78,13 +78,13 @@ impl Residue {
         result
     }
 
-    /// A square root in the field; `None` if there is none. It is x^((P + 1)/4), because P is 3 modulo 4.
+    /// A square root in the field, x^((P + 1)/4), because P is 3 modulo 4. `None` if there is no root.
     pub(crate) fn root(self) -> Option<Residue> {
         let root = self.power((P + 1) / 4);
         (root * root == self).then_some(root)
     }
 
-    /// The ratio n/d of integers with |n|, d <= bound that equals this field element; `None` if there is none.
+    /// The ratio n/d of integers with |n|, d <= bound that equals this field element; `None` if there is no such ratio.
     pub(crate) fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
         for d in 1..=bound {
             let n = (self * Residue::integer(d)).0;
@@ -139,9 +139,9 @@ const LOW_BITS: u64 = (1 << 61) - 1;
 const MAX_DENOMINATOR: i64 = 1_000_000;
 /// Upper bound of the numbers for which [`small_ratio`] searches a ratio of small integers.
 const MAX_RATIO: f64 = 1e9;
-/// If a term of a continued fraction reaches this bound, it is the reciprocal of a rounding error.
+/// A term of a continued fraction that reaches this bound is the reciprocal of a rounding error.
 const MAX_FRACTION_TERM: f64 = 1e12;
-/// Largest relative difference between a double and its ratio of integers: two units in the last place.
+/// Largest relative difference between a double and the ratio of integers that represents it: two units in the last place.
 const TWO_ULP: f64 = 2.0 * f64::EPSILON;
 /// Number of significant digits up to which different decimal numbers are different doubles.
 pub(crate) const DIGITS: usize = 15;
@@ -161,7 +161,7 @@ pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
 }
 
 /// (n, d) with a small d if `x` equals n/d within two units in the last place, from the continued fraction of x. About one in a
-/// thousand other numbers is taken for such a ratio by mistake.
+/// thousand numbers that are no such ratio is taken for one by mistake.
 fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= TWO_ULP * x.abs();
     if x.is_nan() || x.abs() >= MAX_RATIO {
@@ -186,7 +186,7 @@ fn small_ratio(x: f64) -> Option<(i64, i64)> {
     }
 }
 
-/// The field elements of one named constant: one for its value as a length, and (cos, sin) for its value as an angle.
+/// The field elements of one named constant: one element for the value as a length, and (cos, sin) for the value as an angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
     pub length: Residue,
@@ -242,8 +242,8 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<CirclePoint> {
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// Solves A x = b over the finite field by elimination. Each of `rows` is [a_1 .. a_n b]. `None` if there is no solution or more
-/// than one.
+/// Solves A x = b over the finite field by elimination. Each of `rows` is [a_1 .. a_n b]. `None` if there is no solution, or
+/// more than one solution.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
     for c in 0..n {
         let pivot = (c..rows.len()).find(|&r| rows[r][c] != Residue::ZERO)?;

@@ -1,4 +1,4 @@
-//! Evaluates a function in the finite field ([`crate::base::field`]), with random values for its inputs.
+//! Evaluates a function in the finite field ([`crate::base::field`]), with random values for the inputs of the function.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,8 @@ pub(crate) struct FieldAlgebra<'a> {
     angles: &'a GraphAngles,
     constants: &'a [Assignment],
     random: &'a mut SplitMix,
-    /// Symbol -> the point (cos, sin) of its angle divided by the common denominator of the ratios with which it occurs.
+    /// Symbol -> the point (cos, sin) of the angle symbol / D. D: common denominator of the ratios with which the symbol
+    /// occurs.
     points: BTreeMap<Symbol, CirclePoint>,
     /// Argument of a sine or cosine that is no rational multiple of a symbol -> its random point (cos, sin).
     others: BTreeMap<Expr, CirclePoint>,
@@ -80,8 +81,8 @@ impl Algebra for FieldAlgebra<'_> {
         *a * b.inverse()
     }
     fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of numbers have been evaluated before. A named constant need not have a square root in the field. So its root
-        // is treated as another random element, with the cube of the constant as its value.
+        // Roots of numbers have been evaluated before. A named constant need not have a square root in the field. So the root
+        // of a constant is treated as another random element: its value is the cube of the constant.
         a.power(3)
     }
 }

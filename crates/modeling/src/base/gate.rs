@@ -5,7 +5,8 @@
 //! - every number is finite;
 //! - the numeric distances of kept and dropped columns have a wide gap;
 //! - the rank equals the rank in a finite field ([`crate::base::exact_rank`]), and the columns are the columns of the field,
-//!   which may differ from the numeric choice; each must have a clear distance from the span of the columns before it;
+//!   which may differ from the numerically chosen columns; each column must have a clear distance from the span of the columns
+//!   before it;
 //! - the exact coefficients of the regrouping agree with the numeric ones.
 
 use std::cmp::Ordering;
@@ -29,8 +30,8 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses a numeric rank that differs from the rank in the finite field. The error lists the columns that only one of them has.
-/// `exact`: independent columns in the field.
+/// Refuses a numeric rank that differs from the rank in the finite field. The error lists the columns that are independent in
+/// only one of the two. `exact`: independent columns in the field.
 pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
         these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
@@ -54,7 +55,8 @@ pub(crate) const SCAN_ROUNDING: f64 = 1e-14;
 /// Refuses chosen columns that are too near to the span of the columns before them, and dropped columns that are too far from it.
 /// `scan`: the scan that keeps the chosen columns.
 ///
-/// The direction of a kept column with the distance d has an error of rounding / d, which affects all columns after it.
+/// A kept column with the distance d has a direction error of rounding / d. This error affects all columns after the kept
+/// column.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
     let (mut weak, mut smallest, mut largest_dropped) = (Vec::new(), 1.0_f64, 0.0_f64);
     for (c, &distance) in scan.distance.iter().enumerate() {
@@ -74,9 +76,9 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
-/// Refuses exact coefficients of relations that differ from the numeric ones by more than the accuracy of the numeric ones.
-/// Relations with weak columns are not compared: they omit the contribution of these columns, so their coefficients differ from a
-/// numeric fit.
+/// Refuses exact coefficients of relations that differ from the numeric coefficients by more than the accuracy of the numeric
+/// coefficients. Relations with weak columns are not compared: they omit the contribution of these columns, so their
+/// coefficients differ from a numeric fit.
 pub(crate) fn compared_with_numbers(
     scan: &Scan,
     regrouping: &Regrouping,

@@ -1,5 +1,5 @@
-//! Finds the coefficients of dropped columns for which there is no joint-by-joint rule. They are solved for at random points of a
-//! finite field, then interpolated in the robot's symbols.
+//! Finds the coefficients of dropped columns for which there is no joint-by-joint rule. The coefficients are solved for at
+//! random points of a finite field, then interpolated in the robot's symbols.
 //!
 //! Loops of passive joints cause dependencies of columns that no joint-by-joint rule describes. If a column is numerically a
 //! combination of a few others, the combination is solved for exactly at random states and random symbols modulo a prime. Then a
@@ -19,11 +19,11 @@ use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
 use random::SplitMix;
 
-/// A column that may be a linear combination of others: `column` = sum_k x_k support_k, with unknown coefficients x_k.
+/// A column that may be a linear combination of other columns: `column` = sum_k x_k support_k, with unknown coefficients x_k.
 pub(crate) struct Relation {
     pub column: usize,
     pub support: Vec<usize>,
-    /// For each coefficient x_k, the power of length (m) in its unit.
+    /// For each coefficient x_k, the power of length (m) in the unit of x_k.
     pub degrees: Vec<i32>,
 }
 
@@ -39,16 +39,17 @@ const MAX_RATIO: i64 = 64;
 
 /// Number of curves of closed states through each closed point.
 const CURVES_PER_POINT: usize = 3;
-/// Number of closed points that are tried with given constants, until one belongs to the assembly of the loops in which the
-/// regressor has the independent columns that were chosen.
+/// Number of closed points that are tried with given constants. The search ends at a point whose assembly of the loops gives
+/// the regressor the independent columns that were chosen.
 const TRIED_ASSEMBLIES: usize = 8;
 
-/// Largest number of unknown coefficients of monomials in a fit. k angles with powers up to s have (2 s + 2)^k monomials, and
-/// each takes an evaluation of the columns and a row of a dense matrix: 256 cost about ten milliseconds, 4096 some minutes. Three
-/// angles at s = 2 (216) and four at s = 1 (256) are allowed; the loops of the models that come with the project need at most 23.
+/// Largest number of unknown coefficients of monomials in a fit. k angles with powers up to s have (2 s + 2)^k monomials. Each
+/// monomial takes an evaluation of the columns and a row of a dense matrix: a fit with 256 monomials takes about ten
+/// milliseconds, a fit with 4096 takes some minutes. Three angles at s = 2 (216) and four at s = 1 (256) are allowed; the loops
+/// of the models that come with the project need at most 23.
 const MAX_UNKNOWNS: usize = 256;
-/// Largest number of unknowns of a fit for a robot with loops. It is smaller, because each point must close the loops, which
-/// takes some milliseconds.
+/// Largest number of unknowns of a fit for a robot with loops. The number is smaller than `MAX_UNKNOWNS`, because each point
+/// must close the loops, which takes some milliseconds.
 const MAX_UNKNOWNS_OF_LOOPS: usize = 40;
 /// Largest power of a cosine in the monomials of a fit.
 const MAX_MONOMIAL_SIZE: i32 = 3;
@@ -86,10 +87,11 @@ pub(crate) fn interpolate(
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // A relation needs all its coefficients exactly, so the first coefficient without a result ends it.
+            // A relation needs exact values of all its coefficients, so the first coefficient without a result ends the fit of
+            // the relation.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
-                    // The coefficient depends on no symbol, so it is a number and needs no fit.
+                    // The coefficient depends on no symbol, so the coefficient is a number and needs no fit.
                     return x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())));
                 }
                 fit(&mut samples, &mut points, r, k, &depends[r][k], relation.degrees[k])
@@ -115,8 +117,8 @@ fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Re
     (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
-/// For each relation and each of its coefficients x_k, the symbols on which x_k depends. Each symbol is changed alone to find
-/// them.
+/// For each relation and each of its coefficients x_k, the symbols on which x_k depends. To find these symbols, each symbol is
+/// changed alone.
 fn dependencies(
     samples: &mut FieldSamples,
     relations: &[Relation],
@@ -246,9 +248,9 @@ struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
     angles: GraphAngles,
-    /// For each symbol: whether it is the argument of a sine or cosine.
+    /// For each symbol: whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// For each symbol: whether the function or the closure of the loops depends on it.
+    /// For each symbol: whether the function or the closure of the loops depends on the symbol.
     is_read: Vec<bool>,
     closed: Option<&'a ClosedPoints>,
     random: SplitMix,
@@ -291,8 +293,8 @@ impl<'a> FieldSamples<'a> {
         matches!(self.function.graph().symbols()[s].1, SymbolKind::Constant(_))
     }
 
-    /// Draws random field elements for all symbols. With `moved` = (reference, s), only symbol s is drawn; the others keep their
-    /// elements in `reference`.
+    /// Draws random field elements for all symbols. With `moved` = (reference, s), only symbol s is drawn; the other symbols
+    /// keep their elements from `reference`.
     fn draw(&mut self, moved: Option<(&[Assignment], usize)>) -> Vec<Assignment> {
         match (moved, self.closed) {
             (None, Some(closed)) => closed.constants(&mut self.random).unwrap_or_default(),
@@ -305,7 +307,8 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation for its coefficients at these constants; `None` for a relation without a unique solution.
+    /// Solves every relation for the coefficients of the relation, at these constants; `None` for a relation without a unique
+    /// solution.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
         let rows = match self.closed {

@@ -1,8 +1,8 @@
 //! Writes the meaning of a base parameter in words, from its rule: `first moment of forearm along x, with what wrist_1
 //! to tool add to it`.
 //!
-//! A base parameter is its own standard parameter plus multiples of others. The absorbed parameters of its own link are
-//! named one by one. For the parameters of other links only the links are named; the rule has the coefficients.
+//! A base parameter is a standard parameter plus multiples of absorbed standard parameters. Absorbed parameters of the same
+//! link are named one by one. For absorbed parameters of other links, only the links are named; the rule has the coefficients.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
@@ -73,8 +73,8 @@ fn axis(inertial: Inertial) -> &'static str {
     }
 }
 
-/// The phrase for a parameter of the same link that a base parameter absorbs. `own`: the base parameter's own kind; `factor`: the
-/// coefficient of the absorbed parameter.
+/// The phrase for a parameter of the same link that a base parameter absorbs. `own`: the kind of the base parameter; `other`,
+/// `factor`: the kind and the coefficient of the absorbed parameter.
 fn joined(own: Inertial, other: Inertial, factor: f64) -> String {
     let is_moment = |i: Inertial| matches!(i, Inertial::Xx | Inertial::Yy | Inertial::Zz);
     match other {

@@ -2,7 +2,8 @@
 
 use robot::{Inertial, LinkId, Robot, StandardParameter, Value};
 
-/// The name of a standard parameter that absorbs others: `XXR2` for `XX2`. `plain`: its name without absorbed parameters.
+/// The name of a standard parameter that absorbs others: `XXR2` for `XX2`. `plain`: name of the parameter without absorbed
+/// parameters.
 pub(crate) fn regrouped(plain: &str, inertial: Inertial) -> String {
     let letters = inertial.letters();
     format!("{letters}R{}", &plain[letters.len()..])

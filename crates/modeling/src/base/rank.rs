@@ -1,5 +1,5 @@
-//! Finds the independent columns of a matrix from left to right, and the distance of each column from the span of those before
-//! it.
+//! Finds the independent columns of a matrix from left to right, and the distance of each column from the span of the kept
+//! columns before it.
 //!
 //! The matrix is compressed to its triangle by QR (`triangle`). Then the columns are taken from left to right: a column is kept
 //! if its distance from the span of the columns kept before it, relative to its own norm, is above the threshold [Gautier 1991].
@@ -11,16 +11,17 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::base::triangle::triangle;
 
-/// A column is independent if its distance from the span of the columns kept before it, relative to its norm, is above this
+/// A column is independent if its distance from the span of the columns kept before it, divided by its norm, is above this
 /// value.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
-/// A column is treated as zero if its norm, relative to the norm of the largest column, is at most this value.
+/// A column is treated as zero if its norm is at most this share of the norm of the largest column.
 const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 /// The numeric rank is clear-cut if the smallest distance of a kept column is at least this many times the largest distance of a
 /// dropped column.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
-/// The result of a scan of columns from left to right. Distance of a column: from the span of the columns kept before it.
+/// The result of a scan of columns from left to right. The distance of a column is its distance from the span of the columns
+/// kept before it.
 #[derive(Clone, Debug, Default)]
 pub struct Scan {
     /// Indices of the columns that are kept, ascending.
@@ -29,7 +30,8 @@ pub struct Scan {
     pub zero: Vec<usize>,
     /// Columns in the span of kept columns, each as (index, coefficients of all kept columns).
     pub dependent: Vec<(usize, Vec<f64>)>,
-    /// Distance of each column relative to its norm. For a zero column: its norm relative to the largest column.
+    /// Distance of each column, divided by the norm of this column. For a zero column: its norm, divided by the norm of the
+    /// largest column.
     pub distance: Vec<f64>,
     /// Distance of each column relative to the norm of the largest column; 0 for a zero column.
     pub share: Vec<f64>,
@@ -68,7 +70,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
         }
         let mut v: DVector<f64> = triangle.column(c).rows(0, c + 1).into_owned();
         let mut along = vec![0.0; basis.len()];
-        // Gram-Schmidt orthogonalisation. Doing it twice is enough [Parlett, after Kahan].
+        // Gram-Schmidt orthogonalisation. Two passes are enough [Parlett, after Kahan].
         for _ in 0..2 {
             for (b, a) in basis.iter().zip(&mut along) {
                 let mut v = v.rows_mut(0, b.len());
@@ -135,7 +137,7 @@ mod tests {
         for (found, expected) in s.dependent[1].1.iter().zip([1.5, 0.5, 0.0]) {
             assert!((found - expected).abs() < 1e-13);
         }
-        // If a chosen column is dependent, its distance shows this.
+        // If a chosen column is dependent, the distance of this column shows this.
         assert!(scan(&triangle, Some(&[0, 2, 3])).unwrap().distance[3] < 1e-13);
     }
 

@@ -3,7 +3,7 @@
 //! The coefficients have three sources, the most reliable first:
 //!
 //! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule expresses a dropped column by
-//!   columns before it. If these are dropped themselves, their own relations are substituted;
+//!   columns before it. If one of these columns is dropped too, the relation of this column is substituted;
 //! - for columns without a rule, because loops couple them, interpolation in a finite field ([`crate::base::interpolation`]),
 //!   exact too;
 //! - if interpolation finds no closed form, the numeric coefficients of the scan.
@@ -26,8 +26,8 @@ use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// A numeric coefficient of a relation below this counts as zero. The rounding of the scan is about 1e-13; a true coefficient is
-/// a product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
+/// A numeric coefficient of a relation counts as zero if it is below this value. The rounding of the scan is about 1e-13. A
+/// true coefficient is a product of at most two lengths in m, and two lengths of 0.1 mm give 1e-8.
 const ROUNDED_ZERO: f64 = 1e-9;
 
 /// A coefficient beta of a relation between columns: exact in the symbols, or only a number.
@@ -79,15 +79,15 @@ pub(crate) struct Regrouping {
     /// Dropped column without a tree rule -> its kept columns and their coefficients. The list is empty for a column that is
     /// zero.
     pub solved: BTreeMap<usize, Vec<(usize, Beta)>>,
-    /// Dropped column with a tree rule -> the columns of this rule and their coefficients.
+    /// Dropped column with a tree rule -> the columns of the rule and their coefficients.
     pub rules: TreeRules,
     /// Dropped column -> its kept columns and their coefficients, with every rule substituted.
     pub shares: Shares,
 }
 
 impl Regrouping {
-    /// The `weak` columns, and the dropped columns whose rules contain them: their relations omit the contribution of weak
-    /// columns.
+    /// The `weak` columns, and the dropped columns whose rules contain weak columns. The relations of these dropped columns
+    /// omit the contribution of weak columns.
     pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
         let mut built: BTreeSet<usize> = weak.iter().copied().collect();
         for (dropped, terms) in &self.rules {
@@ -135,7 +135,8 @@ fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) 
         .collect()
 }
 
-/// The dropped columns without a tree rule, each with the kept columns for which it has a non-zero numeric coefficient.
+/// The dropped columns without a tree rule, each with the kept columns for which the dropped column has a non-zero numeric
+/// coefficient.
 fn unexplained(
     robot: &Robot,
     standard: &[StandardParameter],
@@ -157,7 +158,8 @@ fn unexplained(
         .collect()
 }
 
-/// Coefficients of the relations: exact if the interpolation in the finite field finds them, otherwise numeric from the scan.
+/// Coefficients of the relations: exact if the interpolation in the finite field finds exact coefficients, otherwise numeric
+/// from the scan.
 fn solved(
     robot: &Robot,
     regressor: &Function,
@@ -177,7 +179,7 @@ fn solved(
     };
     for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
         // The closed points (random states with closed loops) may belong to another assembly of the loops than the numbers of
-        // the robot's file. Then their coefficients differ from the numeric ones and are not used.
+        // the robot's file. Then the coefficients at these points differ from the numeric coefficients and are not used.
         let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
         let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
         // A column that is zero as an expression is zero in every assembly.
@@ -196,8 +198,9 @@ fn solved(
 /// Seed of the random field elements of the symbols in [`put_in`].
 const SHARE_SEED: u64 = 1990;
 
-/// Relations of all dropped columns: the solved ones, and those from the rules D_d = sum_c factor_c D_c. If a column c is dropped
-/// too, its own relation is substituted. The columns c come before d, so their relations are already expanded.
+/// Relations of all dropped columns: the solved relations, and the relations from the rules D_d = sum_c factor_c D_c. If a
+/// column c is dropped too, the relation of c is substituted. The columns c come before d, so their relations are already
+/// expanded.
 fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &TreeRules, graph: &Graph) -> Shares {
     let mut random = SplitMix(SHARE_SEED);
     let constants: Vec<Assignment> = graph.symbols().iter().map(|_| Assignment::random(&mut random)).collect();

@@ -1,16 +1,16 @@
 //! The regrouping rules of trees: combinations of a link's inertial parameters that act like parameters of its antecedent.
 //!
-//! If a body is symmetric about the joint axis and has no inertia about it, its inertia seen from the antecedent does not depend
-//! on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic joint the
-//! whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body of link j adds to the parameters of
-//! the antecedent i, about O_i and in frame i,
+//! If a body is symmetric about the joint axis and has no inertia about this axis, its inertia, seen from the antecedent, does
+//! not depend on the joint variable. For a revolute joint, such bodies have the parameters XX = YY, MZ and M; for a prismatic
+//! joint the whole inertia tensor; for a fixed joint all parameters [Gautier, Khalil 1990]. Such a body of link j adds to the
+//! parameters of the antecedent i, about O_i and in frame i,
 //!
 //! ```text
 //! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
 //! MS_i += s + m p,   M_i += m,      s = R MS_j
 //! ```
-//! with R = R_ij and p = p_ij at joint variable zero. So the columns of D obey D_j X_j = D_i X_i: one relation for each such set
-//! of parameters, exact in the robot's symbols. It also holds for passive joints.
+//! with R = R_ij and p = p_ij at joint variable zero. So the columns of D obey D_j X_j = D_i X_i: one relation for each such
+//! set of parameters, exact in the robot's symbols. The relation also holds for passive joints.
 
 use expr::{Expr, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -31,7 +31,7 @@ pub(crate) struct TreeRule {
 /// not polynomials in symbols (a division by a sum) has no rules.
 pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<TreeRule> {
     let mut rules = Vec::new();
-    // Links without inertial parameters have no rules, so they are left out.
+    // Links without inertial parameters have no rules, so such links are left out.
     let has_parameters = |j: LinkId| j.0 >= robot.massless;
     for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
         let frame = RelativeFrame::of(robot, g, constants, j);
@@ -59,8 +59,8 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
 /// A body whose ten parameters are 0 or 1, in the order of [`Inertial::BODY`]: true means 1.
 type ParameterSet = [bool; 10];
 
-/// For each rule of a joint of this kind: the dropped parameter; the other parameters of the same link that absorb it; and the
-/// set of parameters of the symmetric body.
+/// For each rule of a joint of this kind: the dropped parameter; the other parameters of the same link that absorb the dropped
+/// parameter; and the set of parameters of the symmetric body.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, ParameterSet)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));

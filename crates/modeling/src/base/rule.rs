@@ -37,8 +37,8 @@ pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.10e}").parse().unwrap_or(x)
 }
 
-/// The text of a rule, `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`. `left`: name of the base parameter; `terms`: (parameter, factor), the
-/// base parameter's own one first.
+/// The text of a rule, `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`. `left`: name of the base parameter; `terms`: pairs (parameter,
+/// factor); the first pair belongs to the parameter that gives the base parameter its name.
 pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
     // Parameters with coefficients of equal magnitude share a parenthesis.
     let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();

@@ -8,8 +8,8 @@ use crate::kinematics::closure::Closure;
 
 /// Seed of the random states for the numeric rank.
 const STATE_SEED: u64 = 1995;
-/// Number of sampled rows per column of the regressor. It is enough even if the columns of a link are non-zero only in the row of
-/// its own joint.
+/// Number of sampled rows per column of the regressor. This number is enough even if the columns of a link are non-zero only in
+/// the row of the link's joint.
 const ROWS_PER_COLUMN: usize = 3;
 /// Number of random states in addition to the number that [`ROWS_PER_COLUMN`] requires.
 const EXTRA_STATES: usize = 8;
@@ -17,8 +17,8 @@ const EXTRA_STATES: usize = 8;
 /// have similar weights.
 const RATE_BOUNDS: [f64; 2] = [2.0, 4.0];
 
-/// The regressor at random states with closed loops, stacked state by state. `constants`: values of its inputs after q, dq and
-/// ddq.
+/// The regressor at random states with closed loops, stacked state by state. `constants`: values of the inputs of the regressor
+/// after q, dq and ddq.
 pub(crate) fn sampled(regressor: &Function, closure: Option<Closure>, constants: &[f64]) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);

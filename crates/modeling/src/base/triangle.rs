@@ -1,9 +1,9 @@
 //! Computes the triangle R of the QR decomposition of a matrix A, joint by joint.
 //!
-//! R'R = A'A. The rows of one joint are added to R together, by Householder reflections of a row of R and the column beneath it
-//! [Golub, Van Loan, 5.1]. Only R and the rows of one joint are in memory. The row of a joint is zero in the columns of bodies
-//! that the joint does not carry. A column that is zero in both blocks of a reflection stays zero and is skipped, which saves
-//! most of the work for a tree.
+//! R'R = A'A. All rows of one joint are added to R at once, by Householder reflections [Golub, Van Loan, 5.1]. A reflection
+//! changes one row of R and the rows of the joint. Only R and the rows of one joint are in memory. The row of a joint is zero
+//! in the columns of bodies that the joint does not carry. A column that is zero in both blocks of a reflection stays zero and
+//! is skipped, which saves most of the work for a tree.
 //!
 //! A joint has some dozens of rows and a robot has thousands of columns, so the information of the rows is in R long before the
 //! last column. After that, the rows contain only rounding errors, which are dropped: each further pass would square them, until
@@ -11,8 +11,8 @@
 
 use nalgebra::DMatrix;
 
-/// A column of a joint's rows counts as rounding error if its norm, relative to the norm of the whole column, is at most this
-/// value. Reflections leave about 1e-15, the next pass 1e-30. The threshold of the rank is 1e-7.
+/// A column of a joint's rows counts as rounding error if its norm is at most this share of the norm of the whole column.
+/// Reflections leave about 1e-15, a second pass 1e-30. The threshold of the rank is 1e-7.
 const COLUMN_ROUNDING: f64 = 1e-15;
 
 /// The QR triangle R, p x p, of a matrix with p columns whose row i belongs to joint i modulo `joints`.
@@ -39,7 +39,7 @@ fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
         let (head, behind) = block.split_at_mut((c + 1) * rows);
         let v = &head[c * rows..];
         let square = dot(v, v);
-        // NaN passes this test and reaches the scan of the columns, which refuses it.
+        // NaN passes this comparison and reaches the scan of the columns, which refuses NaN.
         if square <= rounding[c] {
             continue;
         }
@@ -60,7 +60,7 @@ fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
     }
 }
 
-/// Dot product with four independent sums, because each addition to a single sum would wait for the one before it.
+/// Dot product with four independent sums. With a single sum, each addition would have to wait for the previous one.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -101,8 +101,8 @@ mod tests {
         assert!(gram.amax() < 1e-12);
     }
 
-    /// Checks a matrix with many more columns than a joint has rows: these rows become zero dozens of times, and their rounding
-    /// errors must not grow.
+    /// Checks a matrix with many more columns than a joint has rows: these rows become zero dozens of times, and the rounding
+    /// errors of these rows must not grow.
     #[test]
     fn rows_that_are_used_up_leave_nothing() {
         let (joints, states, p) = (3, 7, 600);

@@ -25,11 +25,11 @@ pub enum UnclearRank {
     NeverCloses(NeverCloses),
     /// The torque per unit of some parameters is not finite, because lengths or angles exceed the range of f64.
     NotFinite {
-        /// The names of these parameters.
+        /// The names of the parameters whose torque is not finite.
         parameters: Vec<String>,
     },
-    /// Some columns are numerically independent, although they are dependent for every robot of this structure. The cause is
-    /// rounding.
+    /// Some columns are numerically independent, although these columns are dependent for every robot of this structure. The
+    /// cause is rounding.
     Exact {
         /// Number of numerically independent columns.
         numeric: usize,
@@ -38,8 +38,8 @@ pub enum UnclearRank {
         /// Names of the columns that are independent only numerically.
         only_numeric: Vec<String>,
     },
-    /// Some columns are dependent at the numbers of this robot, although they are independent for almost every robot of this
-    /// structure.
+    /// Some columns are dependent with the numbers of this robot, although these columns are independent for almost every robot
+    /// of this structure.
     Coincident {
         /// Number of numerically independent columns.
         numeric: usize,
@@ -48,19 +48,20 @@ pub enum UnclearRank {
         /// Names of the columns that are independent only in the finite field.
         only_exact: Vec<String>,
     },
-    /// The numeric rank equals the rank in the finite field. But at these numbers some columns that the field chooses are almost
-    /// in the span of the others, or some columns that it does not choose are too far from it.
+    /// The numeric rank equals the rank in the finite field. But with the numbers of this robot, some columns that the field
+    /// chooses are almost in the span of the others, or some columns that the field does not choose are too far from the span
+    /// of the chosen columns.
     Weak {
-        /// The names of these columns, with their relative distances.
+        /// The names of the chosen columns that are almost in the span of the others, with their relative distances.
         weak: Vec<(String, f64)>,
-        /// Largest relative distance from this span of a column that is not chosen.
+        /// Largest relative distance of a column that is not chosen from the span of the chosen columns.
         largest_dropped: f64,
     },
-    /// An exact coefficient of a regrouping differs from the numeric one.
+    /// An exact coefficient of a regrouping differs from the numeric coefficient.
     Disagreement {
         /// Name of the parameter that is absorbed.
         dropped: String,
-        /// Name of the base parameter that absorbs it.
+        /// Name of the base parameter that absorbs this parameter.
         kept: String,
         /// The exact coefficient, at the robot's values of its symbols.
         exact: f64,
@@ -79,7 +80,7 @@ const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at ev
      makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
      measured.";
 
-/// The remedy if a number is too large.
+/// The remedy if a length or an angle is too large.
 const LOOK_FOR_A_LARGE_ONE: &str = "Look for a length or an angle beyond reason.";
 
 /// The remedy if the loops do not close.
@@ -185,7 +186,7 @@ impl From<NeverCloses> for UnclearRank {
     }
 }
 
-/// The first [`LISTED_NAMES`] names as text, and the number of the others.
+/// The first [`LISTED_NAMES`] names as text, and the number of the other names.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(LISTED_NAMES);
     let first = names[..names.len() - more].join(" ");

@@ -1,9 +1,10 @@
 //! Finds columns of the regressor that are independent, but too weak in every motion.
 //!
-//! If two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only a or a^2
-//! times their norm. This cannot be distinguished from rounding in a double, or from noise in a measurement. The finite field
-//! finds these columns independent; the numeric scan drops them. The scan also drops columns if two lengths are equal by chance,
-//! although these columns are not weak for almost every robot. To distinguish the two cases, all numbers are changed.
+//! If two axes are parallel except for a small angle a, the distance of some columns from the span of the others is only a or
+//! a^2 times their norm. Such a distance cannot be distinguished from rounding in a double, or from noise in a measurement. The
+//! finite field finds these columns independent; the numeric scan drops them. The scan also drops columns if two lengths are
+//! equal by chance, although these columns are not weak for almost every robot. To distinguish the two cases, all numbers are
+//! changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,8 +25,8 @@ pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
 /// dropped column. Columns that are dropped although the finite field keeps them are listed by name.
 pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// For each `inexact` column, the greatest component that its relation omits, over all sampled states and joints. For
-/// each joint it is divided by the rms of the joint's largest column, because a wrist has smaller torques than a shoulder.
+/// For each `inexact` column, the greatest component that its relation omits, over all sampled states and joints. The component
+/// at a joint is divided by the rms of the largest column of this joint, because a wrist has smaller torques than a shoulder.
 pub(crate) fn left_out(
     sampled: &DMatrix<f64>,
     joints: usize,
@@ -52,19 +53,19 @@ pub(crate) fn left_out(
 /// Largest relative change, in the test of weak columns, of a length and of an angle's difference from the next multiple of
 /// pi/12.
 const RELATIVE_CHANGE: f64 = 0.25;
-/// A column stays weak if its relative distance is below this value after all numbers are changed. It is a hundred times the
-/// threshold of the scan, because the distance grows with the second power of an angle or the fourth of a length.
+/// A column stays weak if its relative distance is below this value after all numbers are changed. This value is a hundred
+/// times the threshold of the scan, because the distance grows with the second power of an angle or the fourth of a length.
 const WEAK_DISTANCE: f64 = 100.0 * INDEPENDENT;
-/// A column also stays weak if its distance relative to the largest column is below this value. It is ten times the bound of a
-/// zero column.
+/// A column also stays weak if its distance relative to the largest column is below this value. This value is ten times the
+/// bound for a zero column.
 const WEAK_SHARE: f64 = 1e-8;
 /// Seed of the random changes of the robot's numbers.
 const CHANGE_SEED: u64 = 2001;
 
 /// Whether the `weak` columns, which the numeric scan drops, stay nearly in the span of the others when the robot's numbers
-/// change. This holds if an angle is almost zero, and not if two lengths are equal by chance. In a robot with loops the numbers
-/// cannot be changed freely, because the loops must close. There a column counts as weak if its distance from the span is above
-/// rounding.
+/// change. The columns stay there if an angle is almost zero, but not if two lengths are equal by chance. In a robot with
+/// loops, the numbers cannot be changed freely, because the loops must close. For such a robot, a column counts as weak if its
+/// distance from the span is above rounding.
 pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
     if !robot.passive.is_empty() {
         return weak.iter().all(|&c| numeric.distance[c] > CLEAR_GAP * SCAN_ROUNDING);

@@ -19,9 +19,10 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// Rules are written expanded if they have at most this many characters in total. A humanoid of 44 joints needs a third of it.
+/// Rules are written expanded if they have at most this many characters in total. The rules of a humanoid of 44 joints need a
+/// third of this number.
 const EXPANDED_RULES_CHARACTERS: usize = 200_000;
-/// Largest total number of summands of expanded rules, if a user requests them: about 30 MB of text.
+/// Largest total number of summands of expanded rules that a user requests. This number of summands gives about 30 MB of text.
 const MAX_SUMMANDS: usize = 1_000_000;
 
 /// The regrouping rules of all base parameters as text.
@@ -45,9 +46,9 @@ pub(crate) struct RuleSources {
     names: Vec<String>,
     /// Kind (XX .. IA) of each standard parameter.
     inertials: Vec<Inertial>,
-    /// A graph with only the constants of the robot; it gives their values and names in coefficients.
+    /// A graph with only the constants of the robot. The graph gives the values and names of constants in coefficients.
     symbols: Graph,
-    /// Name of a constant -> the names of the places in the file that use it, if there are several
+    /// Name of a constant -> the names of the places in the file that use the constant, if there are several places
     /// ([`crate::kinematics::constants`]).
     places: BTreeMap<String, Vec<String>>,
     /// Index of the link of each standard parameter.
@@ -78,7 +79,8 @@ impl RuleSources {
         }
     }
 
-    /// The rules as text, expanded if they are short, otherwise nested. `kept`: the columns of the base parameters.
+    /// The rules as text, expanded if the expanded rules are short, otherwise nested. `kept`: the columns of the base
+    /// parameters.
     pub(crate) fn short(&self, kept: &[usize]) -> Rules {
         // A summand needs at least five characters (` + M3`), but two summands may be merged into one. So rules with more
         // summands than half the allowed characters are certainly too long.
@@ -88,13 +90,14 @@ impl RuleSources {
             .unwrap_or_else(|| self.nested(kept))
     }
 
-    /// The rules as text, expanded; `None` if they have more than [`MAX_SUMMANDS`] summands. `kept`: the columns of the base
-    /// parameters.
+    /// The rules as text, expanded; `None` if the rules have more than [`MAX_SUMMANDS`] summands. `kept`: the columns of the
+    /// base parameters.
     pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MAX_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Substitutes every rule into the rules that contain its column; `None` if there are more than `most` summands in total.
+    /// Substitutes every rule into the rules that contain the column of this rule; `None` if there are more than `most`
+    /// summands in total.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;
@@ -236,8 +239,9 @@ impl<'a> ConstantNames<'a> {
     }
 
     /// Gives the names of constants in one coefficient of a rule: the coefficient with which the parameter of column `kept`
-    /// absorbs the parameter of column `dropped`. If the file uses a number at several places, the number is named after its
-    /// place on the path between the links of the two parameters. If there are several such places, the outermost one is taken.
+    /// absorbs the parameter of column `dropped`. If the file uses a number at several places, the number is named after the
+    /// place that lies on the path between the links of the two parameters. If several places lie on this path, the outermost
+    /// place is taken.
     fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
         let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);

@@ -100,8 +100,8 @@ impl RigidBody {
         RigidBody { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
-    /// The parameters of the body in the frame of the antecedent, about the antecedent's origin. `placement`: pose of the link in
-    /// it.
+    /// The parameters of the body in the frame of the antecedent, about the antecedent's origin. `placement`: pose of the link
+    /// in the antecedent.
     pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> RigidBody {
         let body = self.unturned(g, placement.theta);
         let body = body.unturned_about_x(g, placement.alpha);

@@ -14,8 +14,8 @@
 //! ([`crate::dynamics::momenta`]). The force and moment (wrench) on this body change by I_j (A, a_0) + 2 B_j(W). For j = i this
 //! wrench is transformed inward to every k before i. In the derivative by q_i, the present force and moment of link i also turn
 //! with joint i. For j after i only the component of the wrench along z_j is needed: the rows of I_j and B_j along z_j are
-//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals [Singh, Russell,
-//! Wensing 2022], with classical accelerations.
+//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals that of [Singh,
+//! Russell, Wensing 2022], written with classical accelerations.
 //!
 //! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.
@@ -111,7 +111,8 @@ fn square(name: &str, entries: Vec<Expr>) -> Output {
     Output { name: name.into(), rows: n, columns: n, entries }
 }
 
-/// The derivatives of `entries` by each coordinate (or by its rate), row by row. Passive coordinates change by dq_p = G dq.
+/// The derivatives of `entries` by each coordinate (or by the rate of each coordinate), row by row. Passive coordinates change
+/// by dq_p = G dq.
 fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
     let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
     let n = robot.n_coordinates();
@@ -155,7 +156,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
             continue;
         }
         let CompositeBody { body, momenta: of_link, wrench } = &wholes[j.0];
-        // The wrench on link j that a change of joint j causes; it acts on joint j and on all joints before it.
+        // The wrench on link j that a change of joint j causes. This wrench acts on joint j and on all joints before it.
         let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
         let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
@@ -203,8 +204,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// The change of a wrench (force f, moment n) that rotates with its joint: z x f and z x n for a revolute joint. For a
-/// prismatic joint only the moment changes, by z x f.
+/// The change of a wrench (force f, moment n) that turns with its joint, per unit of the joint variable. Revolute joint: z x f
+/// and z x n. Prismatic joint: only the moment changes, by z x f.
 fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
@@ -221,7 +222,8 @@ struct AccelerationField {
     a_0: Vector,
 }
 
-/// The changes of the acceleration field per change of the joint's variable, and per change of its rate.
+/// The changes of the acceleration field per unit change of the joint variable, and per unit change of the rate of this
+/// variable.
 struct Change {
     by_q: AccelerationField,
     by_dq: AccelerationField,

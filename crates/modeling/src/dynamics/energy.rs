@@ -4,8 +4,9 @@
 //! K_j = 1/2 w . J w + v . (w x MS) + 1/2 M v . v + 1/2 IA dq_j^2
 //! U_j = -g . (M p_0j + R_0j MS)
 //! ```
-//! M, MS, J, IA: mass, first moment, inertia matrix and rotor inertia of link j; v: velocity of its origin O_j, w: its angular
-//! velocity, in frame j; R_0j, p_0j: pose of link j in the base frame; g: gravity. A mass at the origin of the base has U = 0.
+//! M, MS, J, IA: mass, first moment, inertia matrix and rotor inertia of link j; v: velocity of the link's origin O_j, w:
+//! angular velocity of the link, both in frame j; R_0j, p_0j: pose of link j in the base frame; g: gravity. A mass at the
+//! origin of the base has U = 0.
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
@@ -96,7 +97,7 @@ fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Iner
         Inertial::Xz => g.mul(x, z),
         Inertial::Yz => g.mul(y, z),
         // Kinetic energy per unit of a first moment along the axis e: v . (w x e) = e . (v x w). v: velocity of the link's
-        // origin, w: its angular velocity.
+        // origin, w: angular velocity of the link.
         Inertial::Mx | Inertial::My | Inertial::Mz => {
             let v = velocity(g);
             cross(g, v, link.w)[parameter as usize - Inertial::Mx as usize]

@@ -5,10 +5,10 @@
 //! by the twist                   z . n + d . f      d of every coordinate is transformed outward from link to link
 //! about an axis intersection     z . (n + c x f)    all axes through the point share c and the moment n + c x f
 //! ```
-//! (z, d): twist of link j per unit rate of coordinate k; (f, n): force and moment on link j per unit of the parameter; c: vector
-//! from the axis intersection to the origin of link j. [`crate::kinematics::axis_intersections`] finds the points. In a shoulder
-//! of three axes the shared moment saves operations. For two axes this depends on the joints between the intersection and the
-//! link.
+//! (z, d): twist of link j per unit rate of coordinate k; (f, n): force and moment on link j per unit of the parameter; c:
+//! vector from the axis intersection to the origin of link j. [`crate::kinematics::axis_intersections`] finds the points. In a
+//! shoulder of three axes, the shared moment saves operations. For two axes, the better form depends on the joints between the
+//! intersection and the link.
 
 use expr::{Expr, FormChange, Graph, fewest_operations};
 use robot::LinkId;
@@ -16,7 +16,8 @@ use robot::LinkId;
 use crate::kinematics::links::{LinkMotion, Twist};
 use crate::kinematics::vector::{Vector, dot, plus_cross, plus_dot};
 
-/// The regressor column of a parameter: its index, its link, and force f and moment n on this link per unit of the parameter.
+/// The regressor column of a parameter: the index of the column, the link of the parameter, and force f and moment n on this
+/// link per unit of the parameter.
 pub(crate) struct WrenchColumn {
     pub place: usize,
     pub link: LinkId,
@@ -27,10 +28,11 @@ pub(crate) struct WrenchColumn {
 /// A set of regressor entries that change together from one form (by the twist, about an axis intersection) to the other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum FormGroup {
-    /// All entries that have a form about one axis intersection. This is the link of the first axis through the intersection.
+    /// All entries that have a form about one axis intersection. The link is the link of the first axis through the
+    /// intersection.
     Pole(LinkId),
-    /// The entries that have a form about one axis intersection, only in the columns of the first link. The second link has the
-    /// first axis through the intersection.
+    /// The entries that have a form about one axis intersection, but only in the columns of one link. Fields: this link, and
+    /// the link of the first axis through the intersection.
     AtLink(LinkId, LinkId),
 }
 
@@ -45,7 +47,7 @@ struct Choices {
 }
 
 /// (row, column, entry) of all entries of the regressor columns `columns`, in the forms with the fewest operations. `fixed`:
-/// other expressions of the function; operations that an entry shares with them are not counted.
+/// other expressions of the function; operations that an entry shares with these expressions are not counted.
 pub(crate) fn fewest(
     g: &mut Graph,
     links: &[LinkMotion],

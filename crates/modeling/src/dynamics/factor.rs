@@ -1,15 +1,16 @@
 //! Factors a symmetric matrix of expressions as L D L^T [Cholesky]. The inertia matrix is positive definite for physical
-//! parameters, so no pivot is zero. Each pivot is inverted once, and a product with the inverse replaces every division by the
-//! pivot, because a division takes about as long as ten products.
+//! parameters, so no pivot is zero. A division takes about as long as ten products. So each pivot is inverted once, and every
+//! division by the pivot becomes a product with the inverse.
 
 use expr::{Expr, Graph};
 
-/// A symmetric matrix factored as L D L^T. Its rows and columns are in reverse order, so that the coordinate of a link comes
-/// before the coordinates of the links that carry it. Eliminating the carried links first preserves the zeros between branches of
-/// a tree [Featherstone 2005].
+/// A symmetric matrix factored as L D L^T. The rows and columns of the matrix are in reverse order. So the coordinate of a link
+/// comes before the coordinates of the links that carry this link. Eliminating the carried links first preserves the zeros
+/// between branches of a tree [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
-    /// The factors in one n x n matrix, row by row: L^T above the diagonal, D on it. The entries below are not used.
+    /// The factors in one n x n matrix, row by row: L^T above the diagonal, and D on the diagonal. The entries below the
+    /// diagonal are not used.
     a: Vec<Expr>,
 }
 

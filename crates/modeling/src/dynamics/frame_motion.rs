@@ -3,10 +3,10 @@
 //! ```text
 //! v_f = v_j + w_j x p,   a_f = a_j + U_j p,   U_j = [dw_j]x + [w_j]x^2
 //! ```
-//! w_j, dw_j: angular velocity and angular acceleration of the link; v_j, a_j: velocity and acceleration (without gravity) of its
-//! origin; p: position of the frame in the link. The results are in the axes of the frame itself, of the base, or of another
-//! link. At ddq = 0 the acceleration is (dJ/dt) dq, with the Jacobian J in the axes of the base. In other axes it is the same
-//! vector with other components.
+//! w_j, dw_j: angular velocity and angular acceleration of the link; v_j, a_j: velocity and acceleration (without gravity) of
+//! the link's origin; p: position of the frame in the link. The results are in the axes of the frame itself, of the base, or of
+//! another link. At ddq = 0 the acceleration in the axes of the base is (dJ/dt) dq, with the Jacobian J in the axes of the
+//! base. In other axes, the acceleration is the same vector with other components.
 
 use expr::{Expr, Function, Output};
 
@@ -18,8 +18,8 @@ use crate::kinematics::links::{JointVariables, MotionInput, link_motions_under};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
 impl Derivation<'_> {
-    /// Velocity of a frame's origin, m/s, then its angular velocity, rad/s, as a function: inputs `q`, `dq`, output `v` (6), in
-    /// the axes of `reference`, or of the frame itself for `None`.
+    /// Linear velocity of a frame's origin, m/s, and angular velocity of the frame, rad/s, as a function: inputs `q`, `dq`,
+    /// output `v` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -35,8 +35,8 @@ impl Derivation<'_> {
         Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
     }
 
-    /// Acceleration of a frame's origin, m/s^2, then its angular acceleration, rad/s^2, as a function: inputs `q`, `dq`, `ddq`,
-    /// output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
+    /// Linear acceleration of a frame's origin, m/s^2, and angular acceleration of the frame, rad/s^2, as a function: inputs
+    /// `q`, `dq`, `ddq`, output `a` (6), in the axes of `reference`, or of the frame itself for `None`.
     pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         let frame = &frame.into();
         let moving = self.motion.clone();

@@ -3,7 +3,7 @@
 //! ```text
 //! tau_f,k = FV_k dq_k + FS_k sign(dq_k) + OFF_k
 //! ```
-//! FV: viscous friction, FS: dry friction, OFF: offset. The sign of dq is an input. So the caller chooses its value at rest, and
+//! FV: viscous friction, FS: dry friction, OFF: offset. The sign of dq is an input. So the caller chooses the sign at rest, and
 //! the function has no jump.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};

@@ -5,9 +5,10 @@
 //! ```text
 //! f = z x MS (revolute) or M z (prismatic),   n = J z or MS x z
 //! ```
-//! at O_j, the origin of link j. z: joint axis; M, MS, J: mass, first moment and inertia matrix of the composite body.
-//! Transformed inward to joint k, its component along z_k is A_kj [Walker, Orin 1982]. If joint variables are linear functions of
-//! the coordinates, the inertia matrix of the coordinates is C^T A C with C = d(joint variables)/d(coordinates).
+//! at O_j, the origin of link j. z: joint axis; M, MS, J: mass, first moment and inertia matrix of the composite body. The
+//! wrench is transformed inward to joint k. Its component along z_k is then A_kj [Walker, Orin 1982]. If joint variables are
+//! linear functions of the coordinates, the inertia matrix of the coordinates is C^T A C with C = d(joint
+//! variables)/d(coordinates).
 
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, JointKind, LinkId, Robot};
@@ -58,7 +59,7 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
     }
     let Some(implicit) = implicit else { return a };
     // Passive coordinates follow dq_p = G dq, so the inertia matrix of the coordinates is [1 G^T] A [1; G]. First the rows are
-    // combined, then the columns. Both steps use the same function, because A is symmetric.
+    // combined, then the columns. Both steps use one function, because A is symmetric.
     let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
     let half = reduced(g, &implicit.G, &rows);
     let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();

@@ -9,9 +9,9 @@ pub struct LinkFrame {
     pub link: LinkId,
     /// The pose of the frame in the frame of the link.
     pub pose: Pose,
-    /// Name of the frame. The names of its functions contain it. It is empty for a frame without a name.
+    /// Name of the frame, which becomes a part of the names of functions of this frame. Empty for a frame without a name.
     pub name: String,
-    /// Whether it is a frame of the robot's file; otherwise it is Khalil's frame of the link (z along the joint axis).
+    /// Whether the frame is a frame of the robot's file. Otherwise it is Khalil's frame of the link (z along the joint axis).
     pub is_files: bool,
 }
 
@@ -22,8 +22,8 @@ impl From<LinkId> for LinkFrame {
 }
 
 impl LinkFrame {
-    /// The frame with this name. In a URDF it is the frame of a link, also of a link on a fixed joint. In other files it is the
-    /// frame of the link with this name, joint name or label. `None` if the robot has no such frame.
+    /// The frame with the name `name`. In a URDF, this is the frame of a link, which may also be on a fixed joint. In other
+    /// files, it is the frame of the link with this link name, joint name or label. `None` if the robot has no such frame.
     pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
         let of_file = robot.link_ids().find_map(|link| {
             let (_, pose) = robot.link(link).frames.iter().find(|(frame, _)| frame == name)?;
@@ -51,7 +51,8 @@ impl LinkFrame {
         robot.links.iter().flat_map(of).collect()
     }
 
-    /// A sentence for readers of a generated file. It says whether the frame is one of the robot's file or Khalil's frame.
+    /// A sentence for readers of a generated file. The sentence says whether the frame is a frame of the robot's file or
+    /// Khalil's frame.
     pub(crate) fn meaning(&self) -> &'static str {
         match self.is_files {
             true => "the frame is that of the robot's file",

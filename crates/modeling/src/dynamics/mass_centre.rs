@@ -1,12 +1,12 @@
-//! Derives the centre of mass of the moving links, its Jacobian, and the momentum about it.
+//! Derives the centre of mass of the moving links, the Jacobian of the centre of mass, and the momentum about it.
 //!
 //! ```text
 //! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
 //! ```
-//! MS_0 and M_0 are the first moment and the mass of all links together, about the base origin. (f_k, n_k) is the momentum of the
-//! bodies that coordinate k moves, per unit of dq_k and about this origin. It is computed as the unit wrench of
-//! [`crate::dynamics::inertia_matrix`]. All vectors are in the axes of the base. The masses of all links are needed; they are not
-//! identifiable from torques. The base itself and rotors are not counted.
+//! MS_0 and M_0 are the first moment and the mass of all links together, about the base origin. (f_k, n_k) is the momentum of
+//! the bodies that coordinate k moves, per unit of dq_k and about the base origin. This momentum is computed as the unit wrench
+//! of [`crate::dynamics::inertia_matrix`]. All vectors are in the axes of the base. The masses of all links are needed; they
+//! are not identifiable from torques. The base itself and rotors are not counted.
 
 use expr::{Expr, Function, Graph, Output};
 
@@ -19,8 +19,8 @@ use crate::kinematics::links::MotionInput;
 use crate::kinematics::vector::{NULL, Vector, add, cross};
 
 impl Derivation<'_> {
-    /// The centre of mass of the moving links as a function: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in
-    /// the base frame, and its Jacobian `j` (3 x n), m per rad (m).
+    /// The centre of mass of the moving links, as a function: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in
+    /// the base frame, and `j`, the Jacobian of the centre of mass (3 x n), m per rad (m).
     pub fn centre_of_mass(&mut self) -> Function {
         let x = &ParameterInputs::standard(self);
         let AllLinks { mass, centre, momenta } = whole(self, x);
@@ -65,8 +65,8 @@ struct AllLinks {
     mass: Expr,
     /// Centre of mass in the base frame, m.
     centre: Vector,
-    /// For each coordinate, the momentum per unit of its rate: momentum, then angular momentum about the base's origin (6
-    /// entries).
+    /// For each coordinate, the momentum per unit of the rate of this coordinate: momentum, then angular momentum about the
+    /// base's origin (6 entries).
     momenta: Vec<Vec<Expr>>,
 }
 
@@ -83,7 +83,8 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
             moment = add(g, moment, carried);
             mass = g.add(mass, bodies[j.0].mass);
         }
-        // Momentum (f_k, n_k) of the bodies that joint j moves, per unit of its rate, transformed inward to the base's origin.
+        // Momentum (f_k, n_k) of the bodies that joint j moves, per unit of the rate of joint j, transformed inward to the
+        // base's origin.
         let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
         let mut at = Some(j);
         while let Some(k) = at {
@@ -98,8 +99,8 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> AllLinks {
             }
         }
     }
-    // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
-    // coordinates.
+    // Passive coordinates follow from the coordinates (dq_p = G dq). So the momenta of the passive coordinates, times G^T, are
+    // added to the momenta of the coordinates.
     if let Some(implicit) = implicit {
         momenta = reduced(g, &implicit.G, &momenta);
     }

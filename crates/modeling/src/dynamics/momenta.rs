@@ -1,5 +1,5 @@
-//! Computes the momentum h of a rigid body and the first moment E of its momentum. They give the change of force and moment when
-//! velocities change.
+//! Computes the momentum h of a rigid body and the first moment E of its momentum. From h and E follows the change of force and
+//! moment when velocities change.
 //!
 //! Let r be the vector from O_j to a point of mass m, and v the velocity of this point. Summed over a body with first moment MS
 //! and inertia matrix J,
@@ -12,8 +12,8 @@
 //! ```text
 //! B(W) = (sum m W x v, sum m r x (W x v)) = (W x h, tr(E) W - E^T W)
 //! ```
-//! B is the factor of the Coriolis matrix for one body [Echeandia, Wensing 2021]. It is stored as 9 + 3 numbers (E and h) instead
-//! of a matrix of 36.
+//! B is the factor of the Coriolis matrix for one body [Echeandia, Wensing 2021]. B is stored as 9 + 3 numbers (E and h)
+//! instead of as a matrix of 36.
 
 use expr::{Expr, Graph};
 use robot::Robot;
@@ -26,12 +26,12 @@ use crate::kinematics::vector::{NULL, Vector, ZRotation, add, cross};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Momenta {
     pub h: Vector,
-    /// The matrix E = sum m r v^T, row by row; r: position of a point of mass m, v: its velocity.
+    /// The matrix E = sum m r v^T, row by row. r, v: position and velocity of a point of mass m.
     pub E: [Vector; 3],
 }
 
 impl Momenta {
-    /// The momenta of a body with angular velocity w and velocity v of its origin, in the body's frame.
+    /// The momenta of a body with angular velocity w, in the body's frame. v: velocity of the origin of this frame.
     pub(crate) fn new(g: &mut Graph, body: RigidBody, w: Vector, v: Vector) -> Momenta {
         let [xx, xy, xz, yy, yz, zz] = body.inertia;
         let half = g.constant(0.5);
@@ -100,7 +100,8 @@ impl Momenta {
         Momenta { h: add(g, self.h, b.h), E: [0, 1, 2].map(|a| add(g, self.E[a], b.E[a])) }
     }
 
-    /// Force and moment B(W) = (W x h, tr(E) W - E^T W), half of their change when the angular velocity changes by W.
+    /// Force and moment B(W) = (W x h, tr(E) W - E^T W). This is half of the change of force and moment when the angular
+    /// velocity changes by W.
     pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
         let E = &self.E;
         let n = [0, 1, 2].map(|a| {

@@ -68,8 +68,8 @@ impl Derivation<'_> {
     }
 }
 
-/// The generalised momentum A dq, one expression per coordinate. Also the momentum h and the angular momentum L about O_j of each
-/// link j together with all links that it carries, in frame j.
+/// The generalised momentum A dq, one expression per coordinate. Also, for each link j together with all links that it carries:
+/// the momentum h and the angular momentum L about O_j, in frame j.
 pub(crate) fn momentum_entries(derivation: &mut Derivation, x: &ParameterInputs) -> (Vec<Expr>, Vec<[Vector; 2]>) {
     let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
     let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
@@ -85,8 +85,8 @@ pub(crate) fn momentum_entries(derivation: &mut Derivation, x: &ParameterInputs)
             [add(g, moved, turned), add(g, own, lever)]
         })
         .collect();
-    // From the end links inward: take the component of each link's momentum along its joint axis, then add the momentum to
-    // the momentum of the antecedent.
+    // From the end links inward: take the component of each link's momentum along the joint axis, then add the link's momentum
+    // to the momentum of the antecedent.
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
         let [h, L] = momenta[j.0];
@@ -100,8 +100,8 @@ pub(crate) fn momentum_entries(derivation: &mut Derivation, x: &ParameterInputs)
             momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
         }
     }
-    // Passive coordinates follow from the others (dq_p = G dq), so their momenta, times G^T, are added to the momenta of the
-    // coordinates.
+    // Passive coordinates follow from the coordinates (dq_p = G dq). So the momenta of the passive coordinates, times G^T, are
+    // added to the momenta of the coordinates.
     let p = match implicit {
         None => p,
         Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),

@@ -1,6 +1,6 @@
-//! The part of the rate of the generalised momentum that does not depend on torques, b = C^T dq - g, together with the momentum.
-//! An observer of external torques integrates them instead of the acceleration [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
-//! 2006]:
+//! The part of the rate of the generalised momentum that does not depend on torques, b = C^T dq - g, together with the
+//! momentum. An observer of external torques integrates b and the torques, and needs no acceleration [De Luca, Albu-Schaeffer,
+//! Haddadin, Hirzinger 2006]:
 //!
 //! ```text
 //! dp/dt = tau + b,   b = C^T dq - g = dL/dq        L = K - U, the Lagrangian
@@ -14,7 +14,8 @@
 //! w, v: angular velocity of link j and velocity of O_j, in frame j. If loops are solved numerically, b is the rate of p at ddq = 0
 //! minus the torques at ddq = 0.
 //!
-//! For a load on a link, both are linear in its ten parameters. The two regressors are derived in this second way, for all robots.
+//! For a load on a link, p and b are linear in the ten parameters of the load. The two regressors are derived in the second way
+//! (rate of p minus torques) for all robots.
 
 use expr::{Expr, Function, Output};
 use robot::{Inertial, JointKind, StandardParameter, transform_inertial};
@@ -57,8 +58,9 @@ impl Derivation<'_> {
         Function::new("momentum_and_rate", &self.graph, inputs, vec![output("p", p), output("b", b)])
     }
 
-    /// The momentum p and b = C^T dq - g per unit of the ten parameters XX XY XZ YY YZ ZZ MX MY MZ M of a load fixed to `frame`,
-    /// about the frame's origin and in its axes, as a function: inputs `q`, `dq`, outputs `p` and `b` (n x 10).
+    /// The momentum p and b = C^T dq - g per unit of the ten parameters XX XY XZ YY YZ ZZ MX MY MZ M of a load fixed to
+    /// `frame`, about the origin of the frame and in the axes of the frame, as a function: inputs `q`, `dq`, outputs `p` and
+    /// `b` (n x 10).
     pub fn load_momentum(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let p = load_momenta(self, frame);

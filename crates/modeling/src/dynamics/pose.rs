@@ -1,4 +1,4 @@
-//! The pose of a link or of a frame fixed to it, its Jacobian, and the joint torques of an external wrench.
+//! The pose and the Jacobian of a link or of a frame fixed to a link, and the joint torques of an external wrench.
 //!
 //! ```text
 //! T_0j = [R_0j p_0j]            3 x 4, in the base frame
@@ -17,8 +17,8 @@ use crate::kinematics::links::Twist;
 use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
 impl Derivation<'_> {
-    /// Pose of a link, or of a frame fixed to it, in the base frame, as a function: input `q`, output `t` (3 x 4): rotation,
-    /// position in m.
+    /// Pose of a link, or of a frame fixed to a link, in the base frame, as a function: input `q`, output `t` (3 x 4):
+    /// rotation, position in m.
     pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
         let frame = &frame.into();
         let Derivation { robot, graph: g, motion, links, .. } = self;
@@ -53,14 +53,14 @@ impl Derivation<'_> {
         Function::new(&name, g, motion.configuration(), vec![output])
     }
 
-    /// Jacobian of a link or of a frame fixed to it, as a function: input `q`, output `j` (6 x n): velocity of its origin, then
-    /// angular velocity, in the axes of that frame, per unit of each coordinate's rate.
+    /// Jacobian of a link or of a frame fixed to a link, as a function: input `q`, output `j` (6 x n): velocity of the frame's
+    /// origin, then angular velocity, in the axes of the frame, per unit rate of each coordinate.
     pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
         jacobian(self, &frame.into(), None)
     }
 
-    /// Jacobian of a frame in the axes of a reference frame, as a function: input `q`, output `j` (6 x n): velocity of its
-    /// origin, then angular velocity.
+    /// Jacobian of a frame in the axes of a reference frame, as a function: input `q`, output `j` (6 x n): velocity of the
+    /// frame's origin, then angular velocity.
     pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
         jacobian(self, &frame.into(), Some(reference))
     }
@@ -118,8 +118,8 @@ fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&R
     Function::new(&name, &derivation.graph, derivation.motion.configuration(), vec![output])
 }
 
-/// Jacobian of the point p of the link (p: in the link's frame), 6 rows: velocity, then angular velocity, per unit rate of each
-/// coordinate. It is in the axes of `reference`, or of the frame for `None`.
+/// Jacobian of the point p, which is given in the link's frame, 6 rows: velocity, then angular velocity, per unit rate of each
+/// coordinate. The rows are in the axes of `reference`, or of the frame for `None`.
 pub(crate) fn jacobian_rows(
     derivation: &mut Derivation,
     frame: &LinkFrame,

@@ -96,8 +96,8 @@ pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
     })
 }
 
-/// The links on the path from link `from` to link `to` (`None`: the base): first those inward from `from`, then those outward to
-/// `to`. The links that carry both are not included.
+/// The links on the path from link `from` to link `to` (`None`: the base): first the links inward from `from`, then the links
+/// outward to `to`. Links that carry both `from` and `to` are not included.
 fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<LinkId>) {
     let to_base = |link: Option<LinkId>| {
         let next = |j: &LinkId| robot.link(*j).antecedent;

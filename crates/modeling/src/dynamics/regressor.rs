@@ -1,7 +1,7 @@
 //! The regressor D of the standard parameters: tau = D(q, dq, ddq) X.
 //!
-//! The force f and the moment n at the origin O_j that move link j are linear in its mass M, first moment MS and inertia matrix
-//! J:
+//! The force f and the moment n at the origin O_j that move link j are linear in the mass M, the first moment MS and the
+//! inertia matrix J of the link:
 //!
 //! ```text
 //! f = M a + U MS,   n = J dw + w x (J w) + MS x a
@@ -32,8 +32,8 @@ impl Derivation<'_> {
         Function::new("regressor", &self.graph, self.motion.inputs(), vec![output])
     }
 
-    /// The power of the joints per unit of each standard parameter, dq^T D, as a function. It is the time derivative of the
-    /// energy per unit of each parameter [Gautier 1997]. Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
+    /// The power of the joints per unit of each standard parameter, dq^T D, as a function. This power is the time derivative of
+    /// the energy per unit of each parameter [Gautier 1997]. Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
     pub(crate) fn power_regressor(&mut self) -> Function {
         let entries = entries(self);
         let Derivation { robot, graph: g, motion, .. } = self;

@@ -1,13 +1,14 @@
 //! Expresses links and composite bodies in common axes of a run: consecutive links on parallel joint axes.
 //!
-//! The links of a run ([`crate::kinematics::links`]) use axes that turn with the antecedent of the run and not with its joints.
-//! So no rotation is needed from one link of the run to the next. From the first link to the antecedent, only the rotation by
-//! alpha is needed, which is a right angle in most robots. One rotation about z leads from these axes to the axes of a link:
+//! The links of a run ([`crate::kinematics::links`]) use axes that turn with the antecedent of the run, but not with the joints
+//! of the run. So no rotation is needed from one link of the run to the next. From the first link to the antecedent, only the
+//! rotation by alpha is needed, which is a right angle in most robots. One rotation about z leads from these axes to the axes
+//! of a link:
 //!
 //! ```text
 //! v = Rz(psi_k) v_k,   psi_k = sum of theta over the run up to k      v in the axes of the run, v_k in the link's
 //! ```
-//! A run on the base has no antecedent; it uses the axes of its last link instead, psi_k -> psi_k - psi_last.
+//! A run on the base has no antecedent. It uses the axes of its last link instead: psi_k is replaced by psi_k - psi_last.
 //!
 //! The composite body of link k is summed in two steps. First, in the link's own axes (its ten parameters are constant there),
 //! the bodies of the runs that start on this link are added. Then the sum is rotated once into the axes of the run, and the next
@@ -47,13 +48,14 @@ pub(crate) struct InRun {
     own_a: Vector,
 }
 
-/// A link together with all links that it carries, with their joints locked.
+/// A link together with all links that it carries, with all joints between these links locked.
 #[derive(Clone, Copy)]
 pub(crate) struct CompositeBody {
     pub body: RigidBody,
-    /// The momenta of these bodies; the velocities in them are multiplied by the factor `scale` (argument of [`in_runs`]).
+    /// The momenta of the composite body. The velocities in these momenta are multiplied by the factor `scale` (argument of
+    /// [`in_runs`]).
     pub momenta: Momenta,
-    /// Force and moment about the origin of the link that give these bodies their motion.
+    /// Force and moment about the origin of the link that give the composite body its motion.
     pub wrench: [Vector; 2],
 }
 
@@ -69,8 +71,8 @@ impl CompositeBody {
         CompositeBody { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
     }
 
-    /// All quantities of the composite body in the axes of the antecedent's frame, and about its origin; `placement` is the pose
-    /// of the link there.
+    /// All quantities of the composite body in the axes of the antecedent's frame, and about the antecedent's origin.
+    /// `placement`: pose of the link in the antecedent.
     fn carried(self, g: &mut Graph, placement: &Placement) -> CompositeBody {
         CompositeBody {
             body: self.body.carried(g, placement),
@@ -157,8 +159,8 @@ pub(crate) fn in_runs(
     all
 }
 
-/// For each link, the angle of the axes of its run, relative to the first link of the run. It is zero, except for a run on the
-/// base: there it is psi_last, the turn of the last link.
+/// For each link, the angle of the axes of its run, relative to the first link of the run. The angle is zero except for a run
+/// on the base, for which it is psi_last, the turn of the last link.
 fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     // For each link, the first link of its run.
     let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
@@ -177,7 +179,7 @@ fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
     robot.link_ids().map(of).collect()
 }
 
-/// Whether a link is the first link of a run: it is on the base, or its axis is not parallel to the axis before it.
+/// Whether a link is the first link of a run: the link is on the base, or its axis is not parallel to the axis before it.
 fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
     robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
 }
@@ -190,8 +192,9 @@ pub(crate) fn wholes(
     (runs, w): (&[InRun], &[Vector]),
     x: &ParameterInputs,
 ) -> Vec<CompositeBody> {
-    // First the link's own bodies are computed, in their own axes. Then the composite bodies are summed from the end links to the
-    // base, in the axes of the runs (consecutive links on parallel axes).
+    // First, the bodies of each link are collected in the axes of this link: the link itself and, later, the runs that start on
+    // it. The composite bodies are summed from the end links to the base, in the axes of the runs (consecutive links on
+    // parallel axes).
     let mut own: Vec<CompositeBody> = Vec::with_capacity(links.len());
     for k in robot.link_ids() {
         let (run, body) = (&runs[k.0], RigidBody::new(x.body(k)));

@@ -1,7 +1,7 @@
 //! The regressor Y of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
 //! Christoffel's Coriolis matrix C.
 //!
-//! It is the regressor of the torques with every product of two rates replaced by a symmetric product of dq and dq_r
+//! Y is the regressor of the torques in which every product of two rates is replaced by a symmetric product of dq and dq_r
 //! ([`crate::kinematics::polar`]). If loops are solved numerically, half of the derivative of D(q, dq, 0) along dq_r is used
 //! instead; D: regressor of the torques.
 

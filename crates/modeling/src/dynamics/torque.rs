@@ -29,8 +29,8 @@ impl Derivation<'_> {
         torque(self, "torque", &x)
     }
 
-    /// The joint torques from the base parameters, as a function: inputs `q`, `dq`, `ddq` (n each) and `x` (X_base), output `tau`
-    /// (n), N m (N). It needs fewer operations than [`Derivation::torque`].
+    /// The joint torques from the base parameters, as a function: inputs `q`, `dq`, `ddq` (n each) and `x` (X_base), output
+    /// `tau` (n), N m (N). This function needs fewer operations than [`Derivation::torque`].
     pub fn inverse_dynamics(&mut self, base: &BaseParameters) -> Function {
         let x = ParameterInputs::base(self, base);
         torque(self, "inverse_dynamics", &x)
@@ -76,7 +76,7 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     }
 }
 
-/// Force and moment at O_j, in frame j, that give link j and all links that it carries their motion.
+/// Force and moment at O_j, in frame j, that are needed to move link j together with all links that it carries.
 pub(crate) fn wrenches(
     g: &mut Graph,
     robot: &Robot,

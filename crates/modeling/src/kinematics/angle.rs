@@ -1,8 +1,8 @@
 //! Angles as integer combinations of symbols and quarter turns, and their cosines and sines as expressions.
 //!
 //! cos and sin of a sum are expanded, so that an expression graph has only cosines and sines of single symbols. Parallel axes
-//! then share the cos and sin of common sums. An angle q3 - DEL with a constant DEL costs two products. The graph can also be
-//! evaluated in a finite field, where a sine is not a function of a number.
+//! then share the cos and sin of common sums. The cosine or sine of an angle q3 - DEL with a constant DEL then costs two
+//! products. The graph can also be evaluated in a finite field, where a sine is not a function of a number.
 
 use expr::{Expr, Graph, Node};
 
@@ -82,8 +82,8 @@ impl Angle {
     }
 }
 
-/// Gives cosine and sine of a sum of symbols their names: C23 and S23 for q2 + q3, C2m3 and S2m3 for q2 - q3, whatever quarter
-/// turns are added. `name`: the name so far, without the letter; the symbol is appended to it.
+/// Gives cosine and sine of a sum of symbols their names: C23 and S23 for q2 + q3, C2m3 and S2m3 for q2 - q3. Quarter turns in
+/// the sum do not change the names. `name`: the name so far, without the letter C or S; the symbol is appended to it.
 fn name_turn(g: &mut Graph, turn: ZRotation, quarter_turns: i64, (symbol, n): (Expr, i64), name: &mut String) {
     if !g.keeps_names() {
         return;

@@ -1,13 +1,13 @@
 //! The angular motion of a link (w w^T, dw, U = [dw]x + [w]x^2), with as few operations as its joint allows. w: angular
 //! velocity, dw: angular acceleration.
 //!
-//! U z is the second derivative of the unit vector z along the joint axis. The axis is also fixed in the antecedent, so U z
-//! follows from the antecedent's U and is only rotated with the joint:
+//! U z is the second derivative of the unit vector z along the joint axis. The axis is also fixed in the antecedent. So U z
+//! follows from the U of the antecedent and only has to be rotated with the joint:
 //!
 //! ```text
 //! U z = (w_x w_z + dw_y, w_y w_z - dw_x, -(w_x^2 + w_y^2))
 //! ```
-//! It gives dw_x and dw_y without the products of the joint's own rate, and w_x^2 + w_y^2 without a square.
+//! U z gives dw_x and dw_y without products with the joint's rate, and w_x^2 + w_y^2 without a square.
 
 use expr::{Expr, Graph};
 
@@ -18,7 +18,7 @@ use crate::kinematics::vector::{Vector, ZRotation};
 pub(crate) struct Bend {
     pub x: Expr,
     pub y: Expr,
-    /// w_x^2 + w_y^2 (w: angular velocity) if it follows from the antecedent's U; `None` if two squares must be computed.
+    /// w_x^2 + w_y^2 (w: angular velocity) if this sum follows from the antecedent's U; `None` if two squares must be computed.
     pub across: Option<Expr>,
 }
 
@@ -67,7 +67,8 @@ impl AngularMotion {
         let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, k)| product(g, i, k));
         let dw = [g.sub(yz, bend.y), g.sub(bend.x, xz), dw_z];
 
-        // The diagonal of U is w_i^2 - |w|^2, so the differences of its entries equal the differences of the squares w_i^2.
+        // The diagonal entries of U are w_i^2 - |w|^2. So the differences of these entries equal the differences of the squares
+        // w_i^2.
         let (yy, across) = match bend.across {
             Some(across) => (g.sub(across, xx), across),
             None => {

@@ -1,12 +1,12 @@
 //! Finds axis intersections: points through which several joint axes pass, as in shoulders and wrists.
 //!
-//! If coordinates k turn link j about axes z_jk through one point P, the linear parts of their twists at the origin O_j are
+//! If coordinates k turn link j about axes z_jk through one point P, the linear parts of the twists at the origin O_j are
 //!
 //! ```text
 //! d_jk = z_jk x c,   c = O_j - P
 //! ```
-//! with the same c for all of them. The axes of an intersection belong to consecutive joints: only the last intersection of a
-//! chain can get another axis.
+//! with the same c for all these coordinates. The axes of an intersection belong to consecutive joints: only the last
+//! intersection of a chain can get another axis.
 
 use expr::Graph;
 use robot::{JointKind, Link, LinkId};
@@ -18,8 +18,8 @@ use crate::kinematics::vector::{NULL, Vector, add};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AxisIntersections {
     pub all: Vec<AxisIntersection>,
-    /// For each coordinate, the index of its axis intersection. `None` if the coordinate does not move the link, or does not move
-    /// it by a single revolute joint.
+    /// For each coordinate, the index of its axis intersection. `None` if the coordinate does not move the link, or moves it by
+    /// something else than a single revolute joint.
     pub of: Vec<Option<usize>>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct AxisIntersection {
 }
 
 impl AxisIntersections {
-    /// The axis intersections of the base: none, because no coordinate moves the base.
+    /// The axis intersections of the base. There are none, because no coordinate moves the base.
     pub(crate) fn of_base(n: usize) -> AxisIntersections {
         AxisIntersections { all: Vec::new(), of: vec![None; n] }
     }
@@ -60,8 +60,8 @@ impl AxisIntersections {
                 _ => poles.begin(j),
             }
         }
-        // So far the levers (vectors from the points to O_j) are in the axes before the joint turns. The rotation by theta gives
-        // them in frame j.
+        // So far, the levers (vectors from the points to O_j) are in the axes before the joint turns. The rotation by theta
+        // converts the levers to frame j.
         for pole in &mut poles.all {
             pole.lever = placement.theta.turned(g, pole.lever);
         }
@@ -72,8 +72,8 @@ impl AxisIntersections {
         poles
     }
 
-    /// Adds a new point at O_j, for the axis of joint j. If the last point has only one axis, it is removed, because it cannot
-    /// get a second axis any more.
+    /// Adds a new point at O_j, for the axis of joint j. If the last point has only one axis, this last point is removed,
+    /// because it cannot get a second axis any more.
     fn begin(&mut self, j: LinkId) {
         if self.all.last().is_some_and(|last| last.axes < 2) {
             self.all.pop();

@@ -1,4 +1,5 @@
-//! Solves numerically for the passive coordinates of loops, if these coordinates are not affine functions of the others.
+//! Solves numerically for the passive coordinates of loops, if these coordinates are not affine functions of the other
+//! coordinates.
 //!
 //! A loop is closed if its two cut frames C and T coincide. e holds the position of T in C, m, and the vector part of the
 //! rotation between them. With J_p = de/dq_p, the iteration is
@@ -6,9 +7,9 @@
 //! ```text
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
-//! until e is at the level of rounding errors. Near a singular configuration J_p loses rank; the ratio of its smallest to its
-//! largest singular value measures the distance. Loops without common passive joints are blocks of J_p, each with its own
-//! singular values.
+//! until e is at the level of rounding errors. Near a singular configuration, J_p is almost rank-deficient. The ratio of its
+//! smallest to its largest singular value measures how near the configuration is. Loops without common passive joints are
+//! blocks of J_p, each with its own singular values.
 
 use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
@@ -22,11 +23,12 @@ const CLOSED_LOOP_ERROR: f64 = 1e-11;
 /// A configuration counts as singular if the ratio of smallest to largest singular value of the Jacobian J_p (closure error by
 /// passive coordinates) is below this value.
 const SINGULAR_VALUE_RATIO: f64 = 1e-6;
-/// Sampled configurations, and all configurations on a path between them, have at least this ratio of smallest to largest
-/// singular value of the Jacobian J_p (closure error by passive coordinates).
+/// Sampled configurations keep away from singular configurations: their ratio of smallest to largest singular value of the
+/// Jacobian J_p (closure error by passive coordinates) is at least this value. The same holds for all configurations on a path
+/// between samples.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
-/// Largest number of Gauss-Newton steps of a search. Near the solution each step doubles the number of correct digits; the halved
-/// steps before are fewer than this number.
+/// Largest number of Gauss-Newton steps of a search. Near the solution, each step doubles the number of correct digits. The
+/// halved steps before that need fewer steps than this number.
 const MAX_STEPS: usize = 60;
 /// A Gauss-Newton step is halved until |e| decreases, but at most down to about this fraction. The smallest step is then taken in
 /// any case, to escape from a minimum of |e| above zero.
@@ -39,11 +41,11 @@ const ALMOST_CLOSED_RATIO: f64 = 100.0;
 const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
 /// Largest number of sweeps of a singular value decomposition; about ten are usual.
 const MAX_SVD_SWEEPS: usize = 200;
-/// Largest step of a coordinate along a path within one assembly mode of the loops, rad or m. It is small compared with the
-/// distance between assembly modes, which meet only in singular configurations.
+/// Largest step of a coordinate along a path within one assembly mode of the loops, rad or m. The step is small compared with
+/// the distance between assembly modes, which meet only in singular configurations.
 const LARGEST_STRIDE: f64 = 0.05;
-/// Number of random configurations that are tried until the loops close at one. The search may fail for loops that close at fewer
-/// than one configuration in a thousand.
+/// Number of random configurations that are tried until the loops close at one of them. The search may fail for loops that
+/// close at fewer than one in a thousand configurations.
 const MAX_RANDOM_TRIES: usize = 2000;
 /// Number of attempts of the search for a closed configuration after which the random coordinates cover a whole turn.
 const ATTEMPTS_PER_TURN: usize = 100;
@@ -60,13 +62,13 @@ pub struct Closure {
     start: Vec<f64>,
     n_equations: usize,
     blocks: Vec<Block>,
-    /// A closed configuration (q, q_p) of the assembly mode to which the search from the start leads; `None` until it is
-    /// computed.
+    /// A closed configuration (q, q_p) of the assembly mode to which the search from the start leads; `None` until this
+    /// configuration is computed.
     origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// A diagonal block of the Jacobian J_p: loops that are solved together, as the indices of their equations (rows) and of their
-/// passive coordinates (columns).
+/// A diagonal block of the Jacobian J_p. It belongs to loops that are solved together, and consists of the indices of the
+/// equations (rows) and of the passive coordinates (columns) of these loops.
 struct Block {
     rows: Vec<usize>,
     columns: Vec<usize>,
@@ -152,12 +154,13 @@ impl Closure {
         self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
     }
 
-    /// The passive coordinates at `q`, and the ratio of smallest to largest singular value of the Jacobian J_p there.
+    /// The passive coordinates at `q`, and the ratio of smallest to largest singular value of the Jacobian J_p at this
+    /// configuration.
     fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), NotClosed> {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
-            // A closure error of NaN ends the search; it counts as not closed below.
+            // A closure error of NaN ends the search. Such an error counts as not closed below.
             if !is_finite(&e, &j) {
                 break;
             }
@@ -176,8 +179,9 @@ impl Closure {
                 }
                 fraction *= 0.5;
             }
-            // After the loop counts as closed, one more step is made. It squares the closure error, down to rounding. Without it,
-            // the error of the passive coordinates would exceed the closure error near singular configurations.
+            // After the loop counts as closed, one more step is made. This step squares the closure error, down to rounding.
+            // Without the step, the error of the passive coordinates would exceed the closure error near singular
+            // configurations.
             if is_closed {
                 break;
             }
@@ -216,8 +220,8 @@ impl Closure {
     }
 
     /// Samples closed configurations (q, q_p) of one assembly mode. From the origin, q moves in small steps to random
-    /// configurations. It stays away from singular configurations, where assembly modes meet. Fewer than `count` are found if the
-    /// loops close at few configurations.
+    /// configurations. The path stays away from singular configurations, where assembly modes meet. Fewer than `count`
+    /// configurations are found if the loops close at few configurations.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n) else { return found };
@@ -238,9 +242,9 @@ impl Closure {
         found
     }
 
-    /// Finds a closed configuration (q, q_p) of the assembly mode to which the start leads; every call gives the same one. It is
-    /// at q = 0 if the loops close there and are not singular, otherwise at random coordinates near zero with a fixed seed.
-    /// `None` if none was found.
+    /// Finds a closed configuration (q, q_p) of the assembly mode to which the start leads. Every call gives the same
+    /// configuration. It is at q = 0 if the loops close there and are not singular; otherwise it is at random coordinates near
+    /// zero, with a fixed seed. `None` if no configuration was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(ORIGIN_SEED);
         (0..MAX_RANDOM_TRIES).find_map(|attempt| {
@@ -326,7 +330,8 @@ fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
     e.iter().chain(j).all(|x| x.is_finite())
 }
 
-/// Divisor of a closure error when it is compared with its bound: the largest magnitude of an entry of J_p, at least 1.
+/// Divisor of a closure error before the error is compared with its bound: the largest magnitude of an entry of J_p, at least
+/// 1.
 fn size(j: &DMatrix<f64>) -> f64 {
     j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

@@ -1,9 +1,10 @@
 //! The robot's lengths and angles as expressions: zeros and quarter turns are exact numbers, all others are named constants.
 //!
 //! A symbol of the robot is a named constant of the expression graph. A length or an angle that is given as a number is a named
-//! constant too; its name is its place in the robot's file (`d3`, `r4`, `alpha5`). Equal numbers share one constant of the graph.
-//! A regrouping rule of a link then uses the name of this link's place ([`Constants::places`]). The value of a symbol matters
-//! only if it is exactly zero or an exact multiple of pi/2: then this number replaces the symbol.
+//! constant too; its name is its place in the robot's file (`d3`, `r4`, `alpha5`). Equal numbers at several places share one
+//! constant of the graph. In the regrouping rule of a link, this constant has the name of its place at this link
+//! ([`Constants::places`]). The value of a symbol matters only if it is exactly zero or an exact multiple of pi/2: then this
+//! number replaces the symbol.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ use robot::{Robot, SymbolId, Value};
 use crate::kinematics::angle::Angle;
 use crate::kinematics::vector::Vector;
 
-/// Creates the named constants of a robot in an expression graph, each only once.
+/// Creates the named constants of a robot in an expression graph. Each constant is created only once.
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,
@@ -86,8 +87,8 @@ impl<'a> Constants<'a> {
         if x < 0.0 { -constant } else { constant }
     }
 
-    /// The constants that stand at several places in the robot's file: name in the expression graph -> names of the places, such
-    /// as `d3` -> `d3`, `d7`.
+    /// The constants that occur at several places in the robot's file: name in the expression graph -> names of the places,
+    /// such as `d3` -> `d3`, `d7`.
     pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several

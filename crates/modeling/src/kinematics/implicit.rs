@@ -1,7 +1,7 @@
 //! Derives the rates of the passive joints of loops that are solved numerically, from the Jacobian of each loop.
 //!
-//! In a closed loop the two cut frames have the same motion. The columns of J_a and J_p are the difference of their twists per
-//! unit rate of each coordinate (J_a) and of each passive variable (J_p). Then
+//! In a closed loop the two cut frames have the same motion. The columns of J_a and J_p are the difference of the twists of
+//! these frames, per unit rate of each coordinate (J_a) and of each passive variable (J_p). Then
 //!
 //! ```text
 //! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
@@ -196,8 +196,9 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
     sum(g, &terms)
 }
 
-/// A robot that consists only of the two branches of a loop. Its base is the last link that carries both branches, and it has no
-/// gravity. The motion of this link moves both branches equally, so its variables are not in the equations of the loop.
+/// A robot that consists only of the two branches of a loop, without gravity. Its base is the last link that carries both
+/// branches. In the full robot, the motion of this link moves both branches equally, so the variables of that motion are not in
+/// the equations of the loop.
 pub(crate) struct OpenLoop {
     pub robot: Robot,
     pub cut: LinkId,
@@ -225,7 +226,7 @@ pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
         .collect()
 }
 
-/// Adds the links of a branch to `open`, and the branch's loop frame as the last link. Gives the index of the loop frame.
+/// Adds the links of a branch to `open`, and the branch's loop frame as the last link. Returns the index of the loop frame.
 fn side(robot: &Robot, open: &mut Robot, path: &[LinkId], frame: &LoopFrame, label: &str) -> LinkId {
     let mut antecedent = None;
     for &j in path {
@@ -274,8 +275,8 @@ const TRIED_CONFIGURATIONS: usize = 5;
 const CONFIGURATION_SEED: u64 = 7;
 
 /// The order of elimination of J_p: pivots (equation, passive coordinate). Complete pivoting at each of several closed
-/// configurations gives one order; the order whose smallest pivot over all configurations is largest is taken. `None` if J_p is
-/// singular or no loop closes.
+/// configurations gives one order. The smallest pivot of each order over all configurations is compared, and the order with the
+/// largest value is taken. `None` if J_p is singular or no loop closes.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
     let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(CONFIGURATION_SEED));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
@@ -283,7 +284,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // The quality of an order is its smallest pivot over all sampled configurations.
+        // The quality of an order of elimination is the smallest pivot over all sampled configurations.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));
@@ -331,7 +332,7 @@ fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
     smallest
 }
 
-/// The factors L and U of a square matrix of expressions, stored in one matrix; its pivots are on the diagonal.
+/// The factors L and U of a square matrix of expressions, stored in one matrix. The pivots are on the diagonal.
 struct Elimination {
     rows: Vec<Vec<Expr>>,
 }

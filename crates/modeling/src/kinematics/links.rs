@@ -13,8 +13,8 @@
 //! k the twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
 //!
 //! Consecutive links on parallel axes (a run) have the same orientation except for a rotation about the common direction. The
-//! angles of a run are added first, and each vector is rotated once. If the angles of passive joints cancel (in a parallelogram),
-//! there is no rotation at all.
+//! angles of a run are added first, and each vector is rotated once. If the angles of passive joints cancel, as in a
+//! parallelogram, no rotation is needed.
 
 use expr::{Expr, Graph};
 use robot::{JointKind, Link, LinkId, Robot};
@@ -28,7 +28,8 @@ use crate::kinematics::names::{name_motion, name_twists};
 pub(crate) use crate::kinematics::placement::{Placement, Twist, along_axis};
 use crate::kinematics::vector::{NULL, Vector, ZRotation, plus_cross, plus_dot};
 
-/// The motion of a link, in its own frame: angular velocity w, acceleration a of its origin minus gravity, and others.
+/// The motion of a link, in the frame of the link: angular velocity w, acceleration a of the link's origin minus gravity, and
+/// others.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
@@ -43,8 +44,8 @@ pub(crate) struct LinkMotion {
     pub parallel: Parallel,
 }
 
-/// A run of links on parallel axes. It holds w (angular velocity), bend (second derivative of the axis) and dw_z of the link
-/// before the run, and the sums of angles and rates over the run up to this link.
+/// A run of links on parallel axes. For the link before the run, it holds w (angular velocity), bend (second derivative of the
+/// axis) and dw_z. For the run up to this link, it holds the sums of angles and rates.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
@@ -58,7 +59,7 @@ pub(crate) struct Parallel {
     pub turn: Angle,
     pub rate: Expr,
     pub acceleration: Expr,
-    /// Coefficients of `rate`: its value per unit rate of each coordinate.
+    /// Coefficients of `rate`: the value of `rate` per unit rate of each coordinate.
     rates: Vec<f64>,
 }
 
@@ -208,13 +209,14 @@ impl Geometry {
     }
 }
 
-/// Second pass: the run of parallel axes up to the link. It holds the angular velocity w_0, the angular acceleration dw_0 and the
-/// twists z_0k of the link before the run, in axes before the turns of the run. It also holds the sums over the links of the run
+/// Second pass: the run of parallel axes up to the link. The run holds the angular velocity w_0, the angular acceleration dw_0
+/// and the twists z_0k of the link before the run, in axes before the turns of the run. The run also holds the sums over its
+/// links
 ///
 /// ```text
 /// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
 /// ```
-/// A link whose alpha is not zero begins a run: its w_0 = Rx(-alpha) Rz(-gamma) w_i.
+/// A link whose alpha is not zero begins a run, with w_0 = Rx(-alpha) Rz(-gamma) w_i.
 fn run_of_parallel_axes(
     g: &mut Graph,
     link: &Link,
@@ -295,7 +297,7 @@ fn acceleration_of_origin(
     a
 }
 
-/// Fifth pass: the twist of the link per unit rate of each coordinate. It is `None` if the coordinate does not move the link.
+/// Fifth pass: the twist of the link per unit rate of each coordinate; `None` for a coordinate that does not move the link.
 fn jacobian(
     g: &mut Graph,
     link: &Link,
@@ -350,7 +352,8 @@ pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: 
     }
 }
 
-/// The joint variable q_j of a link, its rate or its acceleration: sum_k c_k x_k over the coordinates with the values `x`.
+/// The joint variable q_j of a link, or the rate or the acceleration of this variable: sum_k c_k x_k over the coordinates with
+/// the values `x`.
 pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {

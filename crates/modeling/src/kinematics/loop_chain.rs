@@ -1,4 +1,5 @@
-//! The two branches of each loop as chains of constant placements and joints. From them the loop is closed algebraically.
+//! The two branches of each loop as chains of constant placements and joints. From these chains, the loop is closed
+//! algebraically.
 //!
 //! The pose of a link in its antecedent's frame is `Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)`. The joint variable turns
 //! about the last z, or slides along it. The constants of all poses are one function of the robot's symbols ([`PLACEMENT`]
@@ -18,10 +19,10 @@ pub(crate) const PLACEMENT: usize = 9;
 pub(crate) struct LoopChains {
     /// Function of the constant placements: [`PLACEMENT`] entries for each link and both loop frames of each loop.
     pub placements: Function,
-    /// For each link and loop frame of `placements`, in the same order, the joint between it and its antecedent.
+    /// For each link and loop frame of `placements`, in the same order: its joint, which connects it to its antecedent.
     pub joints: Vec<ChainJoint>,
-    /// For each loop, the indices of the links of its two branches: from the last common link to the cut frame, and to the twin
-    /// frame.
+    /// For each loop, the indices of the links of the two branches of the loop: from the last common link to the cut frame, and
+    /// to the twin frame.
     pub loops: Vec<[Vec<usize>; 2]>,
 }
 
@@ -34,7 +35,8 @@ pub(crate) struct ChainJoint {
 }
 
 impl LoopChains {
-    /// Makes the chains of all loops. `g` and `constants` belong to the derivation, so the symbols are shared with it.
+    /// Makes the chains of all loops. `g` and `constants` belong to the derivation, so the chains and the derivation share
+    /// their symbols.
     pub(crate) fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
         let (mut entries, mut joints, mut loops) = (Vec::new(), Vec::new(), Vec::new());
         for OpenLoop { robot, cut, twin } in open_loops(robot) {

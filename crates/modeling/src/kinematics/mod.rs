@@ -1,7 +1,7 @@
 //! The kinematics of a robot: its numbers as expressions, the motion of every link, closed loops.
 //!
-//! Each module uses the ones before it: [`vector`], [`angular_motion`], [`placement`], [`angle`], [`constants`], then [`links`],
-//! then [`closure`] and [`implicit`] for loops that are solved numerically.
+//! Each module uses the modules before it: [`vector`], [`angular_motion`], [`placement`], [`angle`], [`constants`], then
+//! [`links`], then [`closure`] and [`implicit`] for loops that are solved numerically.
 
 pub(crate) mod angle;
 pub(crate) mod angular_motion;

@@ -5,8 +5,8 @@ use robot::Robot;
 
 use crate::kinematics::vector::{Vector, name_vector};
 
-/// The label of each coordinate, which follows a letter in formulas: `2` in `q2`. The labels are the digits in the file if all
-/// its coordinates have names such as `q2`, otherwise the indices, from 1.
+/// The label of each coordinate, which follows a letter in formulas: `2` in `q2`. If all coordinates of the file have names
+/// such as `q2`, the labels are the digits in these names. Otherwise the labels are the indices, from 1.
 pub(crate) fn coordinate_labels(robot: &Robot) -> Vec<String> {
     let digits = |name: &str| {
         let digits = name.strip_prefix('q').filter(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))?;

@@ -30,8 +30,8 @@ pub(crate) fn polarised(
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // For each link: the second derivative of the axes of its run (consecutive links on parallel axes), and the component of dw
-    // along them, before the joints of the run turn.
+    // For each link, before the joints of its run (consecutive links on parallel axes) turn: the second derivative of the axes
+    // of the run, and the component of dw along these axes.
     let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
@@ -63,8 +63,8 @@ pub(crate) fn polarised(
     polar
 }
 
-/// The second derivative of the axis that begins a run, and dw (angular acceleration) along this axis, from the polarised motion
-/// `i` of the link before. `at`, `half`: motion of the link at dq and at half of dq_r.
+/// The second derivative of the first axis of a run, and the component of dw (angular acceleration) along this axis. `i`:
+/// polarised motion of the link before the run; `at`, `half`: motion of this link at dq and at half of dq_r.
 fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &AngularMotion) -> (Bend, Expr) {
     let dw = at.placement.to_link_before_theta(g, i.dw);
     let bend = at.placement.bend(g, &i.U).unwrap_or_else(|| {

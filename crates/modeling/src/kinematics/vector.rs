@@ -53,7 +53,7 @@ pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
     }
 }
 
-/// A rotation by an angle about z; the methods with `about_x` use it as a rotation about x.
+/// A rotation about z by an angle. The methods with `about_x` in their names use the same angle for a rotation about x.
 #[derive(Clone, Copy, Debug)]
 pub struct ZRotation {
     /// The cosine of the angle.

@@ -41,9 +41,9 @@ pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
 /// The writer of one output format. Another package registers it.
 #[derive(Clone, Copy)]
 pub struct DescriptionWriter {
-    /// The format that it writes.
+    /// The output format.
     pub format: DescriptionFormat,
-    /// The function that writes; an error text if this build does not contain the writer.
+    /// The function that writes this format; an error text if this build does not contain the function.
     pub write: Result<WriteDescription, &'static str>,
 }
 
@@ -54,14 +54,15 @@ pub(crate) fn register(writers: Vec<DescriptionWriter>) {
     WRITERS.get_or_init(|| writers);
 }
 
-/// The registered writer of `format`. Fails if there is none.
+/// The registered writer of `format`. Fails if no writer is registered for this format.
 fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Error> {
     let mut writers = WRITERS.get().into_iter().flatten();
     let writer = writers.find(|writer| writer.format == format).map(|writer| writer.write);
     writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }
 
-/// Relative torque differences up to this value count as rounding: a URDF has other frames and writes angles as decimals.
+/// Relative torque differences up to this value count as rounding. They occur because a URDF has other frames and writes angles
+/// as decimals.
 const RELATIVE_TORQUE_ROUNDING: f64 = 1e-9;
 
 /// The properties of the robot that are missing in `text`, which is read back. Fails if the text cannot be read.
@@ -77,7 +78,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
     })?;
     let mut differences = Vec::new();
-    // The text may list the coordinates in another order, or lack some.
+    // The text may list the coordinates in another order, or lack some coordinates.
     let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (before, after) = (names(robot), names(&read));
     let mut sorted = [before.clone(), after.clone()];

@@ -24,7 +24,7 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
-/// Reads a description from a text; the extension of `path` gives its format. Only files that the text refers to are opened;
+/// Reads a description from a text; the extension of `path` gives its format. Only files to which the text refers are opened;
 /// each is noted as an input of the step ([`crate::output`]).
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     opened::with(path, || {
@@ -135,7 +135,8 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Fails if the derivation would need much time or memory. The error gives estimates of both. With `any_size` it never fails.
+/// Fails if the derivation would need much time or memory. The error states the estimated time and memory. With `any_size`, the
+/// check never fails.
 pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     let size = Size::of(robot);
     if size.is_large() && !any_size {

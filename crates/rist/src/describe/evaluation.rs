@@ -42,7 +42,7 @@ pub struct OutputShape {
     pub columns: usize,
 }
 
-/// Arguments of an evaluation at many states. An argument that the quantity does not depend on may be empty.
+/// Arguments of an evaluation at many states. An argument may be empty if the quantity does not depend on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
     /// Positions, rad (m), one row per state.
@@ -81,7 +81,7 @@ enum StateSource {
     Tape(Box<StateTape>),
 }
 
-/// Number of states that are evaluated together, chosen so that their inputs and outputs stay in the cache.
+/// Number of states that are evaluated together. With this number, the inputs and outputs of these states stay in the cache.
 const STATES_PER_PASS: usize = 64;
 
 impl Evaluation {
@@ -147,11 +147,11 @@ impl Evaluation {
     /// Writes the output matrices of all states, one state after the other. The outputs of a state are NaN if a loop does not
     /// close there.
     ///
-    /// Fails if the arguments and `outputs` are not for the same number of states, or if X has another length.
+    /// Fails if the arguments and `outputs` are not for the same number of states, or if X has the wrong length.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
         let count = match self.others()[..] {
-            // The inverse geometric model does not take q, so its first other argument gives the number of states.
+            // The inverse geometric model does not take q. So the first other argument gives the number of states.
             [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
             _ => states.q.len().checked_div(n).unwrap_or(0),
         };
@@ -209,13 +209,13 @@ impl Evaluation {
         }
     }
 
-    /// The parameters that the outputs depend on; `None` if they depend on none.
+    /// The parameters on which the outputs depend; `None` if they depend on no parameters.
     pub fn parameters(&self) -> Option<ParametersOf> {
         self.parameters
     }
 }
 
-/// The rows of the argument `name`; empty if it is not given.
+/// The rows of the argument `name`; empty if the argument is not given.
 fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
     states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
 }

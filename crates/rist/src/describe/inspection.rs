@@ -107,8 +107,8 @@ impl Inspection {
             "base": (0..parameters.len()).map(|k| base(derived, rules, nominal.as_deref(), k)).collect::<Vec<_>>(),
             "regrouped": rules.regrouped,
             "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-            // Base parameters that would be added if the angles were used exactly as given. If they cannot be derived: the
-            // reason.
+            // Base parameters that would be added if the angles were used exactly as given; or the reason why these base
+            // parameters cannot be derived.
             "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
             "as_given_refused": tilted.appear.as_ref().err(),
             "no_effect": names(&parameters.no_effect),
@@ -133,12 +133,13 @@ fn expanded(model: &Model) -> Result<Rules, Error> {
     })
 }
 
-/// Base parameters that would be added if angles were used exactly as given: they exist only because an axis is almost, but not
-/// exactly, parallel or perpendicular to another.
+/// Base parameters that would be added if angles were used exactly as given. They exist only because an axis is almost, but not
+/// exactly, parallel or perpendicular to another axis.
 struct Tilted {
-    /// Name of each such parameter with its share of the torque; or the reason why they cannot be derived.
+    /// Name of each added base parameter with its share of the torque; or the reason why these base parameters cannot be
+    /// derived.
     appear: Result<Vec<(String, f64)>, String>,
-    /// Sentences on the angles that the reader replaced by exact ones.
+    /// Sentences on the angles that the reader replaced by exact angles.
     because: Vec<String>,
 }
 
@@ -205,7 +206,8 @@ fn assembly(derived: &Model) -> Option<String> {
     ))
 }
 
-/// The base parameters from the inertial parameters of the description; `None` if it has none, or if a symbol has no value.
+/// The base parameters from the inertial parameters of the description; `None` if the description has no inertial parameters,
+/// or if a symbol has no value.
 fn nominal_values(derived: &Model) -> Option<Vec<f64>> {
     let lacks_value = derived.robot.symbols.iter().any(|s| s.generic);
     derived.nominal_parameters().filter(|_| !lacks_value)
@@ -250,7 +252,7 @@ fn base(derived: &Model, rules: &Rules, nominal: Option<&[f64]>, k: usize) -> Va
     })
 }
 
-/// A symbol of the geometry as JSON, with its value; null if it has none.
+/// A symbol of the geometry as JSON, with its value; null if the symbol has no value.
 fn symbol(robot: &Robot, i: usize) -> Value {
     let value = match robot.symbols[i].generic {
         true => Value::Null,

@@ -9,8 +9,8 @@ use robot::lint::{Finding, LintOptions, Mistake, NEGLIGIBLE_SHARE, Severity, gro
 use robot::{Collision, CollisionShape, Part, Robot};
 use serde_json::{Value, json};
 
-/// A centre of mass is reported if its distance from the hull of its mesh exceeds this share of the hull's size. Collision
-/// meshes omit motors and cables, so smaller distances are normal.
+/// A centre of mass is reported if its distance from the hull of the mesh of its body exceeds this share of the size of the
+/// hull. Collision meshes omit motors and cables, so smaller distances are normal.
 const REPORTED_DISTANCE_SHARE: f64 = 0.2;
 
 /// The suspected mistakes in a description.
@@ -22,7 +22,7 @@ pub struct Lint {
     pub links: usize,
     /// Number of links without inertial parameters.
     pub without_parameters: usize,
-    /// Mass of all bodies with that of the base, and of the base alone, kg.
+    /// Two masses, kg: the mass of all bodies including the base, and the mass of the base alone.
     pub mass: [f64; 2],
 }
 
@@ -51,7 +51,7 @@ pub fn lint_with_meshes(robot: &Robot, directory: &Path, mass: Option<f64>) -> L
 }
 
 fn with_findings(robot: &Robot, findings: Vec<Finding>) -> Lint {
-    // The sum of no numbers is -0.
+    // The sum of an empty list of numbers is -0. Adding 0.0 makes it 0.
     let of_base = 0.0 + robot.base.parts.iter().map(|part| part.mass).sum::<f64>();
     let of_links = 0.0 + robot.links.iter().filter_map(|link| link.inertial).map(|x| x[9]).sum::<f64>();
     Lint {
@@ -69,7 +69,8 @@ fn outside_meshes(robot: &Robot, directory: &Path) -> Vec<Finding> {
     let parts: Vec<(Option<usize>, &str, &Part)> =
         of_base.chain(of_links).flat_map(|(k, name, parts)| parts.iter().map(move |part| (k, name, part))).collect();
     let total: f64 = parts.iter().map(|(_, _, part)| part.mass).sum();
-    // Fixed frames and sensors have masses that only have to be positive.
+    // A body of the link itself is always examined. A part that is fixed to the link, such as a frame or a sensor, is examined
+    // only if its mass is not negligible.
     let counts = |name: &str, part: &Part| part.name == name || part.mass > NEGLIGIBLE_SHARE * total;
     let mut found = Vec::new();
     for body in bodies(robot, directory) {
@@ -89,7 +90,7 @@ fn outside_meshes(robot: &Robot, directory: &Path) -> Vec<Finding> {
 }
 
 impl Lint {
-    /// Number of findings that are no mere notes.
+    /// Number of findings without those that are only notes.
     pub fn count(&self) -> usize {
         self.findings.iter().filter(|f| f.severity() != Severity::Note).count()
     }

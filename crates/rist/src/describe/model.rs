@@ -23,7 +23,7 @@ use identification::estimate::artefact::Estimate;
 
 /// A robot with its base parameters and functions.
 pub struct Model {
-    /// The file that the robot was read from, as the user named it.
+    /// The file from which the robot was read, as the user named it.
     pub path: PathBuf,
     /// The description with its options applied.
     pub robot: Robot,
@@ -35,12 +35,12 @@ pub struct Model {
     pub base_regressor: Function,
     /// Torques tau(q, dq, ddq, X), X being the standard parameters.
     pub torque: Function,
-    /// Name and fingerprint of the model. Result files store them to identify the model.
+    /// Name and fingerprint of the model. Result files store both to identify the model.
     pub reference: ModelReference,
-    /// The options with which the description was read. Result files store them.
+    /// The options with which the description was read. Result files store these options.
     pub description: Option<DescriptionOptions>,
     /// A configuration in which the numerically solved loops are closed: name and value (rad or m) of each coordinate, then of
-    /// each passive joint. The solver follows all other configurations from there. Empty without such loops.
+    /// each passive joint. The solver reaches all other configurations from this configuration. Empty without such loops.
     pub assembly: Vec<(String, f64)>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor + Send>,
@@ -62,7 +62,7 @@ impl Model {
     }
 
     /// Derives the dynamics of a description in memory; the extension of `path` gives its format. `path` is only named in
-    /// messages; this file is not opened.
+    /// messages, and no file is opened at `path`.
     pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
         let robot = parse_robot(text, path, options)?;
@@ -72,8 +72,8 @@ impl Model {
 
     /// Derives the dynamics of a robot; `path` is only named in messages.
     ///
-    /// Fails if the rank of the base parameters is not clear-cut. Fails with the numbers if the derivation would take long or
-    /// much memory, unless `any_size` is set.
+    /// Fails if the rank of the base parameters is not clear-cut. Fails with the estimated time and memory if the derivation
+    /// would need much of either, unless `any_size` is set.
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         let model = Model::at_any_rank(robot, path, any_size)?;
         match &model.parameters.refused {
@@ -82,8 +82,8 @@ impl Model {
         }
     }
 
-    /// Derives the dynamics like [`Model::of`], but does not fail at an unclear rank: [`Model::parameters`] are then the standard
-    /// parameters, ungrouped. This is enough for torques, poses and other functions without base parameters.
+    /// Derives the dynamics like [`Model::of`], but does not fail at an unclear rank: [`Model::parameters`] are then the
+    /// standard parameters, ungrouped. Such a model is enough for torques, poses and other functions without base parameters.
     pub fn at_any_rank(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
@@ -114,8 +114,8 @@ impl Model {
         })
     }
 
-    /// Applies the change `robot` to a copy of the robot and derives its model. `options` records the change in the reading
-    /// options.
+    /// Makes a copy of the robot, applies the change `robot` to the copy, and derives the model of the changed copy. `options`
+    /// records the change in the reading options.
     ///
     /// Fails if the rank of the base parameters is not clear-cut.
     pub(crate) fn changed(
@@ -184,7 +184,7 @@ impl Model {
     }
 
     /// Inertial parameters of each body in the description, in the order of [`Model::standard_map`]; `None` for a body without
-    /// them.
+    /// inertial parameters.
     pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
         self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
     }
@@ -194,14 +194,14 @@ impl Model {
         self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
     }
 
-    /// Base parameters from the inertial parameters of the description; a link without them counts as massless. `None` if no
-    /// link has any.
+    /// Base parameters from the inertial parameters of the description; a link without inertial parameters counts as massless.
+    /// `None` if no link has inertial parameters.
     pub fn nominal_parameters(&self) -> Option<Vec<f64>> {
         Some(self.parameters.values(&self.nominal_standard_parameters()?))
     }
 
-    /// Standard parameters from the inertial parameters of the description; a link without them counts as massless. `None` if
-    /// no link has any.
+    /// Standard parameters from the inertial parameters of the description; a link without inertial parameters counts as
+    /// massless. `None` if no link has inertial parameters.
     pub fn nominal_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
             return None;
@@ -275,7 +275,7 @@ impl Model {
     }
 
     /// Fails if a result file (estimate, motion, plan) was made with another robot or geometry. `differences`: sentences on
-    /// options of its description that differ from the model's options.
+    /// reading options with which the file was made and which differ from the options of this model.
     pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
@@ -306,7 +306,7 @@ pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Err
     estimate.prediction(id).ok_or_else(missing)
 }
 
-/// The coordinates of a robot: the name in its file, and whether the joint slides.
+/// The coordinates of a robot: the name of each coordinate in the robot's file, and whether the joint of the coordinate slides.
 pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let is_prismatic = |k: usize| {
         let joint = robot.joint_of(CoordinateId(k));

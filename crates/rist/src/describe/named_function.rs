@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::request::function_names;
 
 /// The function with the name `text`: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label; a link
-/// of a URDF that is fixed to a moving link is allowed. Results are in the link's frame of the file, unless a frame is named:
-/// `jacobian=5:base` is in the frame of the base, `pose=5:2` in the frame of link 2.
+/// of a URDF that is fixed to a moving link is allowed. Results are in the frame that the file gives the link, unless a frame
+/// is named: `jacobian=5:base` is in the frame of the base, `pose=5:2` in the frame of link 2.
 ///
 /// Fails with the list of names if the function or the link is unknown.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {

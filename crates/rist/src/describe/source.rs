@@ -30,7 +30,8 @@ pub struct GeneratedSource {
     pub text: String,
     /// The text of the header, only for C.
     pub header: Option<String>,
-    /// For each function, its name and the numbers of multiplications, additions, and sines and cosines in one call.
+    /// For each function, the name of the function, and the numbers of multiplications, additions, and sines and cosines in one
+    /// call.
     pub counts: Vec<(String, expr::Count)>,
 }
 
@@ -41,13 +42,13 @@ pub struct IdentifiedValues {
     /// which torques are predicted.
     pub base: Vec<f64>,
     /// Viscous, Coulomb and offset friction FV FS OFF of each coordinate: N m s/rad, N m, N m (N s/m, N, N); zero if the
-    /// estimate has none.
+    /// estimate has no such friction.
     pub friction: Vec<f64>,
     /// Names of the parameters that are neither in `base` nor in `friction`: other laws of friction, couplings, gains.
     pub left_out: Vec<String>,
     /// The logs that the estimate was made from.
     pub logs: Vec<String>,
-    /// The numbers of the monitor (external torque, contact, load); `None` if it was not asked for.
+    /// The numbers of the monitor (external torque, contact, load); `None` if no monitor is requested.
     pub monitor: Option<(String, Monitor)>,
 }
 
@@ -75,7 +76,7 @@ const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 /// that become an argument, `all` for all of them.
 ///
 /// Fails if a symbol that has to be a number has no value, if a function is unknown, or if the derivation would take long or
-/// much memory, unless `any_size` is set. If the base regressor is asked for, it fails also if the rank is not clear-cut.
+/// much memory, unless `any_size` is set. If the base regressor is requested, also fails if the rank is not clear-cut.
 pub fn generate(
     robot: &Robot,
     functions: &[String],
@@ -119,7 +120,7 @@ pub fn generate(
     })
 }
 
-/// The monitor of the values, with the link of its load, if it is asked for. Fails if it cannot be generated.
+/// The monitor of the values, with the link of its load, if a monitor is requested. Fails if the monitor cannot be generated.
 fn monitor_for<'a>(
     robot: &Robot,
     language: &Language,

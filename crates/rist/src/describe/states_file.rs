@@ -52,7 +52,7 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
 
-/// Largest size of a file of states, bytes. It is limited because all states and their outputs are held in memory.
+/// Largest size of a file of states, bytes. The size is limited because all states and their outputs are held in memory.
 const MAX_STATES_BYTES: u64 = 1 << 28;
 
 /// The inputs of the function at all states, one state after the other.

@@ -1,4 +1,4 @@
-//! Proposes names and units for the columns of a log; the user can paste them into the file of options.
+//! Proposes names and units for the columns of a log. The user can paste this proposal into the file of options.
 
 use std::fmt;
 use std::path::Path;
@@ -18,15 +18,15 @@ const READ_ROWS: usize = 20_000;
 pub struct ColumnProposal {
     /// The proposed lines of the options, and the signals for which no column was found.
     pub proposal: Proposal,
-    /// What is known of the arm, if one is named.
+    /// Options that follow from the data of the arm, if an arm is named.
     pub arm: DriveProposal,
     /// The headers of the columns of the log.
     pub header: Vec<String>,
 }
 
-/// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived.
-/// `rate`: rows per second, Hz, of a log without a clock; `None`: from the velocities, if the log has them. `arm`: name of a
-/// hobby arm or of its servos, with the form of its positions (`so101:degrees`); its data complete the proposal.
+/// Searches the first rows of a log for the signals of a robot's coordinates; no dynamics are derived. `rate`: rows per second,
+/// Hz, of a log without a clock; `None`: from the velocities, if the log has them. `arm`: name of a hobby arm or of its servos,
+/// with the form of its positions (`so101:degrees`); the data of this arm complete the proposal.
 ///
 /// Fails if the log cannot be read, or if the arm is not known or does not fit the robot.
 pub fn propose_columns(
@@ -39,7 +39,7 @@ pub fn propose_columns(
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     let mut proposal = propose(&table, &coordinates, rate);
     let arm = arm.map(|arm| complete(robot, &table, arm, &mut proposal)).transpose()?.unwrap_or_default();
-    // The units of sliding joints are shown as they are read.
+    // The units of sliding joints are shown as they will be read.
     if let Some(mapping) = proposal.mapping.take() {
         let slides: Vec<bool> = coordinates_of(robot).iter().map(|coordinate| coordinate.is_prismatic).collect();
         proposal.mapping = Some(mapping.clone().with_sliding(&slides).unwrap_or(mapping));
@@ -48,7 +48,7 @@ pub fn propose_columns(
 }
 
 impl ColumnProposal {
-    /// Whether the proposal is complete, so that the log can be read with it.
+    /// Whether the proposal is complete, so that the log can be read with this proposal.
     pub fn is_whole(&self) -> bool {
         self.proposal.mapping.is_some()
     }

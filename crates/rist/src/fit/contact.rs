@@ -1,4 +1,4 @@
-//! Intervals of a log in which the residual is an outlier, such as a contact, and fits without their rows.
+//! Intervals of a log in which the residual is an outlier, such as a contact, and fits to the rows outside these intervals.
 
 use identification::estimate::digits::percent;
 use identification::estimate::held_out;
@@ -14,7 +14,7 @@ use numerics::triangle::Triangle;
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// Intervals that are outliers, and options that leave their rows out.
+/// Intervals in which the residual is an outlier, and options that leave the rows of these intervals out.
 pub(crate) struct Contacts {
     pub(crate) events: Vec<StandingOut>,
     /// The options, with the intervals in `leave_out`.
@@ -23,19 +23,22 @@ pub(crate) struct Contacts {
     pub(crate) errors: [f64; 2],
 }
 
-/// Fits are repeated without the rows of contact until no interval is found, at most this often. A strong contact hides weak ones.
+/// Largest number of searches for intervals. After each search, the fit is repeated without the rows of contact, because a
+/// strong contact hides weak ones. The search ends earlier if no new interval is found.
 const MOST_ROUNDS: usize = 4;
-/// Contacts explain the residual if it is at most this share without their rows.
+/// Contacts explain the residual if the residual without the rows of contact, divided by the residual with them, is at most
+/// this value.
 const EXPLAINING_ERROR_RATIO: f64 = 0.8;
-/// The ends of the intervals are rounded to this many parts of a second.
+/// Number of parts of a second to which the ends of the intervals are rounded.
 const PARTS_OF_SECOND: f64 = 100.0;
 
 impl Contacts {
-    /// The contacts in logs, with parameters fitted to their other rows.
+    /// The contacts in logs. The parameters are fitted to the rows outside the contacts.
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
-        // Weights by row need the rows; the weights of joints do.
+        // Robust weights would need the single rows. Here only triangles of the joints are available, so weights by joint are
+        // used instead.
         let weights = if options.weights.losses().is_empty() { options.weights } else { Weights::Joint };
         Contacts::find(model, logs, options, MOST_ROUNDS, &|joints| fit(joints, weights).0.x)
     }
@@ -49,11 +52,12 @@ impl Contacts {
         logs: &[LogSource],
         options: &Options,
     ) -> Result<Contacts, Error> {
-        // Without a fit, a contact hides no other, so the second round only computes the error.
+        // The parameters are given, so a contact hides no other contact. One search is enough, and the second round only
+        // computes the error.
         Contacts::find(model, logs, options, 1, &|_| x.to_vec())
     }
 
-    /// `rounds`: number of searches; `parameters`: the parameters by the rows that remain.
+    /// `rounds`: number of searches; `parameters`: computes the parameters from the rows that remain.
     fn find(
         model: &Model,
         logs: &[LogSource],
@@ -87,7 +91,7 @@ impl Contacts {
                 break;
             }
             let mut events = standing_out(&linear, &records, &x)?;
-            // Many intervals of a joint are an error of the model.
+            // Many intervals of one joint mean an error of the model, not contact. So these intervals are dropped.
             events.retain(|event| event.joints.iter().any(|&joint| found.count(event.log, joint) < MOST_INTERVALS));
             if events.is_empty() {
                 break;
@@ -116,7 +120,7 @@ impl Contacts {
         !self.events.is_empty() && self.errors[1] <= EXPLAINING_ERROR_RATIO * self.errors[0]
     }
 
-    /// A sentence on each interval. If they explain the residual, the last one says so.
+    /// A sentence on each interval. If the intervals explain the residual, the last sentence says so.
     pub(crate) fn sentences(&self, model: &Model, logs: &[LogSource]) -> Vec<String> {
         let name = |event: &StandingOut| logs.get(event.log).map_or_else(String::new, LogSource::name);
         let coordinates = model.regressor().coordinates();
@@ -129,7 +133,8 @@ impl Contacts {
         sentences
     }
 
-    /// The sentences, with the option that leaves the rows out if that explains the residual.
+    /// The sentences on the intervals. If the intervals explain the residual, the last sentence names the option that leaves
+    /// their rows out.
     pub(crate) fn sentences_with_remedy(&self, model: &Model, logs: &[LogSource]) -> Vec<String> {
         let mut sentences = self.sentences(model, logs);
         if let Some(last) = sentences.last_mut().filter(|_| self.explain()) {

@@ -21,7 +21,8 @@ use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
-/// Checks whether logs belong to the robot, and names contact if they do. The logs are read as in an identification with `options`.
+/// Checks whether logs belong to the robot. If they do, contacts in the logs are named too. The logs are read as in an
+/// identification with `options`.
 ///
 /// Currents become torques by the drive gains of the options, or else by the drive gains of the description. Without gains,
 /// currents are used unscaled, and the log check gives the gains that the description implies. Fails if a log cannot be read or
@@ -34,7 +35,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<L
     Ok(found)
 }
 
-/// The check of [`examine`] without contact, and the options with which the logs were read.
+/// The check of [`examine`] without the search for contact, and the options with which the logs were read.
 pub(crate) fn examine_columns(
     model: &Model,
     logs: &[LogSource],
@@ -49,7 +50,8 @@ pub(crate) fn examine_columns(
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
     let first = log_check_of(model, logs, &records, gains, &options)?;
-    // Velocity and acceleration columns that are not the derivatives of the positions are ignored, so they cause no findings.
+    // Velocity and acceleration columns that are not the derivatives of the positions are ignored, so such columns cause no
+    // findings.
     let mut chosen = options.clone();
     let mut found = match sources(&first, &mut chosen).is_empty() {
         true => first,
@@ -69,7 +71,7 @@ pub(crate) fn examine_columns(
 }
 
 impl DoctorRequest {
-    /// The options for checking logs: those of the request, with its sample rate and drive gains.
+    /// The options for checking logs: the options of the request, including its sample rate and drive gains.
     ///
     /// Fails if a gain names an unknown coordinate.
     pub fn options(&self, model: &Model) -> Result<Options, Error> {
@@ -98,8 +100,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
         let together = log_check.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
         let together = say(&together.collect::<Vec<Change>>());
-        // Missing drive gains get no remedy here: they come from a data sheet, since the description determines them only
-        // roughly.
+        // Missing drive gains get no remedy here: gains are taken from a data sheet, because the description determines them
+        // only roughly.
         let is_said = |f: &&mut Finding| f.instead == number && !f.undo.is_empty() && f.fault != Fault::NoTorque;
         for finding in log_check.findings.iter_mut().filter(is_said) {
             finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
@@ -113,8 +115,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
 /// The remedy if no option can undo a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// Checks logs by `records`, which were made from them with `options`. `gains`: the drive gains by which currents became
-/// torques, if they are known.
+/// Checks logs by their records. `records`: made from the logs with `options`. `gains`: the drive gains by which currents
+/// became torques, if they are known.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
@@ -128,7 +130,7 @@ pub fn log_check_of<R: Records + ?Sized>(
         let described = model.nominal_parameters();
         Ok(log_check(model.regressor(), records, &suspects, described.as_deref())?)
     };
-    // Another mount of the base is searched before remedies are written, because it may replace findings.
+    // Another mount of the base is searched before remedies are written, because another mount may replace findings.
     let mut found: LogCheck = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);
@@ -143,8 +145,8 @@ pub fn log_check_of<R: Records + ?Sized>(
     let mass = |body: &usize| model.robot.link(model.body_links()[*body]).inertial.map_or(0.0, |of| of[9]);
     let bodies: Vec<(usize, f64)> = last_bodies(model).into_iter().map(|body| (body, mass(&body))).collect();
     found.look_for_load(&linear, records, (&map, described.as_deref()), &bodies)?;
-    // Velocities and accelerations count as measured if a log has their columns and the options do not replace these by
-    // derivatives.
+    // Velocities and accelerations count as measured if a log has columns for them and the options do not replace these columns
+    // by derivatives.
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

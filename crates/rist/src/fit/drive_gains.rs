@@ -1,4 +1,4 @@
-//! Determines drive gains, the torque per unit of current of each drive: some are known, the others are estimated.
+//! Determines drive gains, the torque per unit of current of each drive: some gains are known, and the others are estimated.
 
 use std::fmt::Write as _;
 
@@ -13,14 +13,14 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use identification::estimate::artefact::Estimate;
 
-/// Writes the known gains into the options, and estimates the others. `None` if all are known.
+/// Writes the known gains into the options, and estimates the other gains. `None` if all gains are known.
 pub(crate) fn drive_gains(
     model: &Model,
     logs: &[LogSource],
     given: &[(String, Gain)],
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
-    // Nothing is estimated if the logs hold torques, if the options give the gains, or if all gains are given.
+    // No gain is estimated if the logs hold torques, if the options give the gains, or if all gains are given.
     let effort = efforts(logs)?;
     if effort == Effort::Torque {
         return match given.first() {
@@ -50,9 +50,9 @@ pub(crate) fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
-    // Fails if an estimated gain is not significant, because all parameters scale with it.
+    // Fails if an estimated gain is not significant, because all parameters scale with the gains.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    // An estimated gain has to be positive, unless a negative one is expected.
+    // An estimated gain has to be positive, unless a negative gain is expected.
     let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
     let is_insignificant =
         |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= sign(*k) * found.gain[*k];
@@ -92,7 +92,7 @@ pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parame
 /// The kind of effort signal in the logs that need drive gains (motor currents or position errors); torque if no log needs them.
 /// Logs of torques may be mixed with either kind.
 ///
-/// Fails if some logs hold currents and others position errors: one gain of a joint cannot turn both into torques.
+/// Fails if some logs hold currents and others position errors: one gain of a joint cannot convert both signals into torques.
 fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
     let mut with_gains = logs.iter().filter(|log| log.effort_is().needs_gains());
     let Some(first) = with_gains.next() else { return Ok(Effort::Torque) };
@@ -146,7 +146,7 @@ pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, G
 /// depend on the gains.
 pub(crate) fn inflate_sigma(estimate: &mut Estimate, gains: &DriveGains) {
     // If friction terms were added after the gains were estimated, the numbers of parameters differ. The estimate then keeps
-    // its standard deviations.
+    // its standard deviations unchanged.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

@@ -41,7 +41,7 @@ impl HarmonicRequest {
         };
         let of =
             |what: &str, whose: &JointSelector| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
-        // Ripple also needs its number of periods per turn; the other effects need only their joints.
+        // Ripple needs joints and a number of periods per turn. All other effects need only joints.
         let mut found = Vec::new();
         for (whose, periods) in &self.ripple {
             if !(*periods > 0.0 && *periods <= LARGEST_PERIODS_PER_TURN) {

@@ -45,7 +45,7 @@ fn plain(experiment: &str) -> String {
     format!("{experiment}.csv")
 }
 
-/// The file name of the log of the experiment `experiment` when it was repeated with a load.
+/// The file name of the log of the experiment `experiment`, if the experiment was repeated with a load.
 fn loaded(experiment: &str) -> String {
     format!("{experiment}_loaded.csv")
 }
@@ -81,7 +81,8 @@ pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method)
 
 static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
 
-/// Registers the function `identify`, or the error text if this build has none. Only the first call has an effect.
+/// Registers the function `identify`, or the error text if this build does not contain the function. Only the first call has an
+/// effect.
 pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
     IN_LOOP.get_or_init(|| identify);
 }
@@ -163,8 +164,8 @@ pub fn identify_records(
     Ok(estimate)
 }
 
-/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate (such as gravity compensation). Friction is
-/// not included, because it only disturbs these experiments. Empty if a parameter is not identifiable.
+/// Uncertainty of the torques of bodies and rotors, one entry per use of the estimate (such as gravity compensation). Friction
+/// is not included, because friction is only a disturbance in these experiments. Empty if a parameter is not identifiable.
 fn errors_of_bodies(
     model: &Model,
     estimate: &Estimate,
@@ -183,7 +184,7 @@ fn errors_of_bodies(
 /// periodic logs gives less than 0.01, a saturated drive gives 1.
 const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
-/// A sentence on an experiment whose motion does not repeat; `None` if it repeats.
+/// A sentence on an experiment whose motion does not repeat; `None` if the motion repeats.
 fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
     let (joint, scatter) = experiment.scatter()?;
     (scatter > UNLIKE_PERIODS_SCATTER).then(|| {
@@ -220,7 +221,7 @@ impl ExperimentReader<'_> {
         })
     }
 
-    /// Reads the record of an experiment. Fails if its sample time differs from the plan's.
+    /// Reads the record of an experiment. Fails if the sample time of the record differs from the sample time of the plan.
     pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         if log.effort_is == Effort::PositionError {
@@ -245,8 +246,8 @@ impl ExperimentReader<'_> {
     }
 }
 
-/// Sample times that differ relatively by up to this value count as equal. Four periods of a thousand samples then end within
-/// four samples of the expected end.
+/// Sample times that differ relatively by up to this value count as equal. With this tolerance, four periods of a thousand
+/// samples end within four samples of the expected end.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
 
 /// The drive gains, one per coordinate; 1 if the logs hold torques. With currents, the gain of at least one drive, or a load,

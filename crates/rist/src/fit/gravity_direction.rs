@@ -25,8 +25,8 @@ use crate::fit::mount::{Tilt, axes};
 
 /// Largest number of samples of a log that are evaluated.
 const EVALUATED_SAMPLES: usize = 400;
-/// Another mount (orientation of the base) is accepted only if the relative residual of the torques with it, divided by the
-/// residual with the described mount, is below this value.
+/// Another mount (orientation of the base) is accepted only if it reduces the relative residual of the torques enough: the
+/// residual with this mount, divided by the residual with the described mount, must be below this value.
 const ACCEPTED_RESIDUAL_RATIO: f64 = 0.5;
 /// For a short motion: another mount is reported only if its squared residual, divided by the squared residual of the described
 /// mount, is at most this value.
@@ -37,25 +37,27 @@ const LEAST_SAMPLES: usize = 9;
 const EXPLAINED_JOINT_RESIDUAL: f64 = 0.5;
 /// No other mount is searched if the squared relative residual of the description is below this value.
 const LEAST_UNEXPLAINED_SHARE: f64 = 0.1;
-/// Smallest rotation of gravity that the log check searches, rad. The fit identifies smaller ones, because it does not assume
-/// the described bodies.
+/// Smallest rotation of gravity that the log check searches, rad. Smaller rotations are identified by the fit, which does not
+/// assume the described bodies.
 const SMALLEST_TURN_RAD: f64 = 0.26;
-/// A direction within this angle of an axis of the base is replaced by the axis, rad: bases are usually mounted along an axis.
+/// A direction is replaced by an axis of the base if the angle between them is below this value, rad, because bases are usually
+/// mounted along an axis.
 const AXIS_TOLERANCE_RAD: f64 = 0.09;
 
 /// Range of the common factor that is fitted to the torques of the described bodies, since descriptions are inaccurate.
 const LEAST_FACTOR: f64 = 0.5;
 const LARGEST_FACTOR: f64 = 2.0;
 
-/// Samples of a log. For each joint: its torques with the columns that predict them; `None` for a joint that is not used.
+/// Samples of a log. For each joint: the torques of the joint with the columns that predict these torques; `None` for a joint
+/// that is not used.
 struct SampledLog {
     states: States,
     joints: Vec<Option<GravityOfJoint>>,
 }
 
 /// The samples of one joint: its torque, its torque P without gravity, and its torques G by unit gravity along each axis. The
-/// joint's own columns (ddq, dq, sign of dq, 1) are projected out of all of them. All are divided by the norm of the projected
-/// torque.
+/// joint's own columns (ddq, dq, sign of dq, 1) are projected out of these torques. All torques are divided by the norm of the
+/// projected measured torque.
 struct GravityOfJoint {
     torque: DVector<f64>,
     columns: DMatrix<f64>,
@@ -67,12 +69,13 @@ struct Gravity {
     vector: Vector3<f64>,
     left: f64,
     before: f64,
-    /// The joints whose torque this vector explains: both residuals are over these joints.
+    /// The joints whose torque this vector explains. Both residuals are computed over these joints.
     joints: Vec<usize>,
 }
 
-/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the vector of the description
-/// if its residual is not larger, or if [`Tilt`] cannot compute the torques of gravity for the robot.
+/// Estimates gravity from the records, m/s^2 in the frame of the base, as an initial guess. Returns the vector of the
+/// description if the residual with this vector is not larger, or if [`Tilt`] cannot compute the torques of gravity for the
+/// robot.
 ///
 /// Fails if a record cannot be read.
 pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Vector3<f64>, Error> {
@@ -109,7 +112,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let Some(gravity) = look.gravity(described).filter(|found| look.is_mount(found, &described)) else { return Ok(()) };
     // Angles are rounded to five digits. With fewer digits, pi/2 would not be recognised as a quarter turn.
     let rpy = rounded_rpy(&base(model, &gravity.vector), 5);
-    // If the base parameters cannot be derived with this mount, it is not proposed.
+    // If the base parameters cannot be derived with this mount, the mount is not proposed.
     let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
@@ -125,8 +128,8 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
         return Ok(());
     }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
-    // Other explanations are kept together with the mount if their residual is about equal. They are kept alone if their
-    // residual is smaller or if they need fewer faults.
+    // Other explanations are kept together with the mount if their residual is about equal. Other explanations replace the
+    // mount if their residual is smaller or if they need fewer faults.
     let own: Vec<[f64; 2]> = log_check.findings.iter().filter(|f| f.instead == 0).filter_map(|f| f.tried).collect();
     let gross_count = turned.findings.iter().filter(|f| f.fault.is_gross()).count();
     let left = own.iter().map(|tried| tried[1]).reduce(f64::max);
@@ -242,7 +245,8 @@ impl SampledLog {
         let axis = Vector3::ith(nearest, direction[nearest].signum());
         let direction = if direction.angle(&axis) < AXIS_TOLERANCE_RAD { axis } else { direction };
         let vector = direction * described.norm();
-        // Only joints count whose torque is explained by this gravity. Descriptions do not predict the torques of light joints.
+        // Only joints whose torque is explained by this gravity count, because descriptions do not predict the torques of light
+        // joints.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT_RESIDUAL);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
@@ -264,8 +268,8 @@ impl SampledLog {
 }
 
 impl GravityOfJoint {
-    /// The samples of joint j; `None` if its own columns (ddq, dq, sign of dq, 1) explain its whole torque, or if it has too few
-    /// samples.
+    /// The samples of joint j; `None` if the joint's own columns (ddq, dq, sign of dq, 1) explain the whole torque, or if the
+    /// joint has too few samples.
     fn of(states: &States, columns: &[Vec<f64>; 4], j: usize) -> Option<GravityOfJoint> {
         let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
         if used.len() < LEAST_SAMPLES {
@@ -283,7 +287,8 @@ impl GravityOfJoint {
     }
 }
 
-/// Returns the matrix if all its entries are finite, otherwise `None`, because its decomposition would not terminate.
+/// Returns the matrix if all entries are finite, otherwise `None`. The decomposition of a matrix with other entries would not
+/// terminate.
 fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     matrix.iter().all(|x| x.is_finite()).then_some(matrix)
 }

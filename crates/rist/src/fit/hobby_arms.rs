@@ -23,11 +23,11 @@ use crate::error::Error;
 
 /// Relative standard deviation of a gain from a data sheet.
 const GAIN_DEVIATION: f64 = 0.2;
-/// Positions that are whole numbers are counts if one is at least this.
+/// Positions are counts if all are whole numbers and the largest magnitude is at least this value.
 const MIN_COUNT: f64 = 300.0;
-/// Largest position in per cent, with an allowance for rounding.
+/// Largest magnitude of a normalised position, per cent, with an allowance for rounding. Larger positions are degrees.
 const MAX_PERCENT: f64 = 100.5;
-/// Mean of two limits, in per cent of both: the position 0 of a normalised joint.
+/// Factor of the sum of two position limits that gives their mean, which is the position 0 of a normalised joint.
 const HALF: f64 = 0.5;
 
 #[derive(Deserialize)]
@@ -63,10 +63,11 @@ struct Arm {
     joints: Vec<(String, String, f64)>,
 }
 
-/// The servo of each coordinate with the number of servos that turn it, whether positions may be normalised, and the source.
+/// Three results: the servo of each coordinate with the number of servos that turn it, whether positions may be normalised, and
+/// the source of the data.
 type ArmServos = (Vec<(Servo, f64)>, bool, String);
 
-/// How an arm writes positions.
+/// The form in which an arm writes positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     Counts,
@@ -75,19 +76,20 @@ enum Form {
     Radians,
 }
 
-/// What an arm adds to a proposal of columns.
+/// The part of a proposal of columns that follows from the data of an arm.
 #[derive(Clone, Debug, Default)]
 pub struct DriveProposal {
     /// Lists of the transmission, one number per joint.
     pub transmission: Vec<Proposed>,
-    /// The gains as a field of a request, and why; `None` if the torques need none or no source gives them.
+    /// The gains as a field of a request, with the reason; `None` if the torques need no gains, or if no source gives gains.
     pub gains: Option<Proposed>,
 }
 
-/// Completes the proposal for a log by what is known of the arm `name`, which is `so101` or, with the form of its positions,
-/// `so101:degrees`. The name of a servo stands for an arm with this servo in each joint.
+/// Completes the proposal for a log from the data of the arm `name`. The name is for example `so101` or, with the form of the
+/// positions, `so101:degrees`. The name of a servo stands for an arm with this servo in each joint.
 ///
-/// Fails if the arm or the form is unknown, or if the robot does not fit it. What no value tells is added to `proposal.missing`.
+/// Fails if the arm or the form is unknown, or if the robot does not fit the arm. Properties that no value determines are added
+/// to `proposal.missing`.
 pub(super) fn complete(
     robot: &Robot,
     table: &Table,
@@ -144,7 +146,8 @@ fn form_of(word: &str) -> Result<Form, Error> {
     }
 }
 
-/// The servo of each coordinate with the number of servos that turn it, whether the positions may be normalised, and the source.
+/// Three results: the servo of each coordinate with the number of servos that turn it, whether the positions may be normalised,
+/// and the source of the data.
 fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<ArmServos, Error> {
     let n = robot.coordinates.len();
     if let Some(servo) = data.servos.get(arm) {
@@ -165,7 +168,7 @@ fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<ArmServos, Er
             found.joints.len()
         )));
     }
-    // A joint is found by its name; joints with other names are numbered as in the arm.
+    // A joint of the arm is found by its name. A coordinate with another name belongs to the joint with the same number.
     let servo = |k: usize| {
         let name = robot.coordinates[k].name.to_lowercase();
         let joint = found.joints.iter().find(|joint| name.contains(&joint.0)).unwrap_or(&found.joints[k]);
@@ -176,7 +179,7 @@ fn servos_of(robot: &Robot, data: &HobbyArms, arm: &str) -> Result<ArmServos, Er
     Ok((servos, found.normalised, found.source.clone()))
 }
 
-/// The form of the positions by their values; `None` if they may be degrees as well as normalised.
+/// The form of the positions, from their values; `None` if the positions may be degrees or normalised.
 fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Form> {
     let columns: Vec<&[f64]> = mapping.position.iter().map(|source| table.columns[source.column].as_slice()).collect();
     let largest = columns.iter().flat_map(|column| column.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -192,7 +195,7 @@ fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Fo
 /// The lists of the transmission that a form of positions needs.
 fn transmission(robot: &Robot, servos: &[(Servo, f64)], form: Form) -> Result<Vec<Proposed>, Error> {
     let list = |key: &'static str, numbers: Vec<f64>, reason: &str| {
-        // Six digits are finer than a count.
+        // Six decimals are finer than one count of an encoder.
         let each: Vec<String> = numbers.iter().map(|x| format!("{x:.6}")).collect();
         Proposed { key, value: format!("[{}]", each.join(", ")), reason: reason.into() }
     };

@@ -25,8 +25,8 @@ use crate::error::Error;
 pub struct Load {
     /// The link that carries the load.
     pub link: String,
-    /// Whether all ten parameters are determined. If so, they are in the link frame of the robot's file, otherwise in the
-    /// modified DH frame of the link.
+    /// Whether all ten parameters are determined. If so, the parameters are in the link frame of the robot's file; otherwise in
+    /// the modified DH frame of the link.
     pub is_whole: bool,
     /// The parameters XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the frame's origin.
     pub parameters: Ten,
@@ -40,14 +40,14 @@ pub struct Load {
     pub in_file_frame: bool,
 }
 
-/// How the scale of a load is known. If the scale of the torques is wrong by some per cent, all ten parameters are wrong by as
-/// many per cent.
+/// The source of the scale of a load. If the scale of the torques is wrong by some per cent, all ten parameters of the load are
+/// wrong by the same percentage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadScale {
-    /// The scale comes from a force sensor. The verdict on the sensor includes its scale.
+    /// The scale comes from a force sensor. The verdict on the sensor also covers its scale.
     Sensor,
     /// The scale comes from torques as logged, or from given gains. The number is the smallest common factor that the log check
-    /// would have detected; `None` if it would detect none.
+    /// would have detected; `None` if the log check would have detected no factor.
     AsLogged(Option<f64>),
     /// The scale comes from estimated drive gains. The standard deviation of the load includes the standard deviations of these
     /// gains.
@@ -121,8 +121,8 @@ pub(crate) fn load(
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
-/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed. Without a name it
-/// is the last body; this fails if the robot has several last bodies.
+/// Index of the body that carries the load: the named body, or the body to which a link of this name is fixed. Without a name,
+/// the last body of the chain carries the load; this fails if the robot has several last bodies.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();
@@ -256,8 +256,8 @@ impl Load {
         match self.body() {
             _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
-            // Without all ten parameters, the load cannot be transformed into the file's frame. Mass and centre are written
-            // only if they are already in that frame.
+            // If not all ten parameters are determined, the load cannot be transformed into the file's frame. Mass and centre
+            // of mass are then written only if they are already in that frame.
             None if is_point && self.in_file_frame && !self.is_whole => {
                 words_of_controllers(f, &self.link, mass, centre, None)
             }
@@ -290,8 +290,8 @@ mod tests {
         }
     }
 
-    /// Load: 2 kg at (0.1, 0, 0.2) m with inertias 0.01, 0.02 and 0.025 kg m^2 about its centre. Each syntax has its own order
-    /// of these values.
+    /// Load: 2 kg at (0.1, 0, 0.2) m with inertias 0.01, 0.02 and 0.025 kg m^2 about the centre of mass. Each syntax has its
+    /// own order of these values.
     #[test]
     fn a_load_is_told_in_the_words_of_controllers() {
         let (m, [x, z]) = (2.0, [0.1, 0.2]);

@@ -1,4 +1,4 @@
-//! Logs that were read with a model and options: their records, their log check, and possibly their regression rows.
+//! Logs that were read with a model and options: the records, the log check, and possibly the regression rows of these logs.
 
 use identification::estimate::identify::Fit;
 use identification::estimate::log_check::LogCheck;
@@ -19,9 +19,9 @@ pub(crate) struct LoadedLogs<'a> {
     pub options: Options,
     pub records: SourceRecords<'a>,
     pub log_check: LogCheck,
-    /// The rows of the equations; `None` if they were not computed.
+    /// The rows of the equations; `None` if the rows were not computed.
     pub rows: Option<Observation>,
-    /// The rows with columns for rotor inertias; `None` if they were not computed.
+    /// The rows with columns for rotor inertias; `None` if these rows were not computed.
     pub with_rotors: Option<WithRotors>,
 }
 
@@ -32,7 +32,7 @@ impl<'a> LoadedLogs<'a> {
         let gains = options.transmission.drive_gains.as_deref();
         let (log_check, rows, with_rotors) = match records.are_made_anew() {
             false => (log_check_of(model, logs, &records, gains, options)?, None, None),
-            // These records are recomputed on each use. So the rows are computed in the same pass as the log check.
+            // These records are computed again on each use. So the rows are computed in the same pass as the log check.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
                 let look = |records: &SinglePass<SourceRecords<'_>>| log_check_of(model, logs, records, gains, options);

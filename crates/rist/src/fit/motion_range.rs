@@ -7,12 +7,12 @@ use identification::rows::observation::Observation;
 
 use crate::describe::model::Model;
 
-/// A position range above this value, rad (m), counts as no limit. A speed limit above this value, rad/s (m/s), counts as none
-/// too.
+/// A position range above this value, rad (m), counts as no limit. A speed limit above this value, rad/s (m/s), counts as no
+/// limit too.
 const LIMITLESS_POSITION: f64 = 1e3;
 
 /// The range of motion of the logs. The acceleration of a joint is estimated as 2 pi f95 times its largest speed, rad/s^2
-/// (m/s^2); f95: the frequency below which 95 % of the energy of its velocity lies, Hz.
+/// (m/s^2); f95: the frequency below which 95 % of the energy of the joint's velocity lies, Hz.
 pub(crate) fn seen(observation: &Observation) -> MotionRange {
     let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
     let acceleration = |(speed, f95): (&f64, &f64)| {
@@ -45,9 +45,9 @@ pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTr
     }
 }
 
-/// The range of motion that the description allows. If it gives no position limits, the range is one turn for a revolute joint,
-/// and the range in `seen` for a prismatic joint. If it gives no speed limit, the speed in `seen` is used. The acceleration is
-/// scaled like the speed, which keeps the frequencies of `seen`.
+/// The range of motion that the description allows. Without position limits, the range is one turn for a revolute joint, and
+/// the range in `seen` for a prismatic joint. Without a speed limit, the speed in `seen` is used. The acceleration is scaled
+/// like the speed, which keeps the frequencies of `seen`.
 pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {

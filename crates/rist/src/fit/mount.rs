@@ -1,9 +1,9 @@
 //! Computes the torques that a tilt of the base causes. A tilt rotates gravity about axes of the base.
 //!
-//! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by (e x g) a. The torques per
-//! radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself has no
-//! effect, so there are two axes, both perpendicular to gravity: the two axes of the base that are farthest from gravity, made
-//! orthogonal to it and to each other.
+//! A small rotation a (rad) of the base about its axis e changes gravity g in the frame of the base by (e x g) a. The torques
+//! per radian are the torques of the described bodies at rest under the acceleration e x g. A rotation about gravity itself has
+//! no effect, so there are two axes, both perpendicular to gravity: the two axes of the base that are farthest from gravity,
+//! made orthogonal to gravity and to each other.
 
 use std::cell::RefCell;
 

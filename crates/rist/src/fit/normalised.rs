@@ -63,8 +63,8 @@ pub(super) fn look_for_shares(
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
     let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
-    // Findings that are not gross (they allow an estimate) are in the new check again. Findings that other bodies also explain
-    // are dropped, since they would need another check.
+    // Findings that are not gross (they allow an estimate) occur in the new check too. Findings that other bodies also explain
+    // are dropped, because they would need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),

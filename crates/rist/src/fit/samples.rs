@@ -40,8 +40,8 @@ use identification::estimate::artefact::Estimate;
 
 /// The outcome of an identification.
 pub struct Identification {
-    /// The model of the fit; `None` if it is the given model. It may have rotor inertias, for example, which a URDF cannot
-    /// contain.
+    /// The model of the fit, if it differs from the given model; `None` if it is the given model. The model of the fit may have
+    /// rotor inertias, for example, which a URDF cannot contain.
     pub model: Option<Model>,
     /// Parameter values, intervals, residuals and remarks.
     pub estimate: Estimate,
@@ -49,15 +49,17 @@ pub struct Identification {
     pub decided: Decisions,
     /// The load in the loaded logs; `None` without such logs.
     pub load: Option<Load>,
-    /// The identified bodies; `None` if the request did not ask for physically possible ones.
+    /// The identified bodies; `None` if the request did not ask for physically possible bodies.
     pub bodies: Option<Bodies>,
     /// The log check: whether the logs belong to the description.
     pub log_check: LogCheck,
-    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
+    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if the description has no inertial
+    /// parameters.
     pub described: Option<f64>,
-    /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the others.
+    /// Relative error |tau - W X| / |tau| of least squares on held-out segments of the logs, each predicted from the other
+    /// segments.
     pub held_out: Option<f64>,
-    /// If there are several logs: the error of each log, predicted by parameters from the others.
+    /// If there are several logs: the error of each log, predicted by parameters from the other logs.
     pub logs_left_out: Vec<LogLeftOut>,
     /// Evidence for and against the use of the identified bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
@@ -67,7 +69,7 @@ pub struct Identification {
     pub faults: Vec<HypothesisTest>,
     /// Whether the residuals have outliers at some times.
     pub has_events: bool,
-    /// Base parameters by the inertial parameters of the description; `None` if it has none.
+    /// Base parameters from the inertial parameters of the description; `None` if the description has no inertial parameters.
     pub described_parameters: Option<Vec<f64>>,
 }
 
@@ -77,7 +79,8 @@ impl Identification {
         self.model.as_ref().unwrap_or(given)
     }
 
-    /// Adds the identified unknowns: their uncertainty to the standard deviations, and their values to the remarks and decisions.
+    /// Adds the identified unknowns: the uncertainty of the unknowns to the standard deviations, and the values of the unknowns
+    /// to the remarks and decisions.
     fn with_unknowns(mut self, mut unknowns: Unknowns) -> Identification {
         inflate_by_unknowns(&mut self.estimate, &unknowns.steps);
         self.estimate.remarks.splice(..0, unknowns.remarks);
@@ -117,9 +120,10 @@ impl Identification {
 
 /// Identified physically possible bodies, and rotor inertias.
 pub struct Bodies {
-    /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of its frame.
+    /// For each link that has inertials: XX XY XZ YY YZ ZZ (kg m^2), MX MY MZ (kg m), M (kg) about the origin of the link
+    /// frame.
     pub links: Vec<(LinkId, Ten)>,
-    /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has none.
+    /// Rotor inertia of each coordinate, kg m^2 (kg); zero if the model has no rotor inertia.
     pub armatures: Vec<f64>,
     /// The reason why the bodies must not be used, if any. With a reason, no file for a simulator is written.
     pub refusal: Option<String>,
@@ -128,7 +132,7 @@ pub struct Bodies {
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
 /// Fails if the logs do not fit the robot; fails with a verdict if a gain or the delay is not identifiable. A base parameter
-/// that is not identifiable is no failure: its status says so.
+/// that is not identifiable is no failure: the status of the parameter states this.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
     identify_loaded(model, logs, &[], request)
 }
@@ -152,8 +156,8 @@ pub fn identify_loaded(
     identify_kept(model, logs, loaded, &request.samples, kept)
 }
 
-/// Identifies only the essential parameters (the smallest set with nearly the same residual); the others are zero. No bodies
-/// are computed, since they need all parameters. Loads are identified as in [`identify_loaded`].
+/// Identifies only the essential parameters (the smallest set with nearly the same residual); all other parameters are zero. No
+/// bodies are computed, because bodies need all parameters. Loads are identified as in [`identify_loaded`].
 ///
 /// Fails like [`identify`].
 pub fn identify_essential(
@@ -166,7 +170,7 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// Decisions that are tried in this order. The request can fix each of them.
+/// Decisions that are tried in this order. The request can fix each decision.
 const CANDIDATES: [VariantProposer; 10] =
     [gains, rates, contact, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 
@@ -189,7 +193,7 @@ fn identify_kept(
     let (mut log_check, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
     let (gains, map, link) = (decided.gains.as_ref(), model.standard_map(), request.loaded_link.as_deref());
-    // Load and noise are computed before the possible bodies, because these may change the fit.
+    // Load and noise are computed before the physically possible bodies, because these bodies may change the fit.
     let scales = Scales { gains, faults: &faults, log_check: &log_check };
     let of_gains = gains.map(|found| gain_remark(model, logs, &request.gain, found));
     let load = (!loaded.is_empty()).then(|| load(model, &map, link, &fit, loaded, &options, &scales)).transpose()?;
@@ -207,7 +211,7 @@ fn identify_kept(
         found.refuse(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
     }
 
-    // Adds remarks to the estimate, among them one on the gains that it depends on.
+    // Adds remarks to the estimate, among them a remark on the gains on which the estimate depends.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
@@ -243,7 +247,7 @@ fn identify_kept(
     })
 }
 
-/// An estimate, with its bodies if physically possible ones were asked for.
+/// An estimate, with physically possible bodies if they were requested.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,
@@ -264,7 +268,7 @@ impl FoundBodies {
     }
 }
 
-/// The estimate with physically possible bodies, if these were asked for. Parameters that the logs do not identify get values
+/// The estimate, with physically possible bodies if they were requested. Parameters that the logs do not identify get values
 /// from the description.
 fn found_bodies(
     model: &Model,
@@ -295,7 +299,7 @@ fn found_bodies(
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
-    // Bodies are refused if their torques at rest deviate more from the fit than the torques of the bodies in the description.
+    // Bodies are refused if their torques at rest deviate from the fit by more than the torques of the described bodies.
     let linear = options.linear_model(model.regressor());
     let at_rest = model.nominal_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &*fit;
@@ -326,7 +330,7 @@ fn found_bodies(
     })
 }
 
-/// For each coordinate, the index of the standard parameter of its rotor inertia; `None` if the model has none.
+/// For each coordinate, the index of the standard parameter of its rotor inertia; `None` if the model has no such parameter.
 fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
     let robot = &model.robot;
     let of_link = |link: LinkId| {

@@ -1,7 +1,7 @@
 //! Searches the best variant: a model, and the options of its fit.
 //!
 //! Decisions that the request leaves free are tried one after the other. Each candidate proposes a variant, and computes the
-//! error E of the fit without and with it, on segments of the logs that are held out in turn. A variant is kept if
+//! error E of the fit without and with the variant, on segments of the logs that are held out in turn. A variant is kept if
 //!
 //! ```text
 //! E(with) <= limit E(without)
@@ -38,19 +38,19 @@ use crate::fit::loaded_logs::LoadedLogs;
 use crate::fit::undetermined::with_undetermined;
 use crate::request::SamplesRequest;
 
-/// A candidate is kept if the error on held-out data with it, divided by the error without it, is at most this value.
+/// A variant is kept if the error on held-out data with the variant, divided by the error without it, is at most this value.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// Relative errors on held-out data below this value are rounding, so their differences do not count.
+/// Relative errors on held-out data below this value are rounding errors, so differences between such errors do not count.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
 /// Selects which parameters an identification keeps, and whether the bodies must be physically possible.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KeptParameters {
-    /// All parameters. If the logs are poor, the bodies are restricted to physically possible ones.
+    /// All parameters. If the logs are poor, the bodies are restricted to physically possible bodies.
     All,
     /// All parameters, even if the bodies are physically impossible.
     Free,
-    /// Only the essential parameters (the smallest set with nearly the same residual). The others are zero.
+    /// Only the essential parameters (the smallest set with nearly the same residual). All other parameters are zero.
     Essential,
     /// All parameters, with physically possible bodies. Parameters that the logs do not identify get values from the
     /// description.
@@ -80,8 +80,8 @@ pub(crate) enum Evidence {
     Given,
     /// The errors on held-out data without and with the variant; the second has to be at most `limit` times the first.
     Errors { errors: [f64; 2], limit: f64 },
-    /// An unknown of the variant is significant. It is enough that the error on held-out data falls; the two errors are without
-    /// and with the variant.
+    /// An unknown of the variant is significant. The variant is then kept if the error on held-out data falls at all. The two
+    /// errors are without and with the variant.
     Significant([f64; 2]),
 }
 
@@ -127,17 +127,17 @@ pub struct Decisions {
     pub gains: Option<DriveGains>,
     /// The delay, if one was found.
     pub delay: Option<Delay>,
-    /// The friction terms for all joints, if the request leaves their choice to the search.
+    /// The friction terms for all joints, if the request lets the search choose them.
     pub friction: Option<FrictionSelection>,
-    /// The additional friction terms of single joints, if the request leaves their choice to the search.
+    /// The additional friction terms of single joints, if the request lets the search choose them.
     pub joint_terms: Option<JointTerms>,
     /// The last Gauss-Newton step of each unknown. The values of the unknowns are in the options and the description.
     pub unknowns: Vec<UnknownStep>,
-    /// Whether the parameters are restricted to physically possible bodies although the request does not ask for it.
+    /// Whether the parameters are restricted to physically possible bodies although the request does not require this.
     pub possible_bodies: bool,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
-    /// Corrections that the request did not ask for, with the errors without and with them.
+    /// Corrections that the request did not ask for, with the errors without and with the correction.
     pub mended: Vec<Claim>,
 }
 
@@ -157,7 +157,7 @@ impl Decisions {
     }
 }
 
-/// The logs, the request for their fit, and the parameters to keep.
+/// The logs, the request for the fit of these logs, and the parameters to keep.
 #[derive(Clone, Copy)]
 pub(crate) struct FitQuestion<'a> {
     pub logs: &'a [LogSource],
@@ -171,7 +171,7 @@ pub(crate) struct Fitted {
     pub faults: Vec<HypothesisTest>,
 }
 
-/// The variant that is being tried. Its logs and its fit are computed on demand.
+/// The variant that is being tried. The logs and the fit of this variant are computed on demand.
 pub(crate) struct TriedVariant<'a> {
     pub model: &'a Model,
     pub asked: FitQuestion<'a>,
@@ -189,7 +189,7 @@ impl<'a> TriedVariant<'a> {
         }
     }
 
-    /// The logs with their check; they are read at the first call.
+    /// The logs with their check. The logs are read at the first call.
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn looked(&mut self) -> Result<&mut LoadedLogs<'a>, Error> {
@@ -218,7 +218,7 @@ impl<'a> TriedVariant<'a> {
         let fit = looked.fit(model, logs)?;
         let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
         let mut faults = with_undetermined(model, None, test)?;
-        // If the log check already reports another mount, the fit does not report it again.
+        // If the log check already reports another mount, the fit does not report this mount again.
         if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }
@@ -236,7 +236,7 @@ impl<'a> TriedVariant<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        // If the load changed during the log, the outliers are explained by this and not listed.
+        // If the load changed during the log, the change explains the outliers, and they are not listed.
         let has_events = !looked.log_check.has_changed_load()
             && !standing_out(&linear, &looked.records, fitted.fit.point().x)?.is_empty();
         let log_check = std::mem::take(&mut looked.log_check);
@@ -251,12 +251,12 @@ impl<'a> TriedVariant<'a> {
     }
 }
 
-/// Proposes a variant; `None` if there is none to try. Fails if a log cannot be read.
+/// Proposes a variant; `None` if there is no variant to try. Fails if a log cannot be read.
 pub(crate) type VariantProposer = fn(&mut TriedVariant<'_>) -> Result<Option<Proposal>, Error>;
 
 /// The result of a search.
 pub(crate) struct SearchResult<T> {
-    /// The model; `None` if it is the given one.
+    /// The model of the accepted variant; `None` if it is the given model.
     pub model: Option<Model>,
     pub options: Options,
     pub found: Decisions,

@@ -1,12 +1,12 @@
-//! Chooses the source of velocities and accelerations, if the options leave it free: columns of a log, or derivatives of
-//! positions.
+//! Chooses the source of velocities and accelerations: columns of a log, or derivatives of positions. This applies only if the
+//! options leave the source free.
 
 use identification::estimate::log_check::{LogCheck, TIMELY_S};
 use identification::estimate::options::Options;
 use identification::signals::signal_options::Velocity;
 
-/// Replaces velocity or acceleration columns by derivatives of the positions, if the log check finds that they disagree.
-/// Returns a sentence on each replacement.
+/// Replaces velocity or acceleration columns by derivatives of the positions, if the log check finds that the columns disagree
+/// with the positions. Returns a sentence on each replacement.
 pub(crate) fn sources(seen: &LogCheck, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;

@@ -10,8 +10,8 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::mount::Tilt;
 
-/// Whether rotor inertias may be missing in the description: a URDF cannot contain them, and in an MJCF they are optional.
-/// False if the options decide about them.
+/// Whether rotor inertias may be missing in the description: a URDF cannot contain rotor inertias, and in an MJCF they are
+/// optional. False if the options decide about rotor inertias.
 pub(crate) fn may_lack_rotors(model: &Model) -> bool {
     let may_say_none = model.robot.format != Format::Complete;
     let is_decided = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
@@ -36,7 +36,7 @@ pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
 /// coordinates whose rotor inertia may be missing.
 ///
 /// `fitted`: identified base parameters. The torques of a tilt are computed with bodies that have these base parameters: the
-/// standard parameter of each column is changed, the others stay.
+/// standard parameter of each column is changed, and all other standard parameters stay.
 pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(UndeterminedMechanics) -> T) -> T {
     let (of, described) = (&model.parameters, model.nominal_parameters().unwrap_or_default());
     let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));

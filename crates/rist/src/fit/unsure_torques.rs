@@ -25,13 +25,13 @@ use identification::estimate::artefact::Estimate;
 pub struct Noise {
     /// The covariance of the parameters for white noise, up to a factor.
     inverse: DMatrix<f64>,
-    /// Standard deviations of the least-norm solution, for parameters that are not identifiable. They are computed for white
-    /// noise and inflated by the autocorrelation, as for the other parameters.
+    /// Standard deviations for parameters that are not identifiable, taken from the least-norm solution. Like all other
+    /// standard deviations, they are computed for white noise and inflated by the autocorrelation.
     of_open: Vec<f64>,
-    /// For each parameter, the standard deviation by noise within logs, divided by the total one, which includes changes
-    /// between logs.
+    /// For each parameter, the standard deviation by noise within logs, divided by the total standard deviation, which includes
+    /// changes between logs.
     within_logs: Vec<f64>,
-    /// If there are several logs: for each log, the change of the parameters that its own error causes.
+    /// If there are several logs: for each log, the change of the parameters that the error of this log causes.
     moved_by_logs: Vec<Vec<f64>>,
     /// Basis of the null space of the regression rows: parameter changes without any effect on the torques of the logs.
     open: Vec<Vec<f64>>,
@@ -58,7 +58,8 @@ impl Noise {
         }
     }
 
-    /// Standard deviation of each parameter of an estimate. If the estimate gives none, that of the least-norm solution.
+    /// Standard deviation of each parameter of an estimate. If the estimate gives none, the standard deviation of the
+    /// least-norm solution is used.
     fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
         let deviation = |(c, p): (usize, &Identified)| p.sigma.or(self.of_open.get(c).copied()).unwrap_or(0.0);
         estimate.parameters.iter().enumerate().map(deviation).collect()
@@ -67,27 +68,28 @@ impl Noise {
 
 /// Data from which the uncertainty of predicted torques is computed.
 pub struct UnsureTorques {
-    /// Whether the parameters that the logs do not identify are unidentifiable in any motion. If so, no torque depends on them.
+    /// Whether no motion at all can identify the parameters that the logs do not identify. If so, no torque depends on these
+    /// parameters.
     pub opens_in_any_motion: bool,
-    /// Range of motion of the logs; below it `discount`: number of rows that contain as much information as one independent
-    /// row.
+    /// Range of motion of the logs. The field `discount` below is the number of rows that contain as much information as one
+    /// independent row.
     seen: MotionRange,
     discount: f64,
     covariance: Covariance,
     /// Parameter changes that have no effect on the torques of the logs, but on torques of some other motion.
     open: Vec<Vec<f64>>,
-    /// Whether a parameter is not identified although some other motion would identify it.
+    /// Whether some parameter is not identified although another motion would identify this parameter.
     is_open: bool,
 }
 
-/// The covariance of the parameters and the contributions to it, in the order of the parameters.
+/// The covariance of the parameters and the contributions to this covariance, in the order of the parameters.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
-    /// If there are several logs: for each log, the change of the parameters that its own error causes.
+    /// If there are several logs: for each log, the change of the parameters that the error of this log causes.
     of_logs: Vec<Vec<f64>>,
     /// For each parameter, the variance that the gains add.
     of_gains: Vec<f64>,
-    /// For each fault, the change of the parameters that it causes.
+    /// For each fault, the change of the parameters that the fault causes.
     of_faults: Vec<Vec<f64>>,
     /// Covariance by noise, gains and faults together.
     whole: Vec<Vec<f64>>,
@@ -193,7 +195,7 @@ fn values(estimate: &Estimate) -> Vec<f64> {
 }
 
 /// Whether the logs identify all parameters that any motion within the limits can identify. A deficit may remain: a sliding
-/// joint that carries its weight has one independent column too few for mass, rotor inertia and offset in any motion.
+/// joint that carries its weight has, in any motion, one independent column too few for mass, rotor inertia and offset.
 fn is_all_that_shows(model: &Model, options: &Options, estimate: &Estimate, range: &MotionRange) -> bool {
     let (linear, values) = (options.linear_model(model.regressor()), values(estimate));
     let base = linear.regressor.parameters().len();

@@ -36,16 +36,16 @@ pub struct Predicted {
     pub log: String,
     /// Residuals of the predicted torques.
     pub residuals: Residuals,
-    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if it has no inertial parameters.
+    /// Relative error |tau - W X| / |tau| of the description with fitted friction; `None` if the description has no inertial
+    /// parameters.
     pub described: Option<f64>,
     /// The relative error expected from the covariance of the parameters; `None` if the covariance is not known.
     pub unsure: Option<f64>,
-    /// Smallest possible relative error |tau - W X| / |tau|: with parameters fitted to this log alone.
+    /// Smallest possible relative error |tau - W X| / |tau|, which is reached by parameters fitted to this log alone.
     pub(crate) least: f64,
     /// A sentence on each interval in which the residual is an outlier, such as a contact.
     pub contacts: Vec<String>,
-    /// Relative error |tau - W X| / |tau|, without the rows of contacts if they explain the error. The values below are of the same
-    /// rows.
+    /// Relative error |tau - W X| / |tau|. If contacts explain the error, their rows are left out here and in all fields below.
     pub error: f64,
     /// The regression rows of the log, as one triangular matrix (R of a QR decomposition) per joint.
     pub(crate) joints: Vec<Triangle>,
@@ -62,8 +62,8 @@ impl Predicted {
 
 /// Predicts each log, with the signal options and friction terms of the estimate's fit.
 ///
-/// Empty for an estimate of experiments; use [`validate_experiments`] for it. `covariance`: covariance of the estimate's
-/// parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
+/// Empty for an estimate of experiments, for which [`validate_experiments`] is used instead. `covariance`: covariance of the
+/// estimate's parameters, if known. Fails if a log cannot be read, or if the estimate lacks a parameter.
 pub fn predictions(
     model: &Model,
     estimate: &Estimate,
@@ -131,7 +131,7 @@ pub(crate) fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
-/// Whether the estimate was fitted to the log `log`: one of its logs is the same file, or a file with the same bytes.
+/// Whether the estimate was fitted to the log `log`: one of the fitted logs is the same file, or a file with the same bytes.
 pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
     let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
     let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
@@ -141,7 +141,7 @@ pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
 /// Whether two files have the same bytes.
 fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
-    // Pipes must not be opened here, because they can be read only once.
+    // Pipes must not be opened here, because a pipe can be read only once.
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }

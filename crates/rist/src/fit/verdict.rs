@@ -24,14 +24,14 @@ pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
 
-/// Fails if the verdict on an estimate is no, unless `anyway` is set. `file`: name of the estimate's file, and `outcome`: what is
-/// not done then, for messages.
+/// Fails if the verdict on an estimate is no, unless `anyway` is set. For messages: `file`, the name of the estimate's file;
+/// `outcome`, the action that is then not done.
 pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool, outcome: &str) -> Result<(), Error> {
     let verdict = estimate_verdict(estimate);
     if verdict.trust != Trust::No || anyway {
         return Ok(());
     }
-    // The file may repeat reasons of an earlier verdict.
+    // The file may repeat the reasons of an earlier verdict.
     let mut reasons: Vec<&str> = Vec::new();
     for reason in &verdict.reasons {
         if !reasons.contains(&reason.as_str()) {
@@ -41,13 +41,14 @@ pub(crate) fn refuse_estimate(file: &Path, estimate: &Estimate, anyway: bool, ou
     Err(Error::verdict(format_args!("{}: not to be trusted: {}; {outcome}", file.display(), reasons.join("; "))))
 }
 
-/// Judges an estimate by its own content. `predicted`: its relative error on motions that were not fitted, if any.
+/// Judges an estimate by its own content. `predicted`: the relative error of the estimate on motions that were not fitted, if
+/// any.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// The evidence that an estimate contains. An estimate of logs does not store whether its held-out segments show another motion.
-/// For an estimate of a plan they do, because each experiment is another motion.
+/// The evidence that an estimate contains. An estimate of logs does not store whether its held-out segments show another
+/// motion. For an estimate of a plan, the held-out segments show another motion, because each experiment is another motion.
 pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {
@@ -65,7 +66,7 @@ pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     }
 }
 
-/// Judges an estimate by the logs that it was fitted to. The logs are read again.
+/// Judges an estimate by the logs to which it was fitted. The logs are read again.
 ///
 /// Fails if a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
@@ -81,7 +82,7 @@ pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) ->
     }))
 }
 
-/// Relative torque error of the description with fitted friction; `None` if it has no inertial parameters.
+/// Relative torque error of the description with fitted friction; `None` if the description has no inertial parameters.
 fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
     let Some(nominal) = model.nominal_parameters() else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
@@ -90,8 +91,8 @@ fn nominal_error(model: &Model, options: &Options, logs: &[LogSource]) -> Result
     Ok(Some(nominal_residuals(&linear, &joints, &vec![1.0; joints.len()], &nominal).total))
 }
 
-/// Judges an estimate by its relative torque error `total` on logs. For an estimate of experiments, this is the only evidence.
-/// `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
+/// Judges an estimate by its relative torque error `total` on logs. For an estimate of experiments, this error is the only
+/// evidence. `are_new`: none of the logs was fitted ([`crate::fit::validation::is_fitted`]).
 ///
 /// Fails if a log cannot be read.
 pub fn validation_verdict(
@@ -107,9 +108,9 @@ pub fn validation_verdict(
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let (mut log_check, _) = examine_columns(model, logs, options)?;
-    // A log too short for a fit can be long enough for a prediction, so this finding is dropped.
+    // A log that is too short for a fit can be long enough for a prediction. So the finding "too short" is dropped.
     log_check.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
-    // A contact is named, and the errors are those of the other rows.
+    // Contacts are named, and the errors are computed over the other rows.
     let x = values_of(&options.linear_model(model.regressor()), estimate)?;
     let contacts = Contacts::of_prediction(model, &x, logs, options)?;
     let mut options = options;

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::fit::samples::Identification;
 use crate::fit::validation::{Predicted, Validation, predictions};
 
-/// The verdict on an identification, and its predictions.
+/// The verdict on an identification, and the predictions on which the verdict is based.
 pub struct JudgedIdentification {
     /// Name and residuals of each log that was not fitted.
     pub predictions: Vec<(String, Residuals)>,

@@ -1,9 +1,9 @@
 //! Uses an earlier estimate as prior information in the search of the next motion.
 //!
 //! Let S be the covariance of the estimate and R'R = S^-1. The rows R are appended to the regression rows of the motion, so
-//! that the determinant is computed from the information of both. If an estimate has no covariance, its parameters count as
-//! uncorrelated, with their standard deviations. By Hadamard's inequality, this does not overstate the determinant. The noise
-//! of a torque sample is computed from the estimate's residuals:
+//! that the determinant is computed from the information of the estimate and of the motion. If an estimate has no covariance,
+//! its parameters count as uncorrelated, with their standard deviations. By Hadamard's inequality, this does not overstate the
+//! determinant. The noise of a torque sample is computed from the estimate's residuals:
 //!
 //! ```text
 //! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)

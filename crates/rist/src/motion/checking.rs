@@ -1,4 +1,4 @@
-//! Checks whether a motion keeps its limits, from the coefficients in its file and the model alone.
+//! Checks whether a motion keeps its limits. The check uses only the coefficients in the motion's file and the model.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub struct Checked {
     pub notes: Vec<String>,
     /// The limits that the motion is checked against, one entry per coordinate.
     pub limits: Vec<CoordinateLimits>,
-    /// Each single entry of `limits` with its origin (description, request or motion file).
+    /// For each single limit in `limits`, the origin of this limit (description, request or motion file).
     pub origins: Vec<EnforcedLimit>,
 }
 
@@ -61,12 +61,12 @@ impl Checked {
     }
 }
 
-/// Proves the limits of a motion again. Its file gives coefficients, times, and limits that are stricter than those of the
-/// description and of the request. Torques come from the description, or from the estimate in the request. `file` is named in
-/// messages.
+/// Proves the limits of a motion again. The file gives coefficients and times. Limits in the file count only if they are
+/// stricter than the limits of the description and of the request. Torques come from the description, or from the estimate in
+/// the request. `file` is named in messages.
 ///
 /// Distances and the floor are checked by the current rules, even if the certificate in the file does not list them. A note
-/// names what it does not list.
+/// names the requirements that this certificate does not list.
 ///
 /// Fails if the motion was made with another model, if the file holds no motion, or if the limits exclude every motion.
 pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
@@ -107,7 +107,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let certificate = obligations.certificate(&motion);
 
-    // Requirements that the proof does not cover, and assumptions of the proof.
+    // Requirements that the proof does not cover, and assumptions on which the proof is based.
     let mut left_out = surroundings.left_out.clone();
     left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
@@ -122,7 +122,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
 }
 
-/// The error margins of the user. A larger margin in the motion's own file replaces the user's margin.
+/// The error margins of the user. If the motion's own file has a larger margin, the larger margin is used.
 fn margins_of(
     artefact: &ExcitingMotion,
     file: &Path,
@@ -134,7 +134,7 @@ fn margins_of(
     Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
-/// A note if the file of the estimate that gives the torques was changed after it was written.
+/// A note if the file of the estimate `after`, which gives the torques, was changed after rist wrote it.
 pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
     request.after.as_ref()?.checksum.note("[after]")
 }
@@ -161,7 +161,7 @@ fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[EnforcedLimit
     notes
 }
 
-/// Reports kinds of limits that only the motion's file gives; `None` if there are none.
+/// Reports kinds of limits that only the motion's file gives; `None` if there are no such limits.
 fn limits_of_file(origins: &[EnforcedLimit]) -> Option<LeftOut> {
     let kinds = kinds_of_motion_alone(origins);
     let what =
@@ -178,8 +178,8 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
         .then(|| LeftOut::assumed(LeftOutTopic::Effort, of, what, "the description"))
 }
 
-/// A note on gaps (pairs of bodies with a least allowed distance) that the certificate in the motion's file does not list. They
-/// are proved too, because a file must not decide which requirements it has to meet.
+/// A note on gaps (pairs of bodies with a least allowed distance) that the certificate in the motion's file does not list.
+/// These gaps are proved too, because a file must not decide which requirements it has to meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
     // Certificates of an earlier version name a gap by the link that carries the body.
     let is_listed = |gap: &Gap| {
@@ -215,8 +215,8 @@ fn enforced_limits(
         let (mut own, rows) = enforced(name, &joint.limits, &coordinate.limits, of_file.as_ref())
             .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
-            // The motion moves a coordinate that should be locked. Its position limits then enclose only the locked position,
-            // and its bodies count as moving.
+            // The motion moves a coordinate that should be locked. So the position limits of this coordinate enclose only the
+            // locked position, and the bodies that it moves count as moving.
             own = CoordinateLimits {
                 position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
                 locked: None,

@@ -30,7 +30,7 @@ use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::torque_left_out;
 use crate::request::CheckRequest;
 
-/// States which derivatives of a trajectory have no bound, because a derivative jumps at points.
+/// The lowest derivative of a trajectory that has no bound, because the derivative below it jumps at points.
 struct Discontinuity {
     /// The lowest derivative without bound. All higher derivatives have no bound either.
     from: LimitKind,
@@ -40,14 +40,14 @@ struct Discontinuity {
     slack: f64,
 }
 
-/// A plan uses its limits fully. An excess over a limit up to this share of the limit counts as rounding.
+/// A plan uses its limits fully. An excess over a limit counts as rounding if it is at most this share of the limit.
 const PLAN_ROUNDING_SHARE: f64 = 1e-9;
 /// A motion of a locked coordinate up to this amplitude counts as rounding, rad (m).
 const LOCKED_TOLERANCE: f64 = 1e-9;
 
 /// Proves the limits of a motion through points from another source, with the given interpolation. If none is given, the
-/// smoothest interpolation that the points allow is used. Limits come from the description and the request; efforts and powers
-/// may reach them fully.
+/// smoothest interpolation that the points allow is used. Limits come from the description and the request. Efforts and powers
+/// may use these limits fully.
 ///
 /// Fails if the file moves an unknown coordinate, or does not give the position of a coordinate; if the points lack derivatives
 /// that the interpolation needs; or if the limits exclude every motion.
@@ -116,8 +116,8 @@ pub fn check_experiments(
     Ok(plan.experiments.iter().zip(&experiments).map(one).collect())
 }
 
-/// A lower bound of the D-efficiency of a plan, computed again from the proof in its file, the model and the candidates in the
-/// file. `None` if the plan has no proof.
+/// A lower bound of the D-efficiency of a plan, computed again from the proof and the candidates in the plan's file, and from
+/// the model. `None` if the plan has no proof.
 ///
 /// Fails if the plan was made with another model, or if the proof proves nothing.
 pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<Option<f64>, Error> {
@@ -144,7 +144,7 @@ pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Res
     names.iter().zip(&model.robot.coordinates).map(one).collect()
 }
 
-/// The limits for a proof. A limit is infinite if it is not given, or if jumps leave the quantity without a bound.
+/// The limits for a proof. A limit is infinite if no limit is given, or if jumps leave the quantity without a bound.
 fn bounds(asked: &AskedLimits, jumps: &Discontinuity) -> CoordinateLimits {
     let unlimited = f64::INFINITY;
     let is_bounded = |kind: LimitKind| {
@@ -220,8 +220,8 @@ impl<'a> CourseCheck<'a> {
         CourseCheck::new(model, request, asked, jumps)
     }
 
-    /// Extends a position limit by the tolerance of the proof, if the points start or end exactly at it, as for a folded arm.
-    /// The proof is not more accurate than this tolerance.
+    /// Extends a position limit by the tolerance of the proof, if the points start or end exactly at this limit, as for a
+    /// folded arm. The proof is not more accurate than this tolerance.
     fn let_stand_at_ends(&mut self, points: &PointTrajectory) {
         for (limits, q) in self.limits.iter_mut().zip(points.positions()) {
             let (low, high) = limits.position;
@@ -275,7 +275,7 @@ impl<'a> CourseCheck<'a> {
     }
 }
 
-/// Reports kinds of limits that the certificate does not cover: they are not given, or jumps leave the quantity without a
+/// Reports kinds of limits that the certificate does not cover. Either no limit is given, or jumps leave the quantity without a
 /// bound.
 fn unbounded(
     names: &[String],
@@ -295,7 +295,7 @@ fn unbounded(
             vec![format!("{kind} of {}", all.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", "))]
         };
         if !jumping.is_empty() {
-            // A limit that the user gives must not be ignored, even if the description gives it too.
+            // A limit that the user gives must not be ignored, even if the description gives this limit too.
             let is_asked = |&k: &usize| {
                 request.limits.as_ref().is_some_and(|f| f.of(&names[k]).bounds(kind).or(f.all.bounds(kind)).is_some())
             };

@@ -9,7 +9,7 @@ use experiments::motion::sample_count::check_samples;
 use crate::error::Error;
 use crate::request::{ExciteRequest, MotionFamily};
 
-/// Number of instants per period of the highest harmonic. It resolves products of three harmonics.
+/// Number of instants per period of the highest harmonic. With this number, products of three harmonics are resolved.
 const INSTANTS_PER_HARMONIC: usize = 30;
 /// Least number of instants per period of a Fourier series.
 const LEAST_INSTANTS: usize = 100;
@@ -29,9 +29,9 @@ fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) ->
 const SHORTEST_PERIOD_S: f64 = 5.0;
 const LONGEST_PERIOD_S: f64 = 20.0;
 
-/// The default period, s: the longer of two periods (each the median over the joints), limited to 5 to 20 s. With the first, the
-/// fundamental reaches the position limits and the velocity limit together. With the second, the highest harmonic reaches the
-/// velocity limit and the acceleration limit together.
+/// The default period, s: the longer of two periods (each the median over the joints), limited to 5 to 20 s. With the first
+/// period, the fundamental reaches the position limits and the velocity limit at once. With the second period, the highest
+/// harmonic reaches the velocity limit and the acceleration limit at once.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let turn = std::f64::consts::TAU;
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
@@ -43,10 +43,11 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
 const FEW_HARMONICS: usize = 5;
 /// Largest number of harmonics by default.
 const MANY_HARMONICS: usize = 8;
-/// With more moving joints than this, the default number of harmonics stays at its minimum, since the search would take
-/// minutes.
+/// Largest number of moving joints for which more harmonics than the minimum are used by default. With more joints, the search
+/// would take minutes.
 const FEW_JOINTS: usize = 8;
-/// Highest useful frequency, divided by the frequency at which a joint reaches its velocity and acceleration limits together.
+/// Highest useful frequency, divided by the frequency at which a joint reaches its velocity limit and its acceleration limit at
+/// once.
 const CORNER_FREQUENCY_FACTOR: f64 = 1.5;
 
 /// The default number of harmonics, 5 to 8: the number that the median joint can use in this period. On a UR5, eight harmonics
@@ -68,7 +69,7 @@ const LARGEST_SPANS: f64 = 30.0;
 
 /// The default number of spans of a spline, 8 to 30. A span takes 1.5 times the time in which the median joint reaches its
 /// largest velocity from rest. More spans would make the motion in each span small, and the search time grows with the cube of
-/// the number.
+/// the number of spans.
 fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     let rise = middle(limits, |l| l.velocity / l.acceleration);
     (period / (SPAN_OVER_RISE * rise)).round().clamp(LEAST_SPANS, LARGEST_SPANS) as usize
@@ -80,8 +81,8 @@ const BLEND_OVER_RISE: f64 = 2.5;
 /// Shortest default blend (time from rest to the motion), s.
 const SHORTEST_BLEND_S: f64 = 0.5;
 
-/// The default duration of the blend (time from rest to the motion), s: the longest time in which a joint reaches its largest
-/// velocity from rest at 0.4 of its largest acceleration; at least 0.5 s.
+/// The default duration of the blend (time from rest to the motion), s: each joint needs some time from rest to its largest
+/// velocity, at 0.4 of its largest acceleration; the longest of these times is taken, but at least 0.5 s.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| BLEND_OVER_RISE * l.velocity / l.acceleration).fold(SHORTEST_BLEND_S, f64::max)

@@ -1,4 +1,4 @@
-//! Searches a motion that makes the parameters of a model identifiable, and proves that it keeps its limits.
+//! Searches a motion that makes the parameters of a model identifiable, and proves that this motion keeps its limits.
 
 use std::path::Path;
 use std::time::Duration;
@@ -49,13 +49,13 @@ use crate::request::ExciteRequest;
 /// (det^(1/p) or cond_fro) and the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// Longest duration of the proof after an interruption, because the user waits for its end.
+/// Longest duration of the proof after an interruption. The time is limited because the user waits for the end of the program.
 pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_secs(2);
 
 /// Searches the motion with the largest determinant of the information (or the smallest condition number) of the regressor
 /// columns, and proves its limits. If the proof fails, the certificate of the motion states it.
 ///
-/// Links keep a default distance. If no motion is found with it, smaller distances are tried.
+/// Links keep a default distance. If no motion is found with this distance, smaller distances are tried.
 ///
 /// Fails if a number of the request gives no motion, or if no motion is found within the limits. If the user interrupts the
 /// search, it continues with the best motion found; an interrupted proof fails.
@@ -64,8 +64,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let steps = KeptRoom::steps(request);
     let mut floor_is_tried = true;
     for (i, kept) in steps.iter().enumerate() {
-        // A step without floor is skipped, if the step with floor and the same distance has already found that no floor
-        // applies.
+        // A step without floor is skipped if the step with floor and the same distance has shown that no floor applies.
         let is_last = i + 1 == steps.len();
         if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
             continue;
@@ -106,7 +105,8 @@ fn searched(
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let conditions = Conditions::new(model, request, &regressor, kept);
-    // If the conditions fail with the assumed floor, a body may be below it in every pose. So the next step has no floor.
+    // If the conditions fail with the assumed floor, a body may be below this floor in every pose. So the next step has no
+    // floor.
     if conditions.is_err() && kept.assumes_floor && !is_last {
         return Interruption::check().map(|()| SearchOutcome::NoPose { floor: true }).map_err(Error::from);
     }
@@ -150,8 +150,8 @@ fn searched(
         Err(why) => return Ok(SearchOutcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
-    // Take the best motion whose limits are proven, or else the best motion. The certificate of the latter states that the proof
-    // failed.
+    // Take the best motion whose limits are proven. If no motion is proven, take the best motion; its certificate then states
+    // that the proof failed.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
@@ -173,7 +173,7 @@ struct Conditions<'a> {
     model: &'a Model,
     request: &'a ExciteRequest,
     names: Vec<String>,
-    /// The limits of the request; none is looser than the description.
+    /// The limits of the request. None of these limits is looser than the limit of the description.
     stated: Vec<CoordinateLimits>,
     /// Error margins of the robot (tracking, encoder zeros, bodies, payload).
     errors: ErrorMargins,
@@ -198,8 +198,8 @@ impl<'a> Conditions<'a> {
         SearchedSpace { model, request, names, limits, surroundings }
     }
 
-    /// The conditions of a request, with notes on them. Fails if they exclude every motion, or if a requirement of the user
-    /// cannot be checked.
+    /// The conditions of a request, with notes on the conditions. Fails if they exclude every motion, or if a requirement of
+    /// the user cannot be checked.
     fn new(
         model: &'a Model,
         request: &'a ExciteRequest,
@@ -321,8 +321,8 @@ pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result
     }
 }
 
-/// A note if the search was interrupted. The amplitudes of the best motion found are then reduced to the limits, and its limits
-/// are proved, unless the user interrupts this too. Fails if no motion was found.
+/// A note if the search was interrupted. The amplitudes of the best motion found are then reduced to the limits, and the limits
+/// are proved, unless the user interrupts the proof too. Fails if no motion was found.
 fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),
@@ -334,7 +334,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// The limits of the request, none looser than the description, and notes on them.
+/// The limits of the request, none looser than the description, and notes on these limits.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,
@@ -350,7 +350,7 @@ fn limits_and_notes(
     Ok((limits, notes))
 }
 
-/// The torques of an estimate. Fails if it was made with another model, or lacks parameters of this model.
+/// The torques of an estimate. Fails if the estimate was made with another model, or if it lacks parameters of this model.
 pub(crate) fn identified_torque(
     model: &Model,
     names: &[String],

@@ -2,16 +2,16 @@
 //!
 //! A process may use the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the free memory of its
 //! control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these files
-//! first). The free memory changes no result; it only serves to refuse a request that would run out of memory.
+//! first). The free memory changes no result. It is used only to refuse a request that would run out of memory.
 
 use std::path::Path;
 
 use gate::source;
 
-/// Largest size that is read of such a file, bytes.
+/// Largest number of bytes that is read of a system file.
 const LARGEST_FILE_BYTES: usize = 1 << 16;
 
-/// Memory that the process may still use, bytes; `None` if it is unknown.
+/// Memory that the process may still use, bytes; `None` if this number is unknown.
 pub(crate) fn free_bytes() -> Option<f64> {
     let text = |path: &str| String::from_utf8(source::system_file_head(Path::new(path), LARGEST_FILE_BYTES).ok()?).ok();
     let of_machine = text("/proc/meminfo").and_then(|content| available(&content));

@@ -6,13 +6,14 @@ use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use crate::describe::model::Model;
 use crate::request::ExciteRequest;
 
-/// Default distance of revolute joints to their position limits, rad. It exceeds usual errors of encoder zero and tracking.
+/// Default distance of revolute joints to their position limits, rad. This distance exceeds usual errors of encoder zero and
+/// tracking.
 const DISTANCE_FROM_ENDS_RAD: f64 = 0.02;
 /// The default distance to a position limit is at most this share of the joint's range, so that joints with a small range can
 /// move.
 const SHARE_OF_RANGE: f64 = 0.02;
-/// Default distances between links and to the floor, m, in the order in which they are tried. The second is also the distance
-/// that a check demands of motions from other sources.
+/// Default distances between links and to the floor, m, in the order in which they are tried. The second distance is also
+/// required by a check of motions from other sources.
 const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
 
 /// The default distances between bodies in one step of a search.
@@ -26,7 +27,7 @@ pub(crate) struct KeptRoom {
 }
 
 impl KeptRoom {
-    /// The default distances to try, in this order: first with an assumed floor, then without.
+    /// The default distances to try, in this order: first with an assumed floor, then without a floor.
     pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
         let space = request.space();
         let spacings = match space.spacing {
@@ -59,8 +60,8 @@ impl KeptRoom {
     }
 }
 
-/// Narrows the position limits of revolute joints by the default distance, if only the description gives them and no margin of
-/// joints is given. Returns a note on this.
+/// Narrows the position limits of revolute joints by the default distance, if only the description gives limits and no margin
+/// of joints is given. Returns a note on the narrowed limits.
 pub(crate) fn keep_from_ends(
     model: &Model,
     request: &ExciteRequest,

@@ -14,9 +14,9 @@ use crate::motion::nominal::nominal_friction;
 pub(crate) struct KnownTorque<'a> {
     /// Bounds of the torques; `None` if no torque is known.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
-    /// The base parameters from which the torques are computed; `None` if none are known.
+    /// The base parameters from which the torques are computed; `None` if no base parameters are known.
     pub(crate) parameters: Option<Vec<f64>>,
-    /// Bounds of the torques with a possible payload, and the base parameters with it; `None` without a payload.
+    /// Bounds of the torques with a possible payload, and the base parameters with this payload; `None` without a payload.
     pub(crate) loaded: Option<(TorqueEnclosure<'a>, Vec<f64>)>,
     /// The friction of each coordinate.
     pub(crate) friction: Vec<NominalFriction>,

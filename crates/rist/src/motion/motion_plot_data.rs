@@ -15,8 +15,8 @@ use crate::motion::exciting::ExcitingMotion;
 use crate::motion::known_torque::KnownTorque;
 use crate::request::CheckRequest;
 
-/// The plot data of a motion from its file alone, without torques and positions of links, since these need a model. `file` is
-/// named in messages.
+/// The plot data of a motion from its file alone. Torques and positions of links are missing, because they need a model. `file`
+/// is named in messages.
 ///
 /// Fails if the file contains no motion.
 pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPlotData, Error> {

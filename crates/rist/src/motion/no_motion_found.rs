@@ -24,7 +24,7 @@ const NAMED_VIOLATIONS: usize = 5;
 const ACCEPTED_PAIR_SHARE: f64 = 0.95;
 /// Largest number of coordinates that a remedy may lock.
 const MOST_LOCKED: usize = 2;
-/// Number of starts of the search that tests a remedy. It needs some proven motion, not the best one.
+/// Number of starts of the search that tests a remedy. This search needs any proven motion, not the best motion.
 const TRIAL_STARTS: usize = 2;
 /// Iterations of the search that tests a remedy.
 const TRIAL_ITERATIONS: usize = 10;
@@ -35,7 +35,7 @@ const POSES_SEED: u64 = 41;
 /// The reason why no motion was found, and possible remedies.
 pub(crate) struct Refusal {
     message: String,
-    /// Changed requests that may help. The message prints only their differences from the original.
+    /// Changed requests that may help. The message prints only their differences from the original request.
     candidates: Vec<ExciteRequest>,
 }
 
@@ -94,7 +94,7 @@ impl SearchedSpace<'_> {
         ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
-    /// The request with the default share of the effort limits; empty if the request already has this share or a larger one.
+    /// The request with the default share of the effort limits; empty if the request already has this share or a larger share.
     fn with_more_effort(&self) -> Vec<ExciteRequest> {
         let usual = ExciteRequest::default().effort_share;
         let request = ExciteRequest { effort_share: usual, ..self.request.clone() };
@@ -136,8 +136,8 @@ impl SearchedSpace<'_> {
         Refusal { message, candidates }
     }
 
-    /// Changed limits that may help: without the required distance; with joints locked in a pose that separates the worst pair;
-    /// with pairs allowed that are too close in nearly all poses.
+    /// Changed limits that may help: limits without the required distance; limits with joints locked in a pose that separates
+    /// the worst pair; limits that allow pairs to touch that are too close in nearly all poses.
     fn candidates(&self, broken: &[ViolatedLimit]) -> Vec<LimitsFile> {
         let asked = self.request.limits.clone().unwrap_or_default();
         let mut found = Vec::new();
@@ -163,8 +163,8 @@ impl SearchedSpace<'_> {
         found
     }
 
-    /// Limits with the joints that change the gap `gap` locked in the random pose with the largest distance. `None` if more
-    /// than `MOST_LOCKED` joints change it.
+    /// The joints that change the gap `gap` are locked in the random pose with the largest distance. Returns the limits with
+    /// these joints locked; `None` if more than `MOST_LOCKED` joints change the gap.
     fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
         let moved_by = self.surroundings.moved_by(gap);
         let free = |k: &usize| self.limits[*k].locked.is_none();

@@ -94,7 +94,7 @@ pub(crate) fn torque_left_out(
     all.into_iter().filter(|out| !out.of.is_empty()).collect()
 }
 
-/// The value of each parameter of `linear` in the description; `None` if it gives none.
+/// The value of each parameter of `linear` in the description; `None` if the description gives no value.
 pub fn nominal_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
     let base = model.nominal_parameters();
     let count = model.regressor().parameters().len();

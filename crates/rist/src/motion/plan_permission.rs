@@ -14,8 +14,8 @@ use crate::describe::model::Model;
 use crate::motion::known_torque::KnownTorque;
 use crate::motion::nominal::nominal_friction;
 
-/// Number of instants per period at which torques are checked. They are shifted by half a step, so that none is at a corner of
-/// the motion.
+/// Number of instants per period at which torques are checked. The instants are shifted by half a step, so that no instant is
+/// at a corner of the motion.
 const TORQUE_INSTANTS: usize = 64;
 /// Largest step of a coordinate between two places at which distances are checked, rad (m).
 const LARGEST_STEP_RAD_M: f64 = 0.1;
@@ -25,7 +25,8 @@ const PLACES_ON_PATH: std::ops::RangeInclusive<usize> = 5..=60;
 /// Requirements of the description and of the user on torques and distances.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
-    /// Known base parameters of the robot, and these with a possible payload; empty if no base parameters are known.
+    /// Known base parameters of the robot, and known base parameters with a possible payload; empty if no base parameters are
+    /// known.
     parameters: Vec<Vec<f64>>,
     friction: Vec<NominalFriction>,
     /// Largest allowed torque without dry friction, one per coordinate, N m (N); `None` if there is no limit.
@@ -51,7 +52,7 @@ impl<'a> PlanPermission<'a> {
     }
 
     /// Whether distances and torques at rest keep their limits at the pose `q`. `known`: distances at the previous pose of the
-    /// path, reused to save time.
+    /// path, which are reused to save time.
     fn is_free(&self, q: &[f64], known: &mut GapCache) -> bool {
         let mut is_free = true;
         let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
@@ -101,8 +102,8 @@ impl Permission for PlanPermission<'_> {
         let places = (longest / LARGEST_STEP_RAD_M).ceil() as usize;
         let places = places.clamp(*PLACES_ON_PATH.start(), *PLACES_ON_PATH.end());
         let on_the_path = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
-        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: its largest
-        // velocity and acceleration, in both directions, at each place.
+        // Swing: dq = h p'(s) / T, ddq = h p''(s) / T^2; h: half range, p: profile, s = t / T, T: period. Sweep: at each place,
+        // the largest velocity and acceleration of the sweep, in both directions.
         let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
             JointMotion::Swing { profile, period, .. } => {
                 let t = *period as f64 * trajectory.sample_time;

@@ -29,7 +29,7 @@ use crate::request::{CheckRequest, Request};
 
 /// A plan, with its assumptions and the proofs of its experiments.
 pub struct Planned {
-    /// The chosen experiments with the information that they are expected to give.
+    /// The chosen experiments, and the information that these experiments are expected to give.
     pub plan: ExperimentPlan,
     /// Sentences on assumptions about values that the description lacks.
     pub notes: Vec<String>,
@@ -38,8 +38,9 @@ pub struct Planned {
 }
 
 /// CPU time, s, to check the limits of one motion and compute its regression rows, divided by (coordinates x base parameters),
-/// for a rough forecast. Measured on two cores of an AMD EPYC (2026-11-26): 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a
-/// chain of 14 joints; 7.5e-6 and 9.8e-6 for 60 and 200 of a UR5, whose plan takes only seconds.
+/// for a rough forecast. Measured on two cores of an AMD EPYC (2026-11-26): for a chain of 14 joints, 4.6e-6 with 60
+/// configurations and 5.6e-6 with 20; for a UR5, whose plan takes only seconds, 7.5e-6 with 60 configurations and 9.8e-6 with
+/// 200.
 const S_PER_ROWS: f64 = 5e-6;
 /// CPU time, s, to choose among the motions, divided by (motions x coordinates x base parameters x starts x experiments).
 /// Measured: 4.4e-8 on a chain of 14 joints, less on a UR5.
@@ -49,7 +50,7 @@ const FORECAST_TIME_S: f64 = 60.0;
 /// Memory above which the forecast names the memory, bytes.
 const FORECAST_MEMORY_BYTES: f64 = 1e9;
 
-/// A forecast of the number of motions and of the time of a plan; `None` if it takes less than a minute of CPU time.
+/// A forecast of the number of motions and of the time of a plan; `None` if the plan takes less than a minute of CPU time.
 ///
 /// Fails if the choice needs more memory than the machine has free (if this is known).
 pub fn cost_forecast(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
@@ -88,9 +89,9 @@ fn cost_forecast_within(model: &Model, request: &PlanRequest, free: Option<f64>)
 /// Largest number of times that a plan is chosen. Each choice omits the experiments whose proof failed before.
 const LARGEST_NUMBER_OF_CHOICES: usize = 10;
 
-/// Chooses the experiments with the largest determinant (or the smallest condition number) of their information. Each keeps the
-/// limits of the description and of the request on torques and bodies, and the limits are proved. `progress`: number of
-/// finished starts, number of all starts, best value.
+/// Chooses the experiments with the largest determinant (or the smallest condition number) of their information. Each
+/// experiment keeps the limits of the description and of the request on torques and bodies, and these limits are proved.
+/// `progress`: number of finished starts, number of all starts, best value.
 ///
 /// Fails if a number of the request or a limit of the description is out of range, if the limits exclude every motion, or if a
 /// requirement of the request cannot be checked. If the user interrupts the search, it returns the best plan found.
@@ -107,7 +108,7 @@ pub fn plan(
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
-    // The limits of candidates are checked only at instants. The proof later checks them between instants too.
+    // The limits of candidates are checked only at instants. Later, the proof also checks the limits between instants.
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = processor::threads();
     let search = SearchEffort {
@@ -175,8 +176,8 @@ const RISE_S: f64 = 0.3;
 /// Noise (sigma) of a torque sample if the description has no inertial parameters, N m (N).
 const DEFAULT_TORQUE_NOISE: f64 = 0.1;
 
-/// The limits of the motions of a plan, from the description and the user's file; a limit that neither gives is assumed. Also
-/// returns sentences on the assumptions.
+/// The limits of the motions of a plan, from the description and the user's file. If neither gives a limit, the limit is
+/// assumed. Also returns sentences on these assumptions.
 fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
     let mut robot = model.robot.clone();
     let mut quick = Vec::new();
@@ -208,8 +209,8 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
     let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
-    // The noise of a torque sample is a share of the largest acceleration torque (mean inertia times acceleration limit), so it
-    // needs inertial parameters.
+    // The noise of a torque sample is a share of the largest acceleration torque (mean inertia times acceleration limit), so
+    // this noise needs inertial parameters.
     let noise = match model.nominal_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);

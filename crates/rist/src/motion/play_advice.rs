@@ -11,7 +11,7 @@ use experiments::motion::reference_motion::Reference;
 
 use crate::motion::checking::Checked;
 
-/// Two set points closer than this count as equal, rad (m): the last digit of an encoder of 22 bits.
+/// Two set points count as equal if they differ by less than this value, rad (m): the last digit of an encoder of 22 bits.
 const LARGEST_SET_POINT_STEP_RAD_M: f64 = 1e-6;
 
 /// Advice for the user, as sentences. `played`: the set points of all played segments; `parts`: the proofs of these segments,
@@ -58,7 +58,7 @@ pub(crate) fn jumps(played: &Reference, names: &[String]) -> Vec<String> {
     far.map(|(name, jump)| format!("{name} {}", significant(jump, 3))).collect()
 }
 
-/// Advice on the largest tracking error, since the proof holds only up to the margin for it.
+/// Advice on the largest tracking error. The proof holds only if the tracking error stays within its margin.
 fn stop_where_it_strays(margins: &Margins, names: &[String]) -> String {
     let given = |name: &String| margins.errors.tracking_of(name).map(|x| format!("{name} {x}"));
     let given: Option<Vec<String>> = names.iter().map(given).collect();

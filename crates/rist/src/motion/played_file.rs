@@ -31,14 +31,14 @@ pub enum PlayedFile {
 
 /// Extensions of text files. A file with another extension is read as a table.
 const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-/// If the D-efficiency that a file states exceeds the bound by its proof by at most this value, the difference is rounding.
+/// The D-efficiency that a file states may exceed the bound from its proof by at most this value, which is rounding.
 const EFFICIENCY_ROUNDING: f64 = 1e-9;
 
 /// The repeated check of the D-efficiency that a plan's file states.
 pub struct ProofCheck {
-    /// The lower bound of the D-efficiency by the proof in the file; `None` if the file has no proof.
+    /// The lower bound of the D-efficiency that follows from the proof in the file; `None` if the file has no proof.
     pub found: Option<f64>,
-    /// Whether the stated value is at most this bound, up to rounding. True if the file has no proof.
+    /// Whether the stated D-efficiency is at most the bound `found`, up to rounding. True if the file has no proof.
     pub is_kept: bool,
     /// A sentence that compares the bound with the stated value.
     pub sentence: String,
@@ -46,7 +46,7 @@ pub struct ProofCheck {
 
 /// The result of a repeated proof of all motions in a file.
 pub struct CheckedFile {
-    /// The results with their names: one per experiment of a plan, otherwise a single one with an empty name.
+    /// The results with their names: one result per experiment of a plan; otherwise a single result with an empty name.
     pub parts: Vec<(String, Checked)>,
     /// Remarks on the file itself.
     pub notes: Vec<String>,
@@ -66,7 +66,7 @@ impl CheckedFile {
     }
 }
 
-/// Functions that read points from other sources. Another package registers them.
+/// Functions that read points from other sources. Another package registers these functions.
 #[derive(Clone, Copy)]
 pub struct PointReader {
     /// Reads the points of a table, for the coordinates of a model.
@@ -77,7 +77,7 @@ pub struct PointReader {
 
 static POINTS: OnceLock<Result<PointReader, &'static str>> = OnceLock::new();
 
-/// Registers the readers of points, or the error text if this build has none. Only the first call has an effect.
+/// Registers the readers of points, or the error text if this build does not contain them. Only the first call has an effect.
 pub(crate) fn register(points: Result<PointReader, &'static str>) {
     POINTS.get_or_init(|| points);
 }
@@ -89,7 +89,7 @@ fn point_reader(path: &Path) -> Result<PointReader, Error> {
 }
 
 impl PlayedFile {
-    /// Reads a file. Its kind follows from its extension and content.
+    /// Reads a file. The kind of the file follows from its extension and content.
     ///
     /// Fails if the file has none of the known formats.
     pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
@@ -105,7 +105,7 @@ impl PlayedFile {
             None if text.contains("joint_names") => {
                 PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
-            // Files of earlier versions have no first line with the kind, so the kind follows from their keys.
+            // Files of earlier versions have no first line that states the kind. So the kind follows from the keys of the file.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
         })

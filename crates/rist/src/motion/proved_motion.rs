@@ -1,9 +1,9 @@
 //! Chooses a motion whose limits are proven among the results of a search, and computes the loss of information that the proof
 //! causes.
 //!
-//! A search evaluates torques only at instants, but they can be greater between instants. The amplitudes are then reduced until
-//! the torques are proven. If gravity dominates the torques, this loses much information. In this case the search is repeated
-//! with a lower torque limit, which gives another motion.
+//! A search evaluates torques only at instants, but torques can be greater between these instants. The amplitudes are then
+//! reduced until the torques are proven. If gravity dominates the torques, this loses much information. In this case the search
+//! is repeated with a lower torque limit, which gives another motion.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};
@@ -23,8 +23,8 @@ pub(crate) struct ProvedMotion {
     /// Criterion det^(1/p) (or 1/cond) of this motion, divided by the criterion of the best motion of the search. Both are
     /// computed at the instants of the search.
     pub(crate) kept_share: f64,
-    /// Largest ratio of torque or power to its limit before the amplitudes were reduced: at instants, or as bounded by the
-    /// proof.
+    /// Largest ratio of torque or power to its limit before the amplitudes were reduced. The ratio is taken at instants, or
+    /// from the bound of the proof.
     beyond: f64,
 }
 
@@ -32,12 +32,13 @@ pub(crate) struct ProvedMotion {
 const ENOUGH_KEPT: f64 = 0.9;
 /// Largest number of further searches.
 const MOST_SEARCHES_MORE: usize = 2;
-/// A lowered torque limit is multiplied by this factor, to be slightly below the value that would just remove the excess.
+/// A lowered torque limit is multiplied by this factor. So the limit is slightly below the value that would just remove the
+/// excess.
 const BELOW_MISSING: f64 = 0.99;
 
 /// The first motion of `found` whose limits are proven, or the first motion if none is proven. The motion of a further search
-/// replaces it in two cases: only that motion is proven, or it has a larger share of the best criterion. `None` if `found` is
-/// empty.
+/// replaces this motion in two cases: only the further motion is proven, or the further motion has a larger share of the best
+/// criterion. `None` if `found` is empty.
 pub(crate) fn proved(
     request: &ExciteRequest,
     problem: &Problem,
@@ -47,7 +48,8 @@ pub(crate) fn proved(
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
-    // Reduces the amplitudes of a motion until its limits are proven, and computes its share of the best criterion.
+    // Reduces the amplitudes of a motion until the limits of the motion are proven, and computes the share of the best
+    // criterion that remains.
     let fit = |joints: Vec<Vec<f64>>| {
         let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
@@ -63,7 +65,8 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
-    // Further searches start at the best motion. Each lowers the torque limits by the excess that the last proof found.
+    // Further searches start at the best motion. Each further search lowers the torque limits by the excess that the last proof
+    // found.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {

@@ -79,7 +79,8 @@ impl Motions<'_> {
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                // The controller samples one step after the motion ends. At a low rate, this step is long.
+                // The controller takes one more sample after the motion ends. At a low sample rate, this sample is long after
+                // the end.
                 let (rate, seconds) =
                     (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
                 check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
@@ -90,8 +91,8 @@ impl Motions<'_> {
 }
 
 impl SimulateRequest {
-    /// Whether the simulated logs hold torques or currents. If no drive gain is known, they hold torques, since these can be
-    /// identified without gains.
+    /// Whether the simulated logs hold torques or currents. If no drive gain is known, the logs hold torques, because torques
+    /// can be identified without gains.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
@@ -109,10 +110,11 @@ pub struct Simulated {
 }
 
 /// Simulates motions in closed loop, with friction, noise and drive gains. Calls `take` with the name and the record of each
-/// motion. Names: those of the plan, or `motion`; `v01`, .. for validation motions; `e01_loaded`, .. for experiments with the
-/// load.
+/// motion. Names: the names of the plan's experiments, or `motion`; `v01`, .. for validation motions; `e01_loaded`, .. for
+/// experiments with the load.
 ///
-/// Fails if the description has no inertial parameters or impossible ones, if a limit is out of range, or if `take` fails.
+/// Fails if the description has no inertial parameters or impossible inertial parameters, if a limit is out of range, or if
+/// `take` fails.
 pub fn simulate<'a>(
     model: &Model,
     motions: impl Into<Motions<'a>>,
@@ -141,7 +143,7 @@ pub fn simulate<'a>(
     if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        // The load is known, so the torques of the feedforward include it.
+        // The load is known, so the torques of the feedforward include the load.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         with_load = Some(plus(&truth));
         loaded = Some(SimulationSettings {
@@ -198,7 +200,7 @@ fn beyond_limits(model: &Model, name: &str, path: &SimulatedPath) -> Vec<String>
             let (low, high) = described.bounds(*kind)?;
             let beyond = |x: f64| (x - high).max(low - x);
             let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
-            // A set point at a limit can exceed it by rounding.
+            // A set point at a limit can exceed this limit by rounding.
             (beyond(farthest) > SET_POINT_ROUNDING_SHARE * (high - low)).then(|| {
                 let (unit, bound) =
                     (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
@@ -236,7 +238,8 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// Stream of the random numbers of validation motions. It differs from the stream of the noise, so both are independent.
+/// Stream of the random numbers of validation motions. It differs from the stream of the noise, so motions and noise are
+/// independent.
 const VALIDATION_STREAM: u64 = 0x76;
 
 /// A validation motion between random points, at the limits of the joints. Each `number` gives other points.
@@ -258,7 +261,7 @@ fn simulated_side_by_side(motions: &[MotionToSimulate]) -> Vec<Vec<usize>> {
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
-/// Returns the record of a motion. Fails if its simulation stopped before the end.
+/// Returns the record of a motion. Fails if the simulation of this motion stopped before the end.
 fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
     match stop {
         Stop::End => Ok(record),
@@ -306,7 +309,7 @@ impl SimulationSettings<'_> {
     }
 }
 
-/// Feedforward torques of the simulated controller, which are added to its feedback torques.
+/// Feedforward torques of the simulated controller. They are added to the feedback torques of the controller.
 #[derive(Clone)]
 struct Feedforward {
     /// Base parameters of the estimate that gives the torques.

@@ -39,16 +39,16 @@ pub struct StagedPlay {
 const FRANKA_HZ: f64 = 1000.0;
 /// Largest velocity, acceleration and jerk of x(u) with length 1 and duration 1 s: x'(1/2), x''(1/2 - sqrt(3)/6), x'''(0).
 const PATH_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
-/// The duration that the limits allow is multiplied by this factor, as a reserve for rounding.
+/// Factor on the duration that the limits allow, as a reserve for rounding.
 const PATH_DURATION_FACTOR: f64 = 1.001;
 /// Shortest duration of a path to or from the motion, s.
 const SHORTEST_PATH_S: f64 = 1.0;
 
 /// Writes the file with which a controller plays a motion. `file` is named in messages.
 ///
-/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if it asks for URScript and the
-/// robot does not have six turning joints; fails like [`check`]. The result has the proofs, which may show that a limit is not
-/// kept.
+/// Fails if a number of the request is out of range, if it names an unknown coordinate, or if the request asks for URScript and
+/// the robot does not have six turning joints; fails like [`check`]. The result has the proofs, which may show that a limit is
+/// not kept.
 pub fn staged_play(
     model: &Model,
     file: &Path,
@@ -77,7 +77,7 @@ pub fn staged_play(
     if request.from.is_empty() && !jumps(&reference, names).is_empty() {
         let back = Segment::new(&ends[1], &ends[0], &slow, request.speed);
         let checked = back.check(model, file, &of_segments(&asked, motion))?;
-        // If the path back is not proven, it is not played, and the advice warns of the jump.
+        // If the path back is not proven, this path is not played, and the advice warns of the jump.
         if checked.faults().is_empty() {
             parts.push(("way back", checked));
             reference = joined(&reference, &back.reference(played.rate));
@@ -118,7 +118,7 @@ fn comments(sentences: &[String]) -> String {
 }
 
 /// The request for checking the paths. Margins come from the motion. Limits of acceleration and jerk come from the motion too,
-/// if neither the description nor the user gives any.
+/// if neither the description nor the user gives such limits.
 fn of_segments(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
     if let Some(margins) = &motion.margins {
@@ -140,8 +140,8 @@ fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
     let mut slow = motion.clone();
     slow.period_s /= request.speed;
     slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
-    // Coefficients of sine and cosine are amplitudes of velocity, so they are scaled. Control points of a spline are positions,
-    // so they stay.
+    // Coefficients of sine and cosine are amplitudes of velocity, so these coefficients are scaled. Control points of a spline
+    // are positions, so they stay unchanged.
     let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
     amplitudes.for_each(|x| *x *= request.speed);
     slow.rate_hz = match request.controller {
@@ -208,7 +208,7 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Appends the motion `then` to `first`. It starts where `first` ends, so its first sample is dropped.
+/// Appends the motion `then` to `first`. The motion `then` starts where `first` ends, so the first sample of `then` is dropped.
 fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();

@@ -1,5 +1,5 @@
 //! Evaluates a function of a robot's state by a tape (a list of arithmetic operations). If the loops of the robot are closed
-//! numerically, it also solves for the passive joints.
+//! numerically, the passive joints are solved for too.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -22,20 +22,21 @@ pub(crate) struct StateTape {
 pub(crate) enum StateArgument {
     /// Positions q, rad (m).
     Q,
-    /// Positions of passive joints, rad (m); the number is their count.
+    /// Positions of passive joints, rad (m). The number is the count of passive joints.
     Passive(usize),
     /// Velocities dq, rad/s (m/s).
     Dq,
     /// Accelerations ddq, rad/s^2 (m/s^2).
     Ddq,
-    /// Base parameters X; the number is their count.
+    /// Base parameters X. The number is the count of base parameters.
     Parameters(usize),
     /// Another argument, for example torques or a wrench: its name, and its number of entries per state.
     Other(String, usize),
 }
 
 impl StateTape {
-    /// Makes the tape of a function. `closure`: the solver for passive joints; required if the function depends on them.
+    /// Makes the tape of a function. `closure`: the solver for passive joints, which is required if the function depends on
+    /// passive joints.
     pub(crate) fn new(function: &Function, closure: Option<Closure>) -> StateTape {
         let argument = |input: &expr::Input| match input.name.as_str() {
             "q" => StateArgument::Q,
@@ -102,7 +103,7 @@ impl StateTape {
         });
     }
 
-    /// Calls `run` with the tape, its workspace, and the inputs of the tape at all states.
+    /// Calls `run` with the tape, the workspace of the tape, and the inputs of the tape at all states.
     fn with_inputs<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
@@ -128,8 +129,8 @@ impl StateTape {
                         }
                         StateArgument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
                             Some(Ok(passive)) => inputs.extend(passive),
-                            // If the loops do not close at a state, its index is stored in `open`, and its passive joints are set
-                            // to zero.
+                            // If the loops do not close at a state, the index of this state is stored in `open`, and the
+                            // passive joints are set to zero.
                             Some(Err(_)) => {
                                 open.push(count);
                                 inputs.extend(std::iter::repeat_n(0.0, *n));
@@ -151,6 +152,6 @@ struct Inputs<'a> {
     inputs: &'a [f64],
     /// Number of states.
     count: usize,
-    /// Indices of the states where loops do not close; their passive joints are set to zero.
+    /// Indices of the states where loops do not close. The passive joints of these states are set to zero.
     open: &'a [usize],
 }

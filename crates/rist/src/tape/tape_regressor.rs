@@ -14,7 +14,7 @@ pub(crate) struct TapeRegressor {
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-    /// For each entry of Y that is not always zero: its index if Y is written row by row.
+    /// For each entry of Y that is not always zero: the index of this entry if Y is written row by row.
     places: Vec<usize>,
 }
 

@@ -8,7 +8,8 @@ use expr::{Tape, Workspace};
 /// A set of tapes (lists of arithmetic operations) that are evaluated together.
 pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Number of this set. The memory of a thread stores the number of the set that it belongs to, so the two are compared.
+    /// Number of this set of tapes. The memory of a thread stores the number of the set to which the memory belongs. The two
+    /// numbers are compared before the memory is used.
     number: usize,
 }
 

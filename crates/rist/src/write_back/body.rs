@@ -29,7 +29,7 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
 }
 
 /// The ten inertial parameters of a link without the links that are fixed to it. `ten`: the sum over the link and these fixed
-/// links, about the origin of the link frame. The parameters of the fixed links, as given in the file, are subtracted from `ten`.
+/// links, about the origin of the link frame. The file's parameters of the fixed links are subtracted from `ten`.
 ///
 /// If the difference is physically impossible, the link gets the whole sum `ten`. Then the names of the fixed links are returned,
 /// because their inertials must be removed from the file.
@@ -45,7 +45,8 @@ pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
     }
 }
 
-/// A sentence for the user: this link got the inertia of the links `lumped` that are fixed to it. `None` if `lumped` is empty.
+/// A sentence for the user: this link got the inertia of the links `lumped`, which are fixed to it. `None` if `lumped` is
+/// empty.
 pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
     let names = lumped.join(", ");
     (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))

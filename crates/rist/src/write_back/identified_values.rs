@@ -36,7 +36,7 @@ impl IdentifiedValues {
 impl GenerateRequest {
     /// The values of an estimate for generated source code. `file`: name of the estimate's file, for messages.
     ///
-    /// Fails if the estimate was made with another model, or if its verdict is no, unless `anyway` is set.
+    /// Fails if the estimate was made with another model. Fails if the verdict on the estimate is no, unless `anyway` is set.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
         model.check_estimate(file, estimate)?;
         refuse_estimate(file, estimate, self.anyway, "nothing is written ([anyway=true] writes it)")?;

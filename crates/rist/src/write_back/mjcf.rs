@@ -69,7 +69,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
     Ok(text + "</mujoco>\n")
 }
 
-/// For each link, the pose of its body of the file in the base frame, at q = 0.
+/// For each link, the pose at q = 0 of the body that the file gives the link, in the base frame.
 pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&body_frame(link))).collect()
@@ -92,7 +92,7 @@ fn nested(robot: &Robot) -> Vec<LinkId> {
     order
 }
 
-/// The `<inertial>` element of a body, in its frame of the file.
+/// The `<inertial>` element of a body, in the frame that the file gives the body.
 pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
     body::check(link, ten).map_err(Error::new)?;
     let in_file = robot::transform_inertial(ten, &body_frame(link).inverse());
@@ -161,7 +161,7 @@ fn joint(
     Ok(Some(text + "/>"))
 }
 
-/// MuJoCo attributes for friction and rotor inertia. Negative values become zero, because MuJoCo refuses them.
+/// MuJoCo attributes for friction and rotor inertia. Negative values become zero, because MuJoCo refuses negative values.
 pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
     [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
         .map(|(key, value)| (key, value.max(0.0).to_string()))

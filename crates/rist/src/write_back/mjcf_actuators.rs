@@ -1,7 +1,7 @@
 //! Removes the dynamics of actuators whose joints have identified values.
 //!
-//! MuJoCo adds the armature and damping of an actuator to those of its joint. The identified values of the joint include them,
-//! so both become 0 in actuators that have them.
+//! MuJoCo adds the armature and damping of an actuator to the armature and damping of its joint. The identified values of the
+//! joint already include the actuator. So armature and damping become 0 in actuators.
 
 use gate::shown;
 use roxmltree::{Document, Node};
@@ -10,7 +10,7 @@ use crate::write_back::body::JointDynamics;
 use crate::write_back::text_edit::Edits;
 
 /// Sets the armature and damping of actuators to zero, because the identified values of their joints include them. Returns a
-/// sentence on it; `None` if no actuator and no default has them.
+/// sentence on this change; `None` if no actuator and no default has armature or damping.
 pub(super) fn empty_actuators(document: &Document, joints: &[JointDynamics], edits: &mut Edits) -> Option<String> {
     const EMPTIED: [&str; 2] = ["armature", "damping"];
     let is_inside = |node: &Node, tag: &str| node.ancestors().skip(1).any(|above| above.has_tag_name(tag));

@@ -4,9 +4,9 @@
 //! (`link1` for `panda_link1`). The frames of both files must be the same. If a body is a child of the body of the antecedent
 //! link, its pose is compared with the pose in the description at q = 0, unless the description is this model itself.
 //!
-//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed links
-//! get zero mass (MuJoCo allows this for a body without a joint). Without an inertial, MuJoCo would compute one from their
-//! shapes. Inertials that the model already has are not read, because they may differ from the description.
+//! The ten parameters of a link include the links fixed to it. So the link's body gets the sum, and the bodies of the fixed
+//! links get zero mass (MuJoCo allows this for a body without a joint). Otherwise MuJoCo would compute the mass of these bodies
+//! from their shapes. Inertials that the model already has are not read, because they may differ from the description.
 
 use gate::shown;
 use linear_model::pseudo_inertia::Ten;
@@ -103,7 +103,7 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// Whether an element is a body without a joint, which is fixed to its parent.
+/// Whether an element is a body without a joint. Such a body is fixed to its parent.
 fn is_fixed_body(node: &Node) -> bool {
     node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
 }
@@ -263,7 +263,7 @@ mod tests {
         let masses = text.matches("mass=\"2\"").count();
         assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
 
-        // The name in the model lacks the hidden characters, so it differs. The message must make them visible.
+        // The name in the model lacks the hidden characters. The message must make the hidden characters visible.
         let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
         let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
@@ -339,16 +339,16 @@ mod tests {
             assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
             assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
         }
-        // The body `tool` has a joint here, so it can move and needs a mass: it is refused.
+        // The body `tool` has a joint here. So the body can move and needs a mass, and the model is refused.
         let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
-        // A body that exists only in the model keeps its content, and a note names it.
+        // A body that exists only in the model keeps its content, and a note names this body.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
         assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
         assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
     }
 
-    /// Joints at another point of their body, elements without names, and the armature of an actuator.
+    /// The model has joints at another point of their body, elements without names, and the armature of an actuator.
     #[test]
     fn the_model_itself_is_kept_whole() {
         let text = r#"<mujoco><worldbody><body><!-- one --><joint type="hinge" pos="0.1 0 0.2" ref="30" axis="0 1 0"/>
@@ -380,7 +380,7 @@ mod tests {
             assert_eq!((link.joint.friction.viscous, link.joint.friction.coulomb), (Some(0.5), Some(0.2)));
         }
         assert!(written.notes[0].ends_with("and 0 in m"), "{:?}", written.notes);
-        // Without such actuators nothing is said.
+        // Without such actuators, no note is written.
         let plain = text.replace(" armature=\"0.0005\"", "");
         let written = mjcf_into(&plain, "r.xml", &read(&plain), &bodies, &joints, true).unwrap();
         assert!(written.notes.is_empty() && written.text.contains("gear=\"20\"/>"), "{:?}", written.notes);

@@ -1,4 +1,4 @@
-//! Finds the elements of an MJCF by the names that a robot has for them.
+//! Finds the elements of an MJCF by the names that a robot gives these elements.
 
 use gate::shown;
 use logs::Error;

@@ -20,7 +20,7 @@ use roxmltree::{Document, Node};
 pub(super) struct AngleConvention<'a> {
     /// Factor from the file's unit of angles to rad; `None` if an included file may define the unit.
     unit: Option<f64>,
-    /// The axes of the three Euler angles; `None` if an included file may define them.
+    /// The axes of the three Euler angles; `None` if an included file may define these axes.
     sequence: Option<&'a str>,
 }
 

@@ -1,6 +1,6 @@
 //! Writes identified parameters into simulator files (URDF, MJCF) and generated source.
 //!
-//! Users of the library call `steps`. The other modules are its parts.
+//! Users of the library call `steps`. The other modules are parts of these steps.
 
 pub mod body;
 mod identified_values;

@@ -1,4 +1,4 @@
-//! Writes repaired bodies into the description that they were read from; only their numbers change.
+//! Writes repaired bodies into the description from which they were read. Only the numbers of these bodies change.
 
 use logs::Error;
 use robot::format::{roll_pitch_yaw, write_repairs_into_yaml};
@@ -11,7 +11,7 @@ use crate::write_back::mjcf_names;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::{element, six};
 
-/// The description `text` with repaired bodies. `robot` was read from it.
+/// The description `text` with repaired bodies. `robot` was read from this text.
 ///
 /// Fails if the text is neither a URDF nor an MJCF nor a YAML, or if a body is missing in it.
 pub(super) fn write_repairs(
@@ -50,8 +50,8 @@ fn into_urdf(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String,
     Ok(edits.apply())
 }
 
-/// Principal moments stay principal moments. Other inertias are written in the axes of the body, because `fullinertia` has no
-/// orientation.
+/// If an `<inertial>` has principal moments (`diaginertia`) and the body is not moved, it keeps principal moments. Other
+/// inertias are written in the axes of the body, because `fullinertia` has no orientation.
 fn into_mjcf(text: &str, file: &str, bodies: &[&RepairedBody]) -> Result<String, Error> {
     let document = parsed(text, file)?;
     let mut edits = Edits::of(text);

@@ -59,7 +59,7 @@ pub fn write_repaired(
     let read = |text: &str| parse_robot(text, path, options);
     let written = write_repairs(&text, &file, &read(&text)?, &bodies)?;
     let robot = read(&written)?;
-    // What was known before and has no repair stays.
+    // Findings that were known before and have no repair are allowed to remain.
     let is_known =
         |g: &Finding| found.findings.iter().any(|f| !repaired(f) && (f.mistake, &f.fact) == (g.mistake, &g.fact));
     let is_repaired = |name: &String| bodies.iter().any(|body| body.name == *name);
@@ -80,10 +80,10 @@ pub fn write_repaired(
     Ok((written, bodies.iter().map(|body| body.name.clone()).collect()))
 }
 
-/// Largest rounding error of a number that is written and read, as a fraction of the largest of the body.
+/// Largest rounding error of a number that is written and read, as a fraction of the largest number of the body.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether the robot has this body: its ten parameters about the origin of the frame of the file.
+/// Whether the robot has this body: compares the ten parameters about the origin of the frame that the file gives the body.
 fn is_in(robot: &Robot, body: &RepairedBody) -> bool {
     let RepairedBody { ref name, mass, pose, inertia, .. } = *body;
     let wanted = Part { name: name.clone(), pose, mass, inertia }.parameters();
@@ -149,13 +149,13 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous friction, Coulomb friction and rotor inertia of every joint. Of an asymmetric friction, the mean of both directions is
-/// taken. `None` if a joint lacks viscous or Coulomb friction.
+/// Viscous friction, Coulomb friction and rotor inertia of every joint. If friction is asymmetric, the mean of both directions
+/// is taken. `None` if a joint lacks viscous or Coulomb friction.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
         let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
-        // Negative friction becomes zero, because simulators refuse it.
+        // Negative friction becomes zero, because simulators refuse negative friction.
         let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
         let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })
@@ -187,7 +187,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     notes
 }
 
-/// A sentence on identified friction that is neither viscous nor Coulomb; `None` if there is none.
+/// A sentence on identified friction that is neither viscous nor Coulomb friction; `None` if there is no such friction.
 fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
     let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(friction, _) if friction.is_other_friction());
     let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));

@@ -31,7 +31,7 @@ impl<'a> Edits<'a> {
         self.edits.push((range, new.into()));
     }
 
-    /// Sets attributes of a child element, and creates the element if it does not exist.
+    /// Sets attributes of a child element. The child element is created if it does not exist.
     pub(super) fn set_child(&mut self, parent: &Node, tag: &str, attributes: &[(&str, String)]) {
         match parent.children().find(|n| n.has_tag_name(tag)) {
             Some(child) => self.set_attributes(&child, attributes),

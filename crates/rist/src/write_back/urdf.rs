@@ -1,9 +1,10 @@
 //! Writes identified inertials into the URDF of a robot; all other bytes (comments, order, spacing) stay as they are.
 //!
-//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link frame).
-//! In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically impossible,
-//! it gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about the centre of mass, here
-//! with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'). c: centre of mass; m: mass; 1: identity matrix.
+//! The identified parameters of a moving link include all links fixed to it (ten parameters about the origin of the link
+//! frame). In the URDF, the moving link gets this sum minus the inertials of the fixed links. If the difference is physically
+//! impossible, the moving link gets the whole sum, and the inertials of the fixed links are removed. A URDF inertial is about
+//! the centre of mass, here with axes along the link frame (rpy 0): I_c = I - m (c'c 1 - c c'). c: centre of mass; m: mass; 1:
+//! identity matrix.
 
 use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
@@ -46,7 +47,7 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        // The inertial parameters of the link without the links fixed to it, in the frame that the URDF gives the link.
+        // The inertial parameters of the link without the links fixed to it, in the frame that the URDF gives this link.
         let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
@@ -128,7 +129,7 @@ fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
     }
 }
 
-/// Removes the inertial of a fixed link. Without an inertial it has no mass.
+/// Removes the inertial of a fixed link. Without an inertial, the link has no mass.
 fn empty(link: &Node, edits: &mut Edits) {
     if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
         edits.replace(inertial.range(), "");

@@ -66,7 +66,7 @@ fn velocity(log_check: &LogCheck) -> Option<Claim> {
         );
         return Some(assumed(subject, what));
     }
-    // The median lag decides, so its uncertainty is taken as the median of the standard deviations of the lags.
+    // The median lag decides. So the uncertainty of this median is taken as the median of the standard deviations of the lags.
     let mut deviations: Vec<f64> = known.iter().map(|j| j.velocity_lag_deviation).collect();
     deviations.sort_by(f64::total_cmp);
     let deviation = deviations.get(deviations.len() / 2)?;

@@ -10,8 +10,8 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is small if it explains less than this share of the torque. In another motion its share may be five times as large, so
-/// this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
+/// A fault is small if it explains less than this share of the torque. In another motion, the fault may explain a share that is
+/// five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
@@ -24,8 +24,8 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The size of a fault is fitted with a linear model, so it is reliable only in the range where this model is accurate. A
-    // fault within its range is preferred if it explains nearly as much of the residual as the strongest fault.
+    // The size of a fault is fitted with a linear model, so the size is reliable only in the range where this model is
+    // accurate. A fault within this range is preferred if it explains nearly as much of the residual as the strongest fault.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -55,8 +55,8 @@ pub(crate) fn claims_of_faults(
     claims
 }
 
-/// A fault within its linear range is preferred if its gain is at most this times the gain of the strongest fault. Gain: error of
-/// cross-validation with the fault / without it; the strongest fault has the smallest gain.
+/// A fault within its linear range is preferred if its gain is at most the gain of the strongest fault times this factor. Gain:
+/// error of cross-validation with the fault / without it; the strongest fault has the smallest gain.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
 /// Largest number of possible causes that are listed in the claim that the cause is not identified.
 const MOST_NAMED_CAUSES: usize = 3;
@@ -68,8 +68,8 @@ fn is_within_range(tested: &HypothesisTest) -> bool {
     tested.value.abs() < tested.of.kind().useless
 }
 
-/// The claim that there is a fault but its cause is not identified, because the fitted size of the strongest cause is beyond its
-/// linear range. The claim lists the causes that were tested.
+/// The claim that there is a fault with an unknown cause, because the fitted size of the strongest cause is beyond the range of
+/// the linear model. The claim lists the causes that were tested.
 fn unidentified(found: &[(f64, &HypothesisTest)], joints: &[JointResidual]) -> Claim {
     let named: Vec<String> = found
         .iter()
@@ -88,7 +88,7 @@ fn topic_of(tested: &HypothesisTest, joints: &[JointResidual]) -> String {
     subject(&tested.of, joints).to_string()
 }
 
-/// The claim that a rotor inertia is not separable from other parameters, because their columns are linearly dependent. `None` if
+/// The claim that a rotor inertia is not separable from other parameters, because the columns are linearly dependent. `None` if
 /// the hypothesis is not such a rotor inertia.
 fn hidden_rotor(tested: &HypothesisTest, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
     let Hypothesis::Rotor(k) = tested.of else { return None };
@@ -105,8 +105,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found. Each states the smallest detectable fault; the claims are sorted by it. Hypotheses with equal
-/// detection limits share one claim.
+/// Claims that no fault was found. Each states the smallest detectable fault, and the claims are sorted by this size.
+/// Hypotheses with equal detection limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
@@ -168,7 +168,7 @@ fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Cla
     if of.kind().counts == Counts::AsResidual {
         return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
     }
-    // A small fault does not make the log wrong, but it is named and lowers the trust.
+    // A small fault does not make the log wrong, but the fault is named and lowers the trust.
     if is_small(tested) {
         return Some(cannot_tell(
             Subject { topic: LOG, ..subject(of, joints) },
@@ -235,12 +235,12 @@ mod tests {
         assert!(said.len() == 2 && power(&said[0]) < power(&said[1]), "{said:?}");
     }
 
-    /// A spring is a contradiction if it explains more than a hundredth of the torque, or a fifth of the torque of its joint.
-    /// A smaller spring lowers the trust to "with care". A zero offset is always a contradiction.
+    /// A spring is a contradiction if it explains more than a hundredth of the torque, or a fifth of the torque of the joint
+    /// with the spring. A smaller spring lowers the trust to "with care". A zero offset is always a contradiction.
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
-        // Explained share of the torque: sqrt(e^2 - f^2), e: error of cross-validation without the fault, f: with it. Here 0.06
-        // and 0.006.
+        // Explained share of the torque: sqrt(e^2 - f^2). e: error of cross-validation without the fault; f: error with the
+        // fault. Here 0.06 and 0.006.
         let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
         let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
         let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);

@@ -10,14 +10,14 @@ use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agrees, cannot_tell, contradicted};
 
-/// The model lacks an effect if chi^2 per degree of freedom exceeds this. An exact model has 1.5 to 2.0 in simulation; 2 % of
-/// torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
+/// The model lacks an effect if chi^2 per degree of freedom exceeds this value. An exact model has 1.5 to 2.0 in simulation; 2
+/// % of torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
-/// Largest chi^2 per degree of freedom that noise alone gives. It exceeds 1, because the response of a controller to its
-/// encoder partly repeats in each period.
+/// Largest chi^2 per degree of freedom that noise alone gives. This value exceeds 1, because the response of a controller to
+/// its encoder partly repeats in each period.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
-/// The residual lowers the trust if |tau - W X| / |tau| exceeds this.
+/// The residual lowers the trust if |tau - W X| / |tau| exceeds this value.
 const LARGE_RELATIVE_RESIDUAL: f64 = 0.25;
 
 /// Above this condition number (columns scaled), model errors dominate the weakest combination of parameters. Correct estimates
@@ -33,8 +33,8 @@ pub(crate) struct TorqueContext {
     /// Whether no motion at all could identify the undetermined parameters. Then torques depend only on sums of these
     /// parameters.
     pub opens_in_any_motion: bool,
-    /// Whether errors of predicted torques were computed from the covariance. They include the uncertainty of the weakest
-    /// combination of parameters. So no claim is then made on the condition number.
+    /// Whether errors of predicted torques were computed from the covariance. Such errors include the uncertainty of the
+    /// weakest combination of parameters. So no claim is made on the condition number then.
     pub determines_torques: bool,
 }
 
@@ -127,8 +127,8 @@ fn undecided(estimate: &Estimate, beside: TorqueContext) -> Vec<Claim> {
     claims
 }
 
-/// Claims on significantly negative friction. A joint is examined only if all its terms are viscous, Coulomb or offset,
-/// because a single term of another friction law may be negative.
+/// Claims on significantly negative friction. A joint is examined only if all friction terms of the joint are viscous, Coulomb
+/// or offset, because a single term of another friction law may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
     let has_no_other = |joint: &Label| {
         let others = estimate.parameters.iter().filter_map(|p| match &p.id {
@@ -155,13 +155,14 @@ fn friction(estimate: &Estimate) -> Vec<Claim> {
     estimate.parameters.iter().filter(drives).map(claim).collect()
 }
 
-/// Whether a friction term is viscous, Coulomb or an offset, for both directions of motion or for one.
+/// Whether a friction term is viscous, Coulomb or an offset. The term may apply to both directions of motion or to one
+/// direction.
 fn is_customary(term: FrictionParameter) -> bool {
     use FrictionParameter::*;
     matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
-/// The names of the parameters with this status: at most three, then the number of the others.
+/// The names of the parameters with this status: at most three names, then the number of the other parameters.
 fn named(estimate: &Estimate, status: Status) -> String {
     let all: Vec<String> =
         estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();

@@ -32,8 +32,8 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     }
     let contacts = log_check.contacts.iter();
     claims.extend(contacts.map(|why| cannot_tell(Subject::whole(RESIDUAL), why, "a log without contact")));
-    // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this offset
-    // but did not, there is no offset; then the real bodies differ from the nominal bodies.
+    // `turned`: a zero offset with which the description predicts the torques better. If the fit would have detected this
+    // offset but did not find it, the zero is right and the real bodies differ from the nominal bodies.
     let is_seen =
         |t: &MisplacedJoint| faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs());
     let turned = log_check.turned.as_ref().filter(|t| !is_seen(t));
@@ -45,10 +45,11 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }
 
-/// A joint stands still if its range of positions, rad (m), is below this. Rounding errors alone can cause such a range.
+/// A joint stands still if its range of positions, rad (m), is below this value. Rounding errors alone can cause such a range.
 const STANDSTILL_RANGE: f64 = 1e-9;
 
-/// Splits the joints by `holds`: names of the joints for which it is true, then names of the other joints.
+/// Splits the joints by the condition `holds`: names of the joints for which the condition is true, then names of the other
+/// joints.
 fn split(log_check: &LogCheck, holds: impl Fn(&JointCheck) -> bool) -> [Vec<String>; 2] {
     let (agreeing, unknown): (Vec<_>, Vec<_>) = log_check.joints.iter().partition(|j| holds(j));
     [agreeing, unknown].map(|joints: Vec<&JointCheck>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
@@ -107,7 +108,7 @@ fn common_scale(log_check: &LogCheck) -> Vec<Claim> {
     vec![cannot_tell(at(LOG, &agreeing), why, "a known load, or masses that are weighed")]
 }
 
-/// The smallest common factor of all torques that would have been detected; `None` if no factor would have been.
+/// The smallest common factor of all torques that would have been detected; `None` if no factor would have been detected.
 pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     common_scale(log_check).iter().find_map(|claim| match claim.outcome() {
         Outcome::Agrees { smallest } => Some(smallest.value),
@@ -115,7 +116,7 @@ pub fn common_factor_shown(log_check: &LogCheck) -> Option<f64> {
     })
 }
 
-/// Common factors of all torques below this are not reported, because errors of nominal masses explain them.
+/// Common factors of all torques below this value are not reported, because errors of nominal masses explain them.
 const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// Significance level of a common factor: the probability that the mean of slopes with the true mean 1 is this far from 1 by
 /// chance.
@@ -128,8 +129,8 @@ const SHARED_ERROR_RATIO: f64 = 5.0;
 /// Least number of slopes for a standard deviation. Two joints may carry the same body, whose mass changes both slopes.
 const LEAST_SLOPES: usize = 3;
 
-/// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With
-/// m slopes and the standard deviation d of their logarithms, it is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`; t:
+/// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With m
+/// slopes and the standard deviation d of their logarithms, this factor is `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`; t:
 /// Student's t for m - 1 degrees of freedom.
 fn common_power(slopes: &[f64]) -> f64 {
     let widest = if slopes.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
@@ -196,13 +197,14 @@ fn zeros(log_check: &LogCheck, turned: Option<&MisplacedJoint>) -> Vec<Claim> {
     agreeing.chain(undetermined_joints(ZERO, &open, why, would_tell).filter(|_| log_check.has_description())).collect()
 }
 
-/// The smallest zero offset of a joint that would have been detected, rad; `None` if it is too large to be useful.
+/// The smallest zero offset of a joint that would have been detected, rad; `None` if this offset is too large for a useful
+/// claim.
 fn shown_zero(joint: &JointCheck) -> Option<f64> {
     joint.zero_power.filter(|angle| *angle < Hypothesis::Zero(0).kind().useless)
 }
 
-/// The claim that the description fits better with another zero of a joint. Other bodies explain the log equally well, so it
-/// cannot be determined which is right.
+/// The claim that the description fits better with another zero of a joint. Other bodies explain the log equally well, so the
+/// log does not determine which explanation is right.
 fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
     let MisplacedJoint { angle, errors: (before, after), .. } = turned;
     let why = format!(
@@ -216,7 +218,7 @@ fn turned_zero(turned: &MisplacedJoint, name: &String) -> Claim {
 }
 
 /// The claim on a possible error of sign or zero that other bodies explain equally well. If the error is likely, the topic is
-/// the log; then it lowers the trust.
+/// the log; then the claim lowers the trust.
 fn explained_otherwise(explained: &ExplainedMistake) -> Claim {
     let ExplainedMistake { finding, is_likely } = explained;
     let topic = match finding.fault {

@@ -16,15 +16,17 @@ const USELESS_PREDICTION_ERROR: f64 = 0.5;
 /// The description predicts another log better if the error of the estimate exceeds the error of the description by this
 /// factor. Noise changes the ratio by some hundredths.
 const WORSE_ERROR_RATIO: f64 = 1.05;
-/// The estimate contradicts another log if its error there exceeds the error of the description by this factor.
+/// The estimate contradicts another log if the error of the estimate on that log exceeds the error of the description by this
+/// factor.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
-/// Standard deviations of the parameters explain a prediction error up to this many times the rms error that they cause.
+/// A prediction error is explained by the standard deviations of the parameters if it is at most this many times the rms error
+/// that these deviations cause.
 const EXPLAINED_DEVIATIONS: f64 = 2.0;
 /// The parameters are overfitted (valid for their own log only) if the error on other data exceeds the residual of the fit by
 /// this factor.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// An error on data that were not fitted is accepted up to this, relative to the torque, even if the description predicts
-/// better.
+/// An error on data that were not fitted, relative to the torque, is accepted up to this value, even if the description
+/// predicts better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
 /// Text in a claim: why no remedy for a bad prediction was tried.
@@ -33,8 +35,8 @@ const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 /// Relative errors |tau - W X| / |tau| of an estimate on data that were not fitted; `None` if not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
-    /// Whether the residual is much larger in some short intervals. The reason is then an event such as a contact, not a lack
-    /// of motion in the log.
+    /// Whether the residual is much larger in some short intervals. The cause is then an event such as a contact, not a lack of
+    /// motion in the log.
     pub has_events: bool,
     /// Relative error of the predicted torques of other logs.
     pub others: Option<f64>,
@@ -47,14 +49,15 @@ pub struct Prediction {
     /// Error on other logs that comes from wrong parameters: sqrt(p^2 - f^2), the largest value of all logs. p: relative
     /// error of the prediction; f: relative residual of a fit to that log alone.
     pub others_by_parameters: Option<f64>,
-    /// Whether the other logs are the logs of the fit. Each is then predicted by parameters that are fitted to all others.
+    /// Whether the other logs are logs of the fit. Each of them is then predicted by parameters that are fitted to all other
+    /// logs.
     pub others_are_of_the_fit: bool,
     /// The log with the largest error due to the common fit: its index, and sqrt(c^2 - a^2). c, a: relative residuals with
     /// parameters fitted to all logs, and to this log alone.
     pub most_apart: Option<(usize, f64)>,
     /// Relative error of cross-validation: blocks of the fitted logs are left out and predicted.
     pub held_out: Option<f64>,
-    /// Whether most of the motion is not repeated: its states (q, dq) occur in no other block.
+    /// Whether most of the motion is not repeated: most states (q, dq) of a block occur in no other block.
     pub parts_are_new: bool,
 }
 
@@ -72,7 +75,7 @@ impl Prediction {
     }
 }
 
-/// The claims on a prediction. If logs of the fit contradict each other, this is the only claim.
+/// The claims on a prediction. If logs of the fit contradict each other, this contradiction is the only claim.
 pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction) -> Vec<Claim> {
     let apart = prediction.most_apart.filter(|(_, apart)| *apart > GOOD_PREDICTION_ERROR);
     let says_more = apart.is_none() || !prediction.others_are_of_the_fit;
@@ -80,8 +83,8 @@ pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction)
     apart.map(|(log, apart)| contradiction(estimate, log, apart)).into_iter().chain(more).collect()
 }
 
-/// The claim that one set of parameters does not fit all logs. `log`: number of the worst log; `apart`: its error due to the
-/// common fit.
+/// The claim that one set of parameters does not fit all logs. `log`: number of the worst log; `apart`: error of this log that
+/// is due to the common fit.
 fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let name = estimate.logs.get(log).map_or("one", String::as_str);
@@ -101,10 +104,10 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters.
-    // This is no contradiction.
+    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters. Such
+    // an error is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
-    // A good prediction counts only if the motion differs from the fitted one. A bad prediction always counts.
+    // A good prediction counts only if the motion differs from the fitted motion. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);
     let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
     let worst = others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
@@ -136,7 +139,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     };
     // Noise cannot be predicted, so a larger error is accepted if the residual is noise.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
-    // An error that remains in a fit to the other log alone does not come from the parameters either.
+    // An error that remains after a fit to the other log alone does not come from wrong parameters either.
     let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
@@ -149,8 +152,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     }
 }
 
-/// The claim that the description predicts another log better than the identified parameters do. `error`: relative error of
-/// the identified parameters. `None` if the difference is small or standard deviations explain it.
+/// The claim that the description predicts another log better than the identified parameters do. `error`: relative error of the
+/// identified parameters. `None` if the difference is small, or if standard deviations explain the difference.
 fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     let described = prediction.others_nominal?;
     if error <= WORSE_ERROR_RATIO * described || error <= SMALL_HELD_OUT_ERROR {
@@ -175,7 +178,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion ([:plan])"))
 }
 
-/// A sentence that the parameters are valid for their own log only (overfitted); `None` if they are not.
+/// A sentence that the parameters are valid for their own log only (overfitted); `None` if the parameters are not overfitted.
 pub(super) fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     if prediction.is_of_poor_logs() || prediction.has_events {
         return None;
@@ -212,15 +215,15 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice their rms error, so its limit
-        // is 0.0112.
+        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice the rms error that they
+        // cause, so the limit of this rms error is 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // The estimate is far worse than the description, and its error exceeds the tolerance of a use. This is a contradiction,
-        // unless standard deviations explain the error.
+        // The estimate is far worse than the description, and the error of the estimate exceeds the tolerance of a use. This is
+        // a contradiction, unless standard deviations explain the error.
         assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
         assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("whose uncertainty is 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
@@ -239,8 +242,8 @@ mod tests {
         assert_eq!(of(0.12, Some(0.034)), (true, false));
         assert_eq!(of(0.12, Some(0.06)), (false, true));
         assert_eq!(of(0.12, None), (false, true));
-        // Above 20 % the other log is too noisy to confirm the parameters. But the parameters cause only 3.4 %, so they are
-        // not overfitted.
+        // Above 20 %, the other log is too noisy to confirm the parameters. But wrong parameters cause only 3.4 %, so the
+        // parameters are not overfitted.
         assert_eq!(of(0.25, Some(0.034)), (false, false));
     }
 

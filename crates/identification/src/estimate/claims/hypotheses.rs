@@ -57,7 +57,7 @@ pub struct HypothesisTest {
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of the parameters whose columns, combined, give the column of the hypothesis. Empty if it is identifiable.
+    /// Indices of parameters: the hypothesis has a combination of their columns as column. Empty if it is identifiable.
     pub within: Vec<usize>,
 }
 
@@ -69,7 +69,7 @@ impl HypothesisTest {
         HypothesisTest { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
     }
 
-    /// Whether the fault is found: it is significant, large enough, and reduces the error of cross-validation.
+    /// Whether the fault is found: the fault is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.of.kind().least;
         let is_worth_naming = |(without, with): (f64, f64)| {
@@ -101,7 +101,7 @@ impl HypothesisTest {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
-    /// The coordinate, if this is a rotor with a positive, significant inertia that reduces the error of cross-validation.
+    /// The coordinate of a rotor with a positive, significant inertia that reduces the error of cross-validation.
     pub fn significant_rotor(&self) -> Option<usize> {
         let Hypothesis::Rotor(k) = self.of else { return None };
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
@@ -111,17 +111,17 @@ impl HypothesisTest {
 
 /// A fault is significant if its size exceeds this many standard deviations.
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
-/// A fault is found only if it multiplies the error of cross-validation by less than this.
+/// A fault is found only if it multiplies the error of cross-validation by less than this value.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
-/// A hypothesis is not identifiable if less than this share of its column (norm) is orthogonal to the parameters' columns.
+/// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to all parameter columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter is listed in `within` if its term is at least this share of the norm of the column of the hypothesis.
+/// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Largest number of coordinates for which hypotheses are tested; for more the test takes too long.
+/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the test takes too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
 /// Tests every hypothesis at a fit. `fit`: the solution and the weights of its rows. Empty if the robot has more than 12
@@ -217,7 +217,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     let leaving: Vec<UnknownsResidual> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
     let noise = (all_in.square() / rows).sqrt();
-    // Each hypothesis is tested alone. It is not identifiable if the columns of W explain its column.
+    // Each hypothesis is tested alone. A hypothesis is not identifiable if the columns of W explain its column.
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
         let is_identifiable = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
@@ -233,7 +233,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // Two conditions: the error falls by enough, and u is significant. The limit is the larger |u| of both.
+        // Two conditions: the error falls by enough, and u is significant. Each gives a limit of |u|; the larger one counts.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -375,8 +375,8 @@ mod tests {
         };
         for joint in [None, Some(0)] {
             let (found, [without, with]) = tested_with(&Hypothesis::Late(joint), late);
-            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and the
-            // error of the fit grows with the square of the delay. Together these are some per cent at 5.1 rad/s.
+            // Tolerance: the central difference has the relative error (w h)^2/6 (w: angular frequency, h: sample time), and
+            // the error of the fit grows with the square of the delay. Together, both errors are some per cent at 5.1 rad/s.
             assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
             assert!(found.is_significant() && !found.is_found(), "{found:?}");
             // The error that remains after the correction grows with the square of the delay.

@@ -5,7 +5,8 @@ use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::significant;
 use crate::estimate::residuals::JointResidual;
 
-/// A residual is not noise if its autocorrelation time is this factor longer than the one of white noise after the low-pass.
+/// A residual is not noise if its autocorrelation time exceeds the autocorrelation time of white noise after the low-pass by
+/// this factor.
 const LONG_MEMORY_RATIO: f64 = 2.0;
 
 /// Whether the residual of every joint is noise, by its autocorrelation time; false if no autocorrelation time is known.

@@ -17,7 +17,7 @@ use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::*;
 use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, Use};
 
-/// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this.
+/// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this value.
 const USELESS_TORQUE_ERROR: f64 = 0.5;
 /// Largest accepted torque error of one joint, relative to its torque in the use or in the logs, whichever is larger. Errors
 /// below the rms residual of the joint are always accepted. This limit is larger than the limit for the whole robot
@@ -63,7 +63,8 @@ fn common(name: &'static str) -> Purpose {
 /// The claim on the torque error in one use. `joints`: residuals of the fit, one per coordinate.
 pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    // A joint may have little torque in this use. Then its error is compared with its torque in the logs.
+    // A joint may have little torque in this use. Then the torque error of the joint is compared with the joint's torque in the
+    // logs.
     let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
         let logged = if left.relative > 0.0 { left.rms / left.relative } else { 0.0 };
         j.error > SURE_JOINT_TORQUE_ERROR * j.torque.max(logged) && j.error > left.rms
@@ -102,8 +103,8 @@ fn undetermined_sentence(of: Use, joints: &[&str]) -> String {
     )
 }
 
-/// Claims that no torque is determined, one per use. They are made if a joint stood still in all logs and parameters are
-/// undetermined; otherwise the list is empty.
+/// Claims that no torque is determined, one claim per use. These claims are made if a joint stood still in all logs and
+/// parameters are undetermined; otherwise the list is empty.
 pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     let still = standing(&estimate.joints);
     let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);

@@ -9,10 +9,10 @@
 //! ```
 //! The maximum is used and not the sum, because the columns of the faults of one log are correlated.
 //!
-//! A zero offset, a spring or a drift below that limit may still exist, and so may any rotor that the description does not
-//! contain. For such a u, with its fitted value and standard deviation (`value`, `deviation`), the rms of the possible size is
-//! s(u) = sqrt(value^2 + deviation^2). The parameter x_i may then change by d_i(u) = (x_i with u - x_i without) s(u)/value. These
-//! changes inflate the variance further to
+//! A zero offset, a spring or a drift below `LIKELY_FAULT_SIGMAS` may still exist. Any rotor that the description does not
+//! contain may exist too. For such a u, with its fitted value and standard deviation (`value`, `deviation`), the rms of the
+//! possible size is s(u) = sqrt(value^2 + deviation^2). The parameter x_i may then change by d_i(u) = (x_i with u - x_i
+//! without) s(u)/value. These changes inflate the variance further to
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
@@ -27,8 +27,8 @@ use crate::estimate::claims::hypotheses::HypothesisTest;
 use crate::estimate::identified::Identified;
 use crate::estimate::topics::ROTOR;
 
-/// A fault beyond this many of its standard deviations inflates the standard deviations of the parameters. Without a fault
-/// the chance to exceed it is below 1 % (Student's t, nine degrees of freedom of the jackknife).
+/// A fault inflates the standard deviations of the parameters if its size exceeds this many of its own standard deviations.
+/// Without a fault, the chance of such a size is below 1 % (Student's t, nine degrees of freedom of the jackknife).
 const LIKELY_FAULT_SIGMAS: f64 = 4.0;
 
 fn is_likely(tested: &HypothesisTest) -> bool {
@@ -50,8 +50,8 @@ pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<
     likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
 }
 
-/// Inflates standard deviations and covariance by likely faults. It also adds a remark on the strongest of those significant
-/// faults that no claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
+/// Inflates standard deviations and covariance by likely faults. Also adds a remark on the strongest significant fault that no
+/// claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {
@@ -116,8 +116,8 @@ mod tests {
         }
     }
 
-    /// A fault of twenty sigma inflates the standard deviations of the parameters that it changes, and their covariance;
-    /// correlations do not change.
+    /// A fault of twenty sigma inflates the standard deviations and the covariance of the parameters that the fault changes.
+    /// Correlations do not change.
     #[test]
     fn what_a_fault_would_change_is_part_of_the_deviation() {
         let mut wide = estimate();

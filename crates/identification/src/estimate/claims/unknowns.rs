@@ -28,7 +28,7 @@ use crate::estimate::hypothesis::all;
 use crate::signals::records::Records;
 
 /// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior changes an identifiable zero
-/// little: by 1 % of its offset if its standard deviation is 1 degree.
+/// little: if the standard deviation of the zero is 1 degree, by 1 % of the offset.
 pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
 /// The result of one Gauss-Newton step for one unknown.
@@ -36,11 +36,11 @@ pub const ZERO_PRIOR_RAD: f64 = 0.2;
 pub struct UnknownStep {
     /// The unknown.
     pub of: Hypothesis,
-    /// Difference of the unknown from its guess, and the standard deviation of this difference; `None` if it is not
+    /// Difference of the unknown from its guess, and the standard deviation of this difference; `None` if the unknown is not
     /// identifiable.
     pub identified: Option<(f64, f64)>,
-    /// Whether the prior, not the data, determines the unknown: without the prior, its standard deviation exceeds half of the
-    /// standard deviation of the prior.
+    /// Whether the prior, not the data, determines the unknown. This is the case if the standard deviation of the unknown
+    /// without the prior exceeds half of the standard deviation of the prior.
     pub is_prior: bool,
     /// Change of each parameter per unit of the unknown; empty if the unknown is not identifiable.
     pub effect: Vec<(ParameterId, f64)>,
@@ -107,8 +107,8 @@ fn solved(
     let mut prior = TriangleBuilder::new(width);
     for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_identifiable[*e]) {
         let Hypothesis::Zero(k) = *of else { continue };
-        // The row of the prior is scaled by this noise: with it, the standard deviation for white noise would equal the standard
-        // deviation of the jackknife.
+        // The row of the prior is scaled by a noise. This noise is chosen so that the standard deviation for white noise would
+        // equal the standard deviation of the jackknife.
         let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
         let mut row = vec![0.0; width];
         row[p + e] = noise / ZERO_PRIOR_RAD;
@@ -126,8 +126,8 @@ fn solved(
         let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
         let is_zero = matches!(of, Hypothesis::Zero(_));
         let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
-        // The jackknife does not contain the variance of the prior. So the standard deviation is at least that of the posterior
-        // (data and prior).
+        // The jackknife does not contain the variance of the prior. So the standard deviation is raised to at least the
+        // standard deviation of the posterior (data and prior).
         let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
         UnknownStep { of: *of, identified: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };

@@ -13,18 +13,22 @@ use crate::estimate::log_check::change::column;
 use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::estimate::log_check::regression::{Basis, square};
 
-/// A nominal torque takes both signs if the smaller of the two parts has at least this share of its squares.
+/// A nominal torque takes both signs if its positive and its negative values each contribute at least this share of its squared
+/// norm.
 const MIN_SHARE_OF_A_SIGN: f64 = 0.02;
-/// A torque counts as never negative up to this share of its squares: a filter overshoots where an absolute value turns.
+/// A torque counts as never negative if its negative values contribute at most this share of its squared norm. Such values
+/// occur because a filter overshoots where an absolute value has a kink.
 const ROUNDED_SHARE: f64 = 1e-3;
 /// The signs explain the torque if the squared residual is at most this share of the squared torque.
 const MAX_RESIDUAL_SHARE: f64 = 0.1;
-/// The signs are needed if the residual with them is at most this share of the residual without them.
+/// The signs are needed if the squared residual with the found signs is at most this share of the squared residual without
+/// them.
 const MAX_SHARE_OF_SIGNED_RESIDUAL: f64 = 0.3;
-/// Passes of the search for the signs. Each lowers the residual; it settles after a few.
+/// Passes of the search for the signs. Each pass lowers the residual, which converges after a few passes.
 const PASSES: usize = 10;
 
-/// Whether the torques at the samples `rows` lack their sign. `torques`: nominal torques of these samples, n per sample.
+/// Whether the torques at the samples `rows` were logged without their sign. `torques`: nominal torques of these samples, n per
+/// sample.
 pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64]) -> bool {
     let n = states.n;
     let measured = |j: usize| column(&states.tau, n, j, rows);
@@ -95,7 +99,8 @@ mod tests {
             are_without_sign(&states, &rows, &nominals)
         };
         assert!(lost(of(&swings, &swings)));
-        // With its sign; a joint that always carries weight; a torque that the description does not explain.
+        // Three torques that do not lack their sign: a torque with its sign, a torque of a joint that always carries weight,
+        // and a torque that the description does not explain.
         let (states, nominals) = of(&swings, &swings);
         assert!(!are_without_sign(&states, &rows, &nominals));
         let weight = |t: f64| 9.0 + (2.0 * t).sin();

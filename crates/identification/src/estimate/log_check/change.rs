@@ -31,7 +31,7 @@ impl Change {
         Change { of, size: 0.0 }
     }
 
-    /// Makes the change that adds this angle, rad, to the position of coordinate k.
+    /// Makes the change that adds the angle `angle`, rad, to the position of coordinate k.
     pub(super) fn turned(k: usize, angle: f64) -> Change {
         Change { of: Hypothesis::Zero(k), size: angle }
     }
@@ -54,7 +54,7 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
-            // Directions of motion change like velocities. But they have no unit, so they are not converted from degrees.
+            // Directions of motion change like velocities. But directions have no unit, so they are not converted from degrees.
             let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
             let [q, ddq] = &mut still;
             changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));
@@ -77,8 +77,8 @@ pub(super) struct Description<'a> {
 }
 
 impl Description<'_> {
-    /// Nominal torques of the changed motion at the samples `rows`, N m (N): sample by sample, n per sample. They are without
-    /// gravity if one of the changes is `GravityCompensated`.
+    /// Nominal torques of the changed motion at the samples `rows`, N m (N): sample by sample, n per sample. The torques are
+    /// without gravity if one of the changes is `GravityCompensated`.
     pub(super) fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
         if changes.iter().any(|change| change.of == Hypothesis::GravityCompensated) {
@@ -158,7 +158,7 @@ pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change
         match as_it_is[of].yy {
             whole if whole > 0.0 => (p.residual(slope) * p.yy / whole).min(MAX_MISFIT),
             _ if of == j => 0.0,
-            // If the logged torque of a joint is constant, this column cannot be the torque of another joint.
+            // If the logged torque of a joint is constant, its column cannot be the torque of another joint.
             _ => MAX_MISFIT,
         }
     };

@@ -9,7 +9,8 @@ use crate::estimate::log_check::diagnosis::DiagnosisInput;
 use crate::estimate::log_check::finding::{Fault, Finding};
 
 impl DiagnosisInput<'_> {
-    /// Findings that the numbers are no measurements of the robot (sign lost, rows of two sources); empty if there are none.
+    /// Findings that the numbers are no measurements of the robot (sign lost, rows of two sources); empty if there are no such
+    /// findings.
     pub(super) fn unreadable(&self) -> Vec<Finding> {
         let of = |word: fn(&Suspect) -> Option<RawWord>, what: &str| {
             let raw: Vec<(&Suspect, RawWord)> = self.suspects.iter().filter_map(|s| Some((s, word(s)?))).collect();

@@ -31,18 +31,18 @@ pub(super) struct Lag {
     pub share: f64,
 }
 
-/// A delay is reported only if it explains more than this share of the squared residual. In logs of real robots, up to 0.05
-/// occur by chance.
+/// A delay is reported only if it explains more than this share of the squared residual. In logs of real robots, chance alone
+/// explains up to 0.05.
 const SMALLEST_DELAY_SHARE: f64 = 0.15;
-/// Shorter delays are not reported, s.
+/// Delays shorter than this time are not reported, s.
 const SHORTEST_DELAY_S: f64 = 0.003;
-/// The search ends without a result beyond this delay, s.
+/// The search ends without a result if the delay exceeds this time, s.
 const LONGEST_DELAY_S: f64 = 0.12;
 
 const MAX_GAUSS_NEWTON_STEPS: usize = 14;
 /// Longest Gauss-Newton step, s. The linearisation is valid for short steps only.
 const LONGEST_GAUSS_NEWTON_STEP_S: f64 = 0.01;
-/// The search has converged if a step is shorter than this, s.
+/// The search has converged if a step is shorter than this time, s.
 const SETTLED_STEP_S: f64 = 1e-4;
 
 /// Least number of moving joints for which a common delay is searched; 1 if the robot has one joint only.
@@ -59,14 +59,14 @@ const OWN_COLUMNS: usize = 5;
 const MAX_ROWS_PER_JOINT: usize = 200;
 
 /// Finds the common delay of the torques of all joints. `None` if the delay is too short or too long, if it explains too
-/// little, or if the robot has too many joints or too few moving ones.
+/// little, or if the robot has too many joints or too few moving joints.
 pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
     if n > MAX_JOINTS_FOR_DELAY {
         return None;
     }
     let mut joints: Vec<DelayRows> = (0..n).filter_map(|j| DelayRows::of(regressor, samples, rows, j)).collect();
-    // With a single moving joint, friction and delay are correlated, and no other joint confirms the delay.
+    // If only one joint moves, friction and delay are correlated, and no other joint confirms the delay.
     if joints.len() < n.min(LEAST_MOVING_JOINTS) {
         return None;
     }
@@ -91,7 +91,7 @@ pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[u
     (share > SMALLEST_DELAY_SHARE && seconds.abs() > SHORTEST_DELAY_S).then_some(Lag { seconds, share })
 }
 
-/// The rows of one joint, without those near its reversals.
+/// The rows of one joint, without the rows near reversals of the joint.
 struct DelayRows {
     joint: usize,
     weight: f64,
@@ -99,7 +99,7 @@ struct DelayRows {
 }
 
 struct DelayRow {
-    /// Entries of the regressor row Y_j, then dq_j and ddq_j. `rates`: their time derivatives.
+    /// Entries of the regressor row Y_j, then dq_j and ddq_j. `rates`: time derivatives of these entries.
     columns: Vec<f64>,
     rates: Vec<f64>,
     direction: f64,

@@ -32,17 +32,18 @@ pub(super) struct DiagnosisInput<'a> {
     pub description: Option<&'a Description<'a>>,
 }
 
-/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this. T: nominal torques without friction;
-/// every real machine has friction.
+/// Torques tau count as computed, not measured, if |tau - T| / |tau| is below this value. T: nominal torques without friction.
+/// Torques of a real machine always contain friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Remedy if gravity was subtracted from the logged torques.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
-/// In a short motion, a fault is reported only if undoing it multiplies the misfit (error of the description) by less than this.
+/// In a short motion, a fault is reported only if undoing the fault multiplies the misfit (error of the description) by less
+/// than this factor.
 const SHORT_MISFIT_SHARE: f64 = 0.1;
 
-/// Slopes of joints count as equal if their relative distance from the median is below this.
+/// Slopes of joints count as equal if their relative distance from the median is below this value.
 const EQUAL_SLOPES_TOLERANCE: f64 = 0.15;
 
 /// A scale of the torques counts as a power of ten if its decimal logarithm is within this distance of an integer.
@@ -178,8 +179,8 @@ impl DiagnosisInput<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, log_check)),
             );
         }
-        // If at least one explanation has findings, explanations without findings are dropped. The one with the fewest findings
-        // comes first.
+        // If at least one explanation has findings, explanations without findings are dropped. The explanation with the fewest
+        // findings comes first.
         let is_needed = |found: &Vec<Finding>| !found.is_empty();
         if all.iter().any(is_needed) {
             all.retain(is_needed);
@@ -232,8 +233,8 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// Findings of those suspected faults that are needed: no other bodies explain the log without them. The other suspicions are
-    /// added to `log_check.explained`.
+    /// Findings of the needed faults: without these faults, no other bodies explain the log. The other suspicions are added to
+    /// `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
         let needed = free.needed(changes);
@@ -253,8 +254,8 @@ impl DiagnosisInput<'_> {
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
-    /// The finding that the slopes of all joints have a common factor; `None` if they do not. `meaningful`: slopes of
-    /// measured on nominal torque.
+    /// The finding that the slopes of all joints have a common factor; `None` if they have no common factor. `meaningful`:
+    /// slopes of measured on nominal torque.
     fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(meaningful);
         // A load or other bodies would change only some slopes, or change them in different directions.
@@ -271,8 +272,9 @@ impl DiagnosisInput<'_> {
             .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }
 
-    /// The common scale of the torques: the median magnitude of the meaningful slopes. It is 1 if there are too few slopes,
-    /// because then a single joint may be wrong. It is also 1 if less than two thirds of the slopes are near the median.
+    /// The common scale of the torques: the median magnitude of the meaningful slopes. The scale is 1 if there are too few
+    /// slopes, because then a single joint may be wrong. The scale is also 1 if less than two thirds of the slopes are near the
+    /// median.
     fn common_scale(&self, meaningful: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = meaningful.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -282,8 +284,7 @@ impl DiagnosisInput<'_> {
         if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
-    /// The finding that the torques were computed, because they equal the nominal torques without friction; `None` if they do
-    /// not.
+    /// The finding that the torques were computed; `None` if they differ from the nominal torques without friction.
     fn computed(&self, description: &Description) -> Option<Finding> {
         let torques = description.torques(&self.samples.kept, self.rows, &[]);
         let n = self.n();
@@ -361,7 +362,7 @@ impl DiagnosisInput<'_> {
         let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
-        // The torque of a joint is noise if even a fit of this joint alone does not explain it.
+        // The torque of a joint is noise if even a fit of this joint alone does not explain the torque.
         let noisy = |k: usize| log_check.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
         let evidence = format!(
@@ -372,7 +373,7 @@ impl DiagnosisInput<'_> {
             .then(|| Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT))
     }
 
-    /// The common delay of the torques of all joints; `None` if none is found.
+    /// The common delay of the torques of all joints; `None` if no delay is found.
     fn delay(&self) -> Option<Lag> {
         common_lag(self.regressor, self.samples, self.rows)
     }
@@ -392,8 +393,8 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
 }
 
 /// The finding "another robot" uses only joints for which the ratio squared nominal torque / squared measured torque exceeds
-/// this.
+/// this value.
 const HEAVY_JOINT_SHARE: f64 = 0.2;
 
-/// The torque of a joint counts as noise if |residual| / |torque| of a fit of this joint alone exceeds this.
+/// The torque of a joint counts as noise if |residual| / |torque| of a fit of this joint alone exceeds this value.
 const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

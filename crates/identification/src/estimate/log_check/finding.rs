@@ -10,24 +10,24 @@ use crate::estimate::log_check::change::Change;
 /// A fault of a log, or a contradiction between a log and a description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A fault that a change of the log can undo. The number is its size: an angle, rad; a delay, s; or a relative scale error.
-    /// It is 0 for a fault without a size.
+    /// A fault that a change of the log can undo. The number is the size of the fault: an angle, rad; a delay, s; or a relative
+    /// scale error. It is 0 for a fault without a size.
     Of(Hypothesis, f64),
-    /// Torques are in another unit. The number is the power of ten by which they are too large.
+    /// Torques are in another unit. The number is the power of ten by which the logged numbers are too large.
     TorqueUnit(i32),
     /// Efforts are no joint torques, but currents or motor torques.
     NoTorque,
-    /// The given drive gains are wrong by this factor: given gain / gain implied by the description.
+    /// The given drive gains are wrong. The number is the factor: given gain / gain implied by the description.
     Gains(f64),
-    /// All torques are wrong by this common factor: measured / nominal torque.
+    /// All torques are wrong by a common factor. The number is this factor: measured / nominal torque.
     Factor(f64),
     /// All torques have the wrong sign.
     TorqueSigns,
     /// Friction is negative. Either the torque or the motion has the wrong sign; the log does not determine which.
     FrictionSign,
-    /// The base is rotated relative to its described orientation by this angle, rad.
+    /// The base is rotated relative to its described orientation. The number is the angle, rad.
     Mount(f64),
-    /// The columns of this kind are in another order than the joints.
+    /// The columns of this kind of signal are in another order than the joints.
     Permuted(ColumnKind),
     /// The velocity column is not the derivative of the position.
     Velocity,
@@ -35,28 +35,29 @@ pub enum Fault {
     OtherRobot,
     /// Positions are normalised to the range of each joint: -100 to 100.
     Normalised,
-    /// Something is wrong, and no tested remedy corrects it.
+    /// Something is wrong with the log, and no tested remedy corrects it.
     Unidentified,
-    /// The load of a link changes: during an interval of the log it differs from the rest of the log.
+    /// The load of a link changes: during an interval of the log, the load differs from the load in the rest of the log.
     ChangedLoad {
         /// Number of the log, from 1; `None` if there is one log only.
         log: Option<usize>,
-        /// Start, s, by the clock of the log; `None`: its first sample.
+        /// Start, s, by the clock of the log; `None`: the first sample of the log.
         from: Option<f64>,
-        /// End, s, by the clock of the log; `None`: its last sample.
+        /// End, s, by the clock of the log; `None`: the last sample of the log.
         to: Option<f64>,
         /// Additional mass of the load, kg (negative: less mass); `None` if not significant.
         mass: Option<f64>,
     },
-    /// A link carries a load that the description does not contain. The number is its mass, kg; `None` if not significant.
+    /// A link carries a load that the description does not contain. The number is the mass of the load, kg; `None` if not
+    /// significant.
     OtherLoad(Option<f64>),
     /// Torques were computed from the description, not measured.
     Computed,
-    /// The torques are absolute values: they lack their sign.
+    /// The torques are absolute values: their signs are missing.
     AbsoluteTorque,
-    /// The torque of a joint never changes, so it is not measured.
+    /// The torque of a joint never changes, so this torque was not measured.
     DeadTorque,
-    /// The torques are too small for any machine, e.g. uninitialised memory. The number is the largest torque, N m (N).
+    /// The torques are too small for any machine; they may be uninitialised memory. The number is the largest torque, N m (N).
     Nothing(f64),
     /// Signed integers were read as unsigned numbers.
     RawWords,
@@ -68,8 +69,8 @@ pub enum Fault {
     Short(f64),
 }
 
-/// If the slopes (measured / nominal torque) of all joints are in this range, wrong nominal inertials explain them. Outside this
-/// range, the torques are in another unit.
+/// If the slopes (measured / nominal torque) of all joints are in this range, wrong nominal inertials can explain the slopes.
+/// Slopes outside this range mean that the torques are in another unit.
 pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
 /// Wrong nominal inertials explain slopes (measured / nominal torque) in this range, even if the slopes of all joints are
@@ -80,7 +81,7 @@ pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
 
 impl Fault {
-    /// Whether the fault is gross: it makes estimates from the log unusable.
+    /// Whether the fault is gross, that is, makes estimates from the log unusable.
     pub fn is_gross(self) -> bool {
         !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
     }
@@ -97,13 +98,13 @@ pub struct Finding {
     pub evidence: String,
     /// The correction of the fault in words: an option, a column header or a file.
     pub remedy: String,
-    /// The changes of the log that undo the fault; empty if no change of the log corrects it.
+    /// The changes of the log that undo the fault; empty if no change of the log undoes it.
     pub undo: Vec<Change>,
     /// Squared relative residual of the description, mean over the joints: [without, with] the remedy. `None` if the remedy
     /// was not tried or did not remove all contradictions.
     pub tried: Option<[f64; 2]>,
-    /// 0 for the findings of the first explanation of the log; 1, 2, .. for alternative explanations. Only one explanation is
-    /// right, but the log does not determine which.
+    /// Number of the explanation of the log to which the finding belongs: 0 for the first explanation; 1, 2, .. for alternative
+    /// explanations. Only one explanation is right, but the log does not determine which.
     pub instead: usize,
 }
 
@@ -113,12 +114,12 @@ impl Finding {
         Finding::of(fault, Vec::new(), evidence, remedy)
     }
 
-    /// Makes a finding on these joints (empty: on all), without changes that undo it.
+    /// Makes a finding on these joints (empty: on all joints), without changes of the log that undo the fault.
     pub fn of(fault: Fault, joints: Vec<String>, evidence: String, remedy: impl Into<String>) -> Finding {
         Finding { fault, joints, evidence, remedy: remedy.into(), undo: Vec::new(), tried: None, instead: 0 }
     }
 
-    /// Adds to the finding the changes of the log that undo it.
+    /// Adds the changes of the log that undo the fault.
     pub(super) fn undone_by(self, undo: Vec<Change>) -> Finding {
         Finding { undo, ..self }
     }
@@ -206,7 +207,7 @@ fn of_mass(mass: Option<f64>) -> String {
     mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)))
 }
 
-/// The torque unit in which numbers are larger than in N m by this power of ten, as ` (N mm)`; empty if it has no name.
+/// The name of the torque unit N m / 10^power in brackets, such as ` (N mm)` for 3; empty if this unit has no name.
 fn torque_unit(power: i32) -> &'static str {
     match power {
         3 => " (N mm)",

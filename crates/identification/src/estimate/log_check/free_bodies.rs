@@ -30,26 +30,27 @@ use crate::estimate::log_check::search::Suspicion;
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::Observation;
 
-/// Least number of samples to which bodies are fitted (if the log has so many); the largest number is twice this. This gives
-/// about ten times as many rows as an arm has parameters.
+/// Least number of samples to which bodies are fitted (if the log has so many). The largest number is twice this number. This
+/// gives about ten times as many rows as an arm has parameters.
 const FITTED_SAMPLES: usize = 1000;
 /// Number of blocks of the record. Cross-validation leaves out two blocks at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
-/// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this.
+/// A fault is needed if undoing it multiplies the error of cross-validation of a joint by less than this value.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
-/// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this. The limit is
-/// stricter than for other faults: if the log has another fault, some wrong scale also reduces the error.
+/// A scale error is needed if undoing it multiplies the error of cross-validation of a joint by less than this value. The limit
+/// is stricter than for other faults: if the log has another fault, some wrong scale also reduces the error.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
-/// Half width of the search interval of ln(scale). A scale found with nominal bodies is right within a factor of 1.5.
+/// Half width of the search interval of ln(scale). The interval is centred at the scale found with nominal bodies, which is
+/// right within a factor of 1.5.
 const LOG_SCALE_RANGE: f64 = 0.4;
-/// The search for a scale ends when its interval of ln(scale) is shorter than this.
+/// The search for a scale ends when the interval of ln(scale) is shorter than this value.
 const LOG_SCALE_TOLERANCE: f64 = 0.01;
 /// Golden section, (sqrt(5) - 1) / 2.
 const GOLDEN_STEP: f64 = 0.618_033_988_749_894_9;
 
-/// A fault is sure if undoing it multiplies the misfit (error of the description) by less than this, because other bodies rarely
-/// explain a log that well. Wrong zeros of positions are excluded, because some angle may fit by chance.
+/// A fault is certain if undoing it multiplies the misfit (error of the description) by less than this factor, because other
+/// bodies rarely explain a log that well. Wrong zeros of positions are never certain, because some angle may fit by chance.
 const SURE_MISFIT_SHARE: f64 = 0.04;
 
 /// Friction and rotor terms that are fitted for each joint, because the description does not contain them.
@@ -64,8 +65,8 @@ pub(super) struct FreeBodies<'a> {
 }
 
 impl FreeBodies<'_> {
-    /// For each suspicion (suspected fault), whether the fault is needed to explain the log. The suspicions are tested one after
-    /// the other. A fault that is not needed is left out in the tests of the next ones.
+    /// For each suspicion (suspected fault), whether the fault is needed to explain the log. The suspicions are tested one
+    /// after the other. A fault that is not needed is left out when the next suspicions are tested.
     pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
         let mut needed = vec![true; suspicions.len()];
         let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
@@ -87,8 +88,8 @@ impl FreeBodies<'_> {
                 with = without;
             }
         }
-        // If the description has one zero that is wrong by quarter turns, other zeros are often wrong too. So if one such zero is
-        // needed, all such zeros are kept.
+        // If the description has one zero that is wrong by quarter turns, other zeros are often wrong by quarter turns too. So
+        // if one such zero is needed, all such zeros are kept.
         let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
         let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
         if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
@@ -155,8 +156,8 @@ impl FreeBodies<'_> {
     }
 }
 
-/// Whether the errors `with` are lower than the errors `without` in the geometric mean, and at least one of them by the
-/// factor `needed`.
+/// Whether the geometric mean of the errors `with` is lower than the geometric mean of the errors `without`, and at least one
+/// joint has an error that is lower by the factor `needed`.
 fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
     let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
     let ratios: Vec<f64> = ratios.collect();

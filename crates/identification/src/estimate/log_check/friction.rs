@@ -28,8 +28,8 @@ pub struct JointFriction {
     pub drives: bool,
 }
 
-/// Estimates the friction of joint j from its torques alone. `None` if the joint hardly moves, has too few samples, or if the
-/// standard deviation is too large.
+/// Estimates the friction of joint j from the torques of this joint alone. `None` if the joint hardly moves, if it has too few
+/// samples, or if the standard deviation is too large.
 pub(crate) fn own_friction(
     regressor: &dyn Regressor,
     states: &States,
@@ -88,14 +88,14 @@ pub(crate) fn own_friction(
 /// autocorrelation time.
 const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
-/// Friction counts as negative only if its normalised power (`brakes`) is below minus this.
+/// Friction counts as negative only if its normalised power (`brakes`) is below minus this value.
 const SMALLEST_DRIVING_SHARE: f64 = 0.02;
 /// Friction counts as negative only if its power is below zero by more than this many standard deviations.
 const DRIVING_FRICTION_SIGMAS: f64 = 4.0;
 
-/// Friction is not determined if the standard deviation of its normalised power exceeds this. A slow log (KR300), in which
-/// gravity and friction are correlated, has 0.5 to 2.
+/// Friction is not determined if the standard deviation of its normalised power exceeds this value. A slow log (KR300), in
+/// which gravity and friction are correlated, has 0.5 to 2.
 const LARGEST_FRICTION_DEVIATION: f64 = 0.25;
 
-/// Velocity and direction of a joint are separable if the squared sine of the angle between their columns exceeds this.
+/// Velocity and direction of a joint are separable if the squared sine of the angle between their columns exceeds this value.
 const SMALLEST_SQUARED_SINE: f64 = 1e-6;

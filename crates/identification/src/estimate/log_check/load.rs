@@ -23,24 +23,24 @@ use crate::estimate::log_check::finding::{Fault, Finding};
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
-/// No load is searched if the relative error without a load is below this.
+/// No load is searched if the relative error without a load is below this value.
 const SMALL_ERROR: f64 = 0.02;
-/// A load is reported if it multiplies the relative error by at most this. So a drift of the torque is not reported as a load: a
-/// load that is fitted to a drift halves the error only.
+/// A load is reported only if it multiplies the relative error by at most this factor. So a drift of the torque is not reported
+/// as a load: a load that is fitted to a drift only halves the error.
 const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
-/// No constant load is searched if the relative error of the description (with fitted friction) is below this, because wrong
-/// nominal bodies explain such an error.
+/// No constant load is searched if the relative error of the description (with fitted friction) is below this value, because
+/// wrong nominal bodies explain such an error.
 const NOMINAL_ERROR: f64 = 0.3;
-/// A load explains the error of the description only if the relative error with it is below this. Otherwise nominal bodies
-/// are wrong, or the robot is another one.
+/// A load explains the error of the description only if the relative error with the load is below this value. Otherwise the
+/// nominal bodies are wrong, or the log belongs to another robot.
 const DESCRIBED_ERROR: f64 = 0.1;
 /// Largest accepted distance of the centre of mass of a load from the frame of its link, m. A load must also exceed the
 /// nominal mass of the link. Otherwise the error is attributed to the nominal bodies.
 const LARGEST_CENTRE_M: f64 = 0.5;
 /// Number of blocks into which all logs together are divided. A load can change only between two blocks.
 const LOAD_BLOCKS: usize = 100;
-/// Largest number of entries of the normal matrices of all blocks. It limits the number of blocks; with about 800 parameters
-/// there are too few for the search.
+/// Largest number of entries of the normal matrices of all blocks. This number limits the number of blocks; with about 800
+/// parameters there are too few blocks for the search.
 const MOST_MATRIX_ENTRIES: usize = 4_000_000;
 /// Least number of blocks of an interval with a load.
 const LEAST_LOAD_BLOCKS: usize = 3;
@@ -48,7 +48,7 @@ const LEAST_LOAD_BLOCKS: usize = 3;
 const COARSE_BLOCK_STEP: usize = 5;
 /// Ridge on the unit diagonal of the scaled normal matrix. It keeps undetermined parameters at zero.
 const RELATIVE_RIDGE: f64 = 1e-10;
-/// The mass of a load is significant beyond this many standard deviations.
+/// The mass of a load is significant if it exceeds this many standard deviations.
 const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;
 /// Number of parameters of a body: six inertias, three first moments, mass.
 const BODY_PARAMETERS: usize = 10;
@@ -56,7 +56,7 @@ const BODY_PARAMETERS: usize = 10;
 const MASS_INDEX: usize = 9;
 
 impl LogCheck {
-    /// Finds a load that changes during the log. If there is none, and no other fault was identified, finds a constant load
+    /// Finds a load that changes during the log. If no load changes and no other fault was identified, finds a constant load
     /// that the description does not contain. A load replaces findings without an identified cause. `described`: nominal base
     /// parameters; `bodies`: for each body of the map that may carry a load, its index and nominal mass, kg.
     ///
@@ -344,8 +344,8 @@ impl Record {
         self.before.len() - 1
     }
 
-    /// The longest interval of blocks with a constant load, if the load changes at the blocks `from` and `to`. The times of
-    /// the changes are known only to one block, so one block next to each change is left out.
+    /// The longest interval of blocks with a constant load, if the load changes at the blocks `from` and `to`. The times of the
+    /// changes are known only with an error of up to one block, so one block next to each change is left out.
     fn longest_constant_interval(&self, from: usize, to: usize) -> (usize, usize) {
         let parts = self.parts();
         let pieces = [
@@ -357,8 +357,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. Start and end are
-    /// searched in turn, twice each.
+    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search finds the start
+    /// and the end in turn, twice each.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);

@@ -55,7 +55,7 @@ use crate::estimate::log_check::trial::tried;
 use crate::estimate::log_check::trials::Trials;
 use crate::signals::records::Records;
 
-/// A velocity column is in time if its lag behind the derivative of the position is below this, s.
+/// A velocity column is in time if it lags behind the derivative of the position by less than this time, s.
 pub const TIMELY_S: f64 = 1e-3;
 
 /// Least number of samples from which slopes are computed (if the log has so many).
@@ -66,7 +66,7 @@ const FEW_TRIED_SAMPLES: usize = 150;
 /// Checks a log before any fit. `suspects`: suspect columns of the log; `described`: nominal base parameters, `None` if the
 /// description has no inertials.
 ///
-/// If the log has gross faults (they make estimates unusable), they are undone and the log is checked again.
+/// If the log has gross faults (faults that make estimates unusable), these faults are undone and the log is checked again.
 ///
 /// Fails when a record cannot be read.
 pub fn log_check<R: Records + ?Sized>(
@@ -87,7 +87,8 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
-    // The detection limit of a zero offset needs trials with ten angles per joint. So it is computed from fewer samples.
+    // The detection limit of a zero offset needs trials with ten angles per joint. So this limit is computed from fewer
+    // samples.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));

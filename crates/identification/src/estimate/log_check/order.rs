@@ -22,18 +22,18 @@ const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 /// Number of samples on which permutations are ranked.
 const RANKING_SAMPLES: usize = 100;
 
-/// A permutation counts as equally good if its sum of misfits (relative squared residuals) is at most this times the smallest
-/// sum.
+/// A permutation counts as equally good if its sum of misfits (relative squared residuals) is at most the smallest sum times
+/// this factor.
 const AS_GOOD_ORDER_RATIO: f64 = 1.2;
 
 /// An exchange that the search does not detect (`hidden_exchanges`) is not reported if the mean misfit of the unchanged log is
-/// below this (a relative error of 10 % of the torque).
+/// below this value (a relative error of 10 % of the torque).
 const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 
 /// Largest number of limbs (chains of joints, such as legs) of equal length for which all orders of the limbs are tried.
 const MAX_LIMBS: usize = 4;
 
-/// A function from the numbers of two joints to the hypothesis that their columns are exchanged.
+/// A function from the numbers of two joints to the hypothesis that the columns of these joints are exchanged.
 type Exchange = fn(usize, usize) -> Hypothesis;
 
 /// The kinds of exchanges: all signals, motions only, torques only. The function `order` relies on this sequence.
@@ -41,9 +41,9 @@ const EXCHANGE_KINDS: [Exchange; 3] =
     [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl ChangeSearch<'_> {
-    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit (error of the description, from
-    /// 0 to 1) of each joint with it; `None` for a single joint. `as_it_is`: regression of the unchanged log; `sum`: adds the
-    /// misfits of the joints that count.
+    /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit of each joint with this
+    /// permutation (error of the description, 0 to 1). `None` for a single joint. `as_it_is`: regression of the unchanged log;
+    /// `sum`: adds the misfits of the joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -74,8 +74,9 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, as a suspicion; `None` if none reduces the misfit by enough. The search does not
-    /// detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged log.
+    /// The best of the exchanges in `hidden`, as a suspicion; `None` if no exchange reduces the misfit by enough. The search
+    /// does not detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged
+    /// log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
@@ -168,7 +169,7 @@ fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // A permutation contains every joint once. So if joint `order[k]` is not at place k, it is at a later place.
+        // A permutation contains every joint once. So if joint `order[k]` is not at place k, this joint is at a later place.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);

@@ -22,7 +22,8 @@ use super::change::misfits;
 /// Zero offsets for which detection is tested, degrees.
 const TRIED_OFFSETS_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
 
-/// Whether the search would have detected these faults: they raise the sum of misfits (errors of the description) by enough.
+/// Whether the search would have detected these faults, that is, whether they raise the sum of misfits (errors of the
+/// description) by enough.
 pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> bool {
     let sum = |changes: &[Change], partials: &[Partial]| {
         let left = misfits(partials, slopes, changes, 1.0);
@@ -32,8 +33,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of its body. The test: if k
-/// carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
+/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of the body of joint k. The test:
+/// if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =
@@ -45,7 +46,7 @@ pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     })
 }
 
-/// The smallest zero offset of joint k that would be detected, rad; `None` if no tested offset would be.
+/// The smallest zero offset of joint k that would be detected, rad; `None` if no tested offset would be detected.
 pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
     let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
     let tried = TRIED_OFFSETS_DEG.map(f64::to_radians);
@@ -53,11 +54,11 @@ pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Optio
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
 }
 
-/// A zero offset is reported if it multiplies the relative error of the description by less than this.
+/// A zero offset is reported if it multiplies the relative error of the description by less than this value.
 const TURNED_ERROR_RATIO: f64 = 0.4;
-/// Smallest zero offset that is reported, rad. Encoders are referenced to a few tenths of a degree.
+/// Smallest zero offset that is reported, rad. The zeros of encoders are accurate to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
-/// Largest zero offset that is reported, rad. The search for faults finds larger ones.
+/// Largest zero offset that is reported, rad. The search for faults finds larger offsets.
 const LARGEST_TURN_RAD: f64 = PI / 6.0;
 /// Distance between the three points through which the parabola is fitted, rad.
 const TURN_STEP_RAD: f64 = PI / 180.0;
@@ -76,7 +77,7 @@ pub struct MisplacedJoint {
     pub errors: (f64, f64),
 }
 
-/// The joint among `joints` whose zero offset reduces the error of the description most; `None` if no offset reduces it
+/// The joint among `joints` whose zero offset reduces the error of the description most; `None` if no offset reduces the error
 /// enough.
 pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Option<MisplacedJoint> {
     // Squared residual and squared torque, summed over all joints.

@@ -4,11 +4,11 @@
 //! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of it.
 
 /// The slope (measured / nominal torque) of a joint is meaningful if the description explains more than this share of the
-/// torque. Otherwise it is printed in brackets.
+/// torque. Otherwise the slope is printed in brackets.
 pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 
-/// A column is linearly dependent on others if less than this share of its norm remains after projection onto their orthogonal
-/// complement.
+/// A column is linearly dependent on other columns if less than this share of its norm remains after projection onto the
+/// orthogonal complement of the other columns.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
 /// An orthonormal basis; the columns have equal length.

@@ -18,8 +18,8 @@ pub struct JointCheck {
     /// Regression slope of the measured on the nominal torque, with rotor, friction and offset projected out; near 1 in
     /// agreement. `None` without inertials, or if the joint has too few samples.
     pub slope: Option<f64>,
-    /// Share of a squared residual that the nominal torque explains, 0 to 1. The residual is from a fit by rotor, friction and
-    /// offset. The slope is meaningful only if this share is large. `None` in the same cases as `slope`.
+    /// Share, 0 to 1, that the nominal torque explains of the squared residual of a fit by rotor, friction and offset. The
+    /// slope is meaningful only if this share is large. `None` in the same cases as `slope`.
     pub share: Option<f64>,
     /// Share of the variance of the torque that nominal torque, rotor, friction and offset explain together, 0 to 1; `None`
     /// if unknown.
@@ -33,12 +33,12 @@ pub struct JointCheck {
     pub velocity_lag: Option<f64>,
     /// Standard deviation of `velocity_lag`, s.
     pub velocity_lag_deviation: f64,
-    /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if one
-    /// of the two is zero.
+    /// Correlation of the acceleration with the derivative of the velocity, and the ratio of their rms values. `None` if the
+    /// acceleration or the derivative is zero.
     pub acceleration: Option<(f64, f64)>,
     /// Whether the acceleration is not the derivative of the velocity but another signal.
     pub wrong_acceleration: bool,
-    /// The smallest zero offset of the joint that would have been detected, rad; `None` if no offset would have been.
+    /// The smallest zero offset of the joint that would have been detected, rad; `None` if no offset would have been detected.
     pub zero_power: Option<f64>,
 }
 
@@ -51,7 +51,7 @@ pub struct Measured {
     pub acceleration: bool,
 }
 
-/// A suspected fault that is not needed, because other bodies than the nominal ones explain the log equally well.
+/// A suspected fault that is not needed, because other bodies than the nominal bodies explain the log equally well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExplainedMistake {
     /// The suspected fault, as a finding.
@@ -65,27 +65,27 @@ pub struct ExplainedMistake {
 pub struct LogCheck {
     /// Agreement of each joint with the description, one per coordinate.
     pub joints: Vec<JointCheck>,
-    /// The findings; gross ones, which make estimates unusable, come first.
+    /// The findings. Gross findings, which make estimates unusable, come first.
     pub findings: Vec<Finding>,
     /// Alternatives to `findings`: other explanations of the log, each a list of findings. Empty after they were tried.
     pub others: Vec<Vec<Finding>>,
-    /// Suspected faults that are not needed, because other bodies than the nominal ones explain the log equally well.
+    /// Suspected faults that are not needed, because other bodies than the nominal bodies explain the log equally well.
     pub explained: Vec<ExplainedMistake>,
-    /// A constant load that the description does not contain; `None` if none was found. It is no fault of the log, but
+    /// A constant load that the description does not contain; `None` if none was found. Such a load is no fault of the log, but
     /// becomes part of the parameters.
     pub load: Option<Finding>,
     /// Sentences on intervals in which the residual is an outlier.
     pub contacts: Vec<String>,
     /// Sentences on properties that could not be checked.
     pub not_checked: Vec<String>,
-    /// Whether the motion is short. If so, a fault is reported only if it explains nearly the whole misfit (error of the
-    /// description).
+    /// Whether the motion is short. In a short motion, a fault is reported only if it explains nearly the whole misfit (error
+    /// of the description).
     pub is_short: bool,
     /// The states (positions and velocities) that the robot visited.
     pub visited: VisitedStates,
     /// Whether velocity and acceleration columns of the log were used.
     pub measured: Measured,
-    /// The joint whose zero offset makes the description fit far better; `None` if there is none.
+    /// The joint whose zero offset makes the description fit far better; `None` if no joint has such an offset.
     pub turned: Option<MisplacedJoint>,
     /// Pairs of joints, or of limbs (chains of joints), whose exchange would not be detected. Each member of a pair is a list of
     /// joints.
@@ -106,8 +106,8 @@ impl JointCheck {
         is_negative && is_meaningful && self.friction.is_some_and(|f| f.drives)
     }
 
-    /// Magnitude of the slope of the joint, and, as text, the drive gain that the description implies: `q1=11.5`. `gain`: the
-    /// gain that was used, N m/A. `None` if the slope is not meaningful.
+    /// Magnitude of the slope of the joint and, as text such as `q1=11.5`, the drive gain that the description implies. `gain`:
+    /// the gain that was used, N m/A. `None` if the slope is not meaningful.
     fn implied_gain(&self, gain: f64) -> Option<(f64, String)> {
         let slope = self.slope.filter(|_| self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
         Some((slope, format!("{}={}", self.coordinate, significant(gain / slope))))
@@ -122,7 +122,7 @@ impl LogCheck {
     /// Replaces the results on velocity and acceleration columns by the results of `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // If a velocity has a lag, it is a late derivative of the position. If it has none, it belongs to another joint, or is
+        // A velocity with a lag is a late derivative of the position. A velocity without a lag belongs to another joint, or is
         // another signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
@@ -158,7 +158,7 @@ impl LogCheck {
     /// Compares the given drive gains with the gains that the description implies, and adds a finding if they differ.
     /// `gains`: one per coordinate, N m/A.
     ///
-    /// If the torque of a joint is s times its nominal torque, its gain is s times too large.
+    /// If the torque of a joint is s times the nominal torque, the given gain of this joint is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
         let all = self.joints.iter().zip(gains);
         let mut found: Vec<(f64, String)> = all.filter_map(|(joint, gain)| joint.implied_gain(*gain)).collect();
@@ -179,8 +179,8 @@ impl LogCheck {
         }
     }
 
-    /// For efforts that are known to be currents: moves findings on the torque unit to `not_checked`, because they are no
-    /// faults. The text contains the gains that the description implies.
+    /// For efforts that are known to be currents: moves findings on the torque unit to `not_checked`, because these findings
+    /// are no faults. The text contains the gains that the description implies.
     pub fn efforts_are_currents(&mut self) {
         let unit: Vec<Finding> = self.findings.extract_if(.., |f| f.is_of_scale()).collect();
         self.not_checked.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));

@@ -20,9 +20,9 @@ const MIN_KEPT_SAMPLES: usize = 512;
 /// The lag of a velocity is not estimated if the rms velocity of the joint is below this share of the largest rms velocity of
 /// all joints.
 const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
-/// A velocity column counts as the derivative of the position if their squared correlation exceeds this.
+/// A velocity column counts as the derivative of the position if their squared correlation exceeds this value.
 const SAME_VELOCITY_CORRELATION: f64 = 0.9;
-/// An acceleration column counts as the derivative of the velocity if their squared correlation exceeds this.
+/// An acceleration column counts as the derivative of the velocity if their squared correlation exceeds this value.
 const SAME_ACCELERATION_CORRELATION: f64 = 0.25;
 /// Plausible range of the ratio (rms of an acceleration column / rms of the derivative of the velocity).
 pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
@@ -31,7 +31,7 @@ pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 /// periods of the cut-off), with ten rows per period.
 const CORRELATED_NOISE_ROWS: f64 = 6.4;
 
-/// A motion is short if the number of periods (there and back) is below this.
+/// A motion is short if the number of periods (there and back) is below this value.
 const FEW_PERIODS: f64 = 1.5;
 
 /// The data of a log check, collected in one pass over the records.
@@ -39,7 +39,7 @@ const FEW_PERIODS: f64 = 1.5;
 pub(crate) struct Samples {
     /// The kept samples of all records, one after the other.
     pub kept: States,
-    /// The sample directly before each kept sample, and the sample directly after it. `span`: time from the first to the second,
+    /// The sample directly before each kept sample, and the sample directly after it. `span`: time between these two samples,
     /// s.
     pub before: States,
     pub after: States,
@@ -95,8 +95,8 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
-        // A sample is used if it has a neighbour before and after it. The sums include all used samples. Only every m-th used
-        // sample is kept.
+        // A sample is used if it has a neighbour before and a neighbour after it. All used samples enter the sums, but only
+        // every m-th used sample is kept.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);
@@ -146,8 +146,8 @@ impl Samples {
             all.sum(&States::joined(&three), 1);
         }
         all.range = low.into_iter().zip(high).map(|(a, b)| (a.min(b), a.max(b))).collect();
-        // The path length of thinned samples is too short. So it is computed from the number of periods of the unchanged
-        // samples.
+        // The path length of thinned samples is too short. So the path length is computed from the number of periods of the
+        // unchanged samples.
         let periods = (0..n).map(|k| 2.0 * self.periods(position_of(changes, k)));
         all.path = periods.zip(&all.range).map(|(periods, (a, b))| periods * (b - a)).collect();
         all
@@ -215,7 +215,7 @@ impl Samples {
         (0..self.kept.len()).step_by(step.max(1)).collect()
     }
 
-    /// Number of periods (there and back) of joint k: its path length divided by twice its range.
+    /// Number of periods (there and back) of joint k: path length divided by twice the range of positions.
     pub(crate) fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }

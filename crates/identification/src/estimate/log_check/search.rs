@@ -39,31 +39,32 @@ pub(super) struct Suspicion {
     pub after: f64,
 }
 
-/// A set of suspected faults, and the misfit of each joint (error of the description, 0 to 1) after all of them are undone.
+/// A set of suspected faults, and the misfit of each joint (error of the description, 0 to 1) after all these faults are
+/// undone.
 pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search starts from the best change (smallest sum of misfits), and also from up to this many other changes.
+/// The search starts from the best change (smallest sum of misfits). It also starts from other changes, at most this many.
 const FIRST_STEPS: usize = 6;
-/// The search also starts from a change if its sum of misfits is at most this times the sum of the best change.
+/// The search also starts from a change if the sum of misfits is at most the smallest sum times this factor.
 const FIRST_STEP_RATIO: f64 = 2.0;
 /// Largest number of joints of a robot for which the search starts from other changes than the best one.
 const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
-/// An explanation (a set of suspected faults) must reduce the sum of misfits to at most this share.
+/// An explanation (a set of suspected faults) must reduce the sum of misfits to at most this share of the sum.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
-/// Each change of an explanation must reduce the sum of misfits (one per joint, 0 to 1) by at least this.
+/// Each change of an explanation must reduce the sum of misfits (one per joint, 0 to 1) by at least this value.
 pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
-/// A zero offset with a fitted angle is preferred to the best change without a fitted number only if its sum of misfits is below
-/// this times the sum of that change.
+/// A zero offset with a fitted angle is compared with the best change without a fitted number. The zero offset is preferred
+/// only if its sum of misfits is below the sum of the other change times this factor.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
-/// A fault is likely if undoing it multiplies the misfit (relative squared residual) by less than this. It is the square of
-/// `power::TURNED_ERROR_RATIO`, because a misfit is a square of an error.
+/// A fault is likely if undoing it multiplies the misfit (relative squared residual) by less than this factor. The factor is
+/// the square of `power::TURNED_ERROR_RATIO`, because a misfit is a squared error.
 pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
-/// A permutation explains the log if it lowers the mean misfit (relative squared residual, 0 to 1) below this. The limit is
+/// A permutation explains the log if the mean misfit (relative squared residual, 0 to 1) is below this value. The limit is
 /// strict, because thousands of permutations are tried.
 const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
@@ -71,8 +72,8 @@ const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 /// share.
 const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
-/// A joint counts in the sum of misfits if the ratio squared nominal torque / squared measured torque exceeds this. So a
-/// wrist with little torque except friction does not count.
+/// A joint counts in the sum of misfits if the ratio squared nominal torque / squared measured torque exceeds this value. So a
+/// wrist whose torque is mainly friction does not count.
 pub(super) const COUNTED_JOINT_SHARE: f64 = 0.05;
 
 /// Whether the ratio squared nominal torque / squared measured torque exceeds `share`. `scale`: factor on the nominal torque.
@@ -80,29 +81,30 @@ pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
-/// Exchanges are tried for joints whose numbers differ by at most this, if the robot has more joints than
+/// Exchanges are tried for joints whose numbers differ by at most this value, if the robot has more joints than
 /// [`MAX_JOINTS_FOR_ALL_PAIRS`].
 const NEAR_PAIR_DISTANCE: usize = 3;
 /// Largest number of joints for which exchanges of all pairs are tried.
 const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
 
-/// The joints k + 1 up to this number (exclusive) are tried in a pair with joint k. n: number of joints.
+/// Joint k is tried in a pair with each joint from k + 1 up to this number (exclusive). n: number of joints.
 pub(super) fn last_of_pairs(k: usize, n: usize) -> usize {
     if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n }
 }
 
 /// Step of the coarse search for a zero offset, rad.
 const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
-/// A zero offset is rounded to a multiple of a quarter turn if it is within this distance of it, rad.
+/// A zero offset is rounded to the nearest multiple of a quarter turn if it differs from this multiple by less than this angle,
+/// rad.
 const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 /// The coarse search for a zero offset uses every fourth sample only.
 const COARSE_SAMPLE_STEP: usize = 4;
 
-/// Function that sums the misfits of those joints that count. Its argument contains the misfits of all joints.
+/// Function that sums the misfits of those joints that count. The argument of the function contains the misfits of all joints.
 pub(super) type MisfitSum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl ChangeSearch<'_> {
-    /// Finds sets of faults that explain the log, each with the misfits of the joints after its faults are undone. The set that
+    /// Finds sets of faults that explain the log, each with the misfits of the joints after the faults are undone. The set that
     /// starts with the best single fault comes first. If no faults explain the log, the result is one empty set. `as_it_is`:
     /// regression of the unchanged log.
     pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
@@ -160,8 +162,8 @@ impl ChangeSearch<'_> {
         best.into_iter().chain(others).collect()
     }
 
-    /// Builds the explanation (set of faults) that starts with the change `first`. Further changes are added as long as each of
-    /// them reduces the misfits by enough.
+    /// Builds the explanation (set of faults) that starts with the change `first`. Further changes are added as long as each
+    /// change reduces the misfits by enough.
     fn from(
         &self,
         first: (Change, Vec<f64>),
@@ -186,7 +188,8 @@ impl ChangeSearch<'_> {
         (found, current)
     }
 
-    /// The change with the smallest sum of misfits, if it is applied after the changes `undone`; and the misfits of the joints.
+    /// Of all changes that can follow the changes `undone`: the change with the smallest sum of misfits, and the misfits of the
+    /// joints with it.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -209,8 +212,8 @@ impl ChangeSearch<'_> {
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
-    /// The possible exchanges of position or of velocity columns: of those pairs of joints where each velocity is the derivative
-    /// of the other joint's position.
+    /// The possible exchanges of position columns or of velocity columns. A pair of joints is exchanged if the velocity of each
+    /// joint is the derivative of the position of the other joint.
     fn pairs(&self) -> Vec<Change> {
         let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
@@ -236,8 +239,8 @@ impl ChangeSearch<'_> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns it as a change. The changes `undone` are
-    /// applied before it.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns this offset as a change. The changes
+    /// `undone` are applied before this change.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -272,7 +275,7 @@ impl ChangeSearch<'_> {
 /// Wrong nominal inertials explain a slope of one joint in this range, relative to the slopes of the other joints.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
-/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion some bodies fit any
+/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion, some bodies explain any
 /// scale.
 const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
 
@@ -312,7 +315,7 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// If all suspected faults are exchanges of one kind of columns, they are merged into one permutation.
+/// If all suspected faults are exchanges of one kind of columns, these exchanges are merged into one permutation.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
     let kind = all.first().and_then(|change| change.of.exchanges());

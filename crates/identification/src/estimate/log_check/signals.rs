@@ -11,26 +11,27 @@ use crate::estimate::log_check::friction::JointFriction;
 use crate::estimate::log_check::report::{JointCheck, LogCheck};
 use crate::estimate::remarks::LARGEST_ARM_ANGLE_RAD;
 
-/// A joint with a smaller range of motion than this, rad (m), is not examined.
+/// A joint is not examined if its range of motion is below this value, rad (m).
 const SMALLEST_EXAMINED_RANGE: f64 = 0.02;
 
 /// Least number of periods (there and back) of a log. One period separates inertia from gravity and friction; the limit is
 /// lower because the ends of a logged period may be missing (log of cobot6).
 const MIN_PERIODS: f64 = 0.75;
 
-/// A velocity is the derivative of a position if their squared correlation exceeds this. Measured velocities reach at least
-/// 0.97 with their own positions.
+/// A velocity is the derivative of a position if their squared correlation exceeds this value. A measured velocity and the
+/// position of the same joint reach at least 0.97.
 const DERIVATIVE_CORRELATION: f64 = 0.8;
-/// A velocity is not the derivative of a position if their squared correlation is at most this.
+/// A velocity is not the derivative of a position if their squared correlation is at most this value.
 const NO_DERIVATIVE_CORRELATION: f64 = 0.5;
 
-/// Torques below this are no measurements of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6 N m.
+/// Torques below this value cannot be measurements of a machine, N m (N). The margin is wide: the motor of a watch has 1e-6 N
+/// m.
 const SMALLEST_TORQUE: f64 = 1e-30;
 
 /// Remedy for a log without measured torques.
 const NAME_TORQUES: &str = "log the measured torques or currents, or name their columns ([options.columns.torque])";
 
-/// A torque is saturated if it is at its limit in more than this share of the rows. Quantised currents reach 1 % by chance.
+/// A torque is saturated if it equals its limit in more than this share of the rows. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl DiagnosisInput<'_> {
@@ -66,7 +67,7 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// The finding that the log is too short; `None` if it has enough periods.
+    /// The finding that the log is too short; `None` if the log has enough periods.
     pub(super) fn short(&self) -> Option<Finding> {
         let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_EXAMINED_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
@@ -76,7 +77,8 @@ impl DiagnosisInput<'_> {
         (periods < MIN_PERIODS).then(|| Finding::of_all(Fault::Short(periods), evidence, remedy))
     }
 
-    /// The finding that angles are in degrees, because they exceed the range of any arm in rad; `None` if no angle does.
+    /// The finding that angles are in degrees, because they exceed the range of any arm in rad; `None` if no angle exceeds this
+    /// range.
     pub(super) fn degrees(&self) -> Option<Finding> {
         let far = |k: &usize| {
             let (low, high) = self.samples.range[*k];

@@ -1,7 +1,7 @@
 //! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
 //!
-//! If the second check reveals another fault, it is undone too. If no contradiction remains in the end, all these faults are
-//! reported. Otherwise the report says that the cause is not identified.
+//! If the second check reveals another fault, this fault is undone too. If no contradiction remains in the end, all undone
+//! faults are reported. Otherwise the report says that the cause is not identified.
 
 use crate::estimate::digits::percent;
 use crate::estimate::log_check::change::Change;
@@ -12,12 +12,12 @@ use crate::estimate::log_check::search::MAX_MISTAKES;
 /// Number of repeated checks: one with the found faults undone, and two for faults that these checks reveal.
 const REPEATED_CHECKS: usize = 3;
 
-/// A joint is wrong if its squared relative residual with the description exceeds this. The slope (measured / nominal torque)
-/// is limited to `PLAUSIBLE_SLOPES`.
+/// A joint is wrong if its squared relative residual with the description exceeds this value. The slope (measured / nominal
+/// torque) is limited to `PLAUSIBLE_SLOPES`.
 const WRONG_JOINT_MISFIT: f64 = 0.5;
 
-/// A log belongs to another robot if the squared relative residual of the description, as a mean over the joints, exceeds
-/// this.
+/// A log belongs to another robot if the squared relative residual of the description, as a mean over the joints, exceeds this
+/// value.
 pub(super) const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
 /// Remedy if the log belongs to another robot.
 pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of columns mends it: look for another model, another \
@@ -26,15 +26,15 @@ pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of 
 /// Plausible range of the slope (measured / nominal torque) of a joint: nominal bodies may be wrong by a factor of two.
 const PLAUSIBLE_SLOPES: (f64, f64) = (0.5, 2.0);
 
-/// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this.
+/// Two explanations of a log are equivalent if the ratio of their squared residuals is at most this value.
 pub const AS_WELL_RATIO: f64 = 1.5;
 
 /// Tries the findings of the log check `first`, and returns the check with the confirmed findings. `again`: checks the log with
 /// changes applied.
 ///
 /// An explanation (a list of findings) is confirmed if no contradiction remains after its faults are undone. Only explanations
-/// with the fewest faults are kept. The one with the smallest residual comes first, and equivalent ones are reported as
-/// alternatives.
+/// with the fewest faults are kept. The explanation with the smallest residual comes first, and equivalent explanations are
+/// reported as alternatives.
 pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) -> LogCheck {
     if !first.is_gross() {
         return first;
@@ -49,7 +49,8 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of the confirmed explanations, the one with the smallest residual is kept, with all explanations that are equivalent to it.
+    // Of the confirmed explanations, the explanation with the smallest residual is kept, and all explanations that are
+    // equivalent to it.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);
@@ -73,13 +74,13 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
 }
 
 /// Number of faults for which a finding counts. `NoTorque` gives each joint a free gain, so it counts as the largest allowed
-/// number.
+/// number of faults.
 fn mistakes(finding: &Finding) -> usize {
     if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
 }
 
-/// Tries one explanation: undoes its gross findings, and then the findings of the next check. `None` if a contradiction remains,
-/// or if more than `most` faults are needed. `again`: checks the log with changes applied.
+/// Tries one explanation: undoes the gross findings of the explanation, and then the findings of the next check. `None` if a
+/// contradiction remains, or if more than `most` faults are needed. `again`: checks the log with changes applied.
 fn mends(
     first: &LogCheck,
     findings: Vec<Finding>,
@@ -115,8 +116,8 @@ impl LogCheck {
         all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
-    /// Inserts an explanation before the others. The previous gross findings (they make estimates unusable) become alternatives;
-    /// all other previous findings are dropped.
+    /// Inserts an explanation before the others. The previous gross findings (which make estimates unusable) become
+    /// alternatives; all other previous findings are dropped.
     pub fn put_before(&mut self, explanation: Vec<Finding>) {
         let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
         let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();
@@ -161,8 +162,8 @@ impl JointCheck {
     fn misfit(&self) -> Option<f64> {
         let (slope, share) = (self.slope?, self.share?);
         let allowed = slope.clamp(PLAUSIBLE_SLOPES.0, PLAUSIBLE_SLOPES.1);
-        // xx, yy: squared nominal and squared measured torque. With its own slope the description explains slope^2 xx = share
-        // yy. With the slope `allowed` the residual grows by (slope - allowed)^2 xx.
+        // xx, yy: squared nominal and squared measured torque. With the fitted slope, the description explains slope^2 xx =
+        // share yy. With the slope `allowed` instead, the squared residual grows by (slope - allowed)^2 xx.
         let missed = if slope == 0.0 { 0.0 } else { share * ((slope - allowed) / slope).powi(2) };
         Some((1.0 - share + missed).min(1.0))
     }
@@ -182,7 +183,7 @@ mod tests {
             share: Some(0.9),
             ..JointCheck::default()
         };
-        // The check detects only the first fault; the second one appears after the first is undone.
+        // The check detects only the first fault. The second fault appears after the first is undone.
         let seen = faults.first().map(|&of| {
             let joints = of.joints().iter().map(|k| format!("j{}", k + 1)).collect();
             Finding::of(Fault::Of(of, 0.0), joints, String::new(), "").undone_by(vec![Change::of(of)])

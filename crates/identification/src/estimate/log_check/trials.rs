@@ -51,8 +51,8 @@ impl<'a> Trials<'a> {
         self.description.torques(self.states, self.rows, changes)
     }
 
-    /// Regression of each joint's measured torque on its nominal torque after these changes. Offset, friction and rotor of
-    /// the joint are projected out of both.
+    /// Regression of each joint's measured torque on its nominal torque after these changes. Offset, friction and rotor of the
+    /// joint are projected out of both torques.
     pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.nominal_torques(changes), changes)
     }

@@ -23,10 +23,10 @@ pub struct VisitedStates {
 const MOST_STATES: usize = 2000;
 /// Largest number of states of a motion that are compared with the visited states.
 const EXAMINED_STATES: usize = 300;
-/// Number of blocks (tenths) of a record. Each block is compared with all others.
+/// Number of blocks (tenths) of a record. Each block is compared with all other blocks.
 const RECORD_BLOCKS: usize = 10;
-/// A state is new if its distance from every visited state exceeds this. Distance: rms over the moving signals, in standard
-/// deviations of the signal.
+/// A state is new if its distance from every visited state exceeds this value. Distance: rms over the moving signals, each
+/// divided by its standard deviation.
 const NEW_STATE_DISTANCE: f64 = 0.15;
 /// A motion is new if more than this share of its states is new.
 const NEW_STATES_SHARE: f64 = 0.5;
@@ -72,7 +72,7 @@ impl VisitedStates {
     }
 
     /// Whether most states of `other` are far from the states of `self`. `is_meant(i)`: whether state i of `other` is tested;
-    /// `counts(i, j)`: whether it is compared with state j of `self`. False if there are too few states.
+    /// `counts(i, j)`: whether this state is compared with state j of `self`. False if there are too few states.
     fn is_new(
         &self,
         other: &VisitedStates,

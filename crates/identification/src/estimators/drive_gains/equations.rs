@@ -24,17 +24,18 @@ pub struct JointEquations {
 /// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Residual sum of squares of the currents, A^2, that remains for any parameters. The residuals of `rows` are not part of it.
+    /// Residual sum of squares of the currents, A^2, that remains for any values of the parameters. The residuals of `rows` are
+    /// not part of this sum.
     pub left: f64,
-    /// Number of independent equations from which the rows and `left` were computed.
+    /// Number of independent equations from which `rows` and `left` were computed.
     pub equations: f64,
 }
 
 /// Least mean square residual that is used for the noise, divided by the mean square current. It is the square of the relative
 /// rounding error of currents, 1e-10.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
-/// Least number of degrees of freedom for the noise, as a share of the number of equations. It is used if there are nearly as
-/// many unknowns as equations.
+/// Least number of degrees of freedom for the noise, as a share of the number of equations. This limit is used if there are
+/// nearly as many unknowns as equations.
 const LEAST_EQUATIONS_SHARE: f64 = 0.1;
 
 impl JointEquations {

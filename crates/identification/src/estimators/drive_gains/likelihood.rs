@@ -32,7 +32,7 @@ use crate::estimators::drive_gains::equations::JointEquations;
 pub enum Gain {
     /// The gain is known without error.
     Known(f64),
-    /// The gain is expected near the first value, with the second as its standard deviation.
+    /// The gain is expected near the first value. The second value is the standard deviation of this expectation.
     Expected(f64, f64),
     /// The gain is to be estimated.
     Free,
@@ -48,7 +48,7 @@ impl Gain {
 /// The estimated drive gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
-    /// Gain of each joint, N m/A; a known gain as it was given.
+    /// Gain of each joint, N m/A. A known gain is returned unchanged.
     pub gain: Vec<f64>,
     /// Standard deviations of the gains, N m/A; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
@@ -62,7 +62,7 @@ pub struct DriveGains {
     pub deviation: Vec<f64>,
     /// Covariance of X for white noise. The error of a gain makes the parameters of its joint correlated.
     pub covariance: DMatrix<f64>,
-    /// For each parameter, whether the data determine it.
+    /// For each parameter, whether the data determine the parameter.
     pub determined: Vec<bool>,
     /// Standard deviation of the noise of the currents of each joint, A. It is 1 if the weights contain the noise.
     pub noise: Vec<f64>,
@@ -74,11 +74,11 @@ pub struct DriveGains {
 
 /// Largest number of Gauss-Newton steps.
 const MAX_GAUSS_NEWTON_STEPS: usize = 50;
-/// Largest relative change of 1/gain in one step. It is below one, so that a gain keeps its sign.
+/// Largest relative change of 1/gain in one step. This value is below one, so that a gain keeps its sign.
 const LARGEST_GAIN_CHANGE: f64 = 0.5;
 /// The iteration ends if no unknown changes by more than this many standard deviations.
 const SETTLED_CHANGE_SIGMAS: f64 = 1e-6;
-/// The iteration also ends if no gain changes by more than this share. Without noise in the data this limit is at the level of
+/// The iteration also ends if no gain changes by more than this share. Without noise in the data, this share is at the level of
 /// rounding.
 const SETTLED_GAIN_CHANGE: f64 = 1e-10;
 
@@ -141,8 +141,8 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// Number of unknowns that each joint j determines (its degrees of freedom): tr J_j C J_j'. J_j: its linearised rows, C:
-/// covariance of the unknowns. The sum over the joints is the number of unknowns.
+/// Number of unknowns that each joint j determines (degrees of freedom of the joint): tr J_j C J_j'. J_j: linearised rows of
+/// joint j; C: covariance of the unknowns. The sum over the joints is the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -158,7 +158,7 @@ fn used(
     (0..joints.len()).map(of_joint).collect()
 }
 
-/// The largest change of a determined unknown in its standard deviations: max |step_c| / sqrt(C_cc), C: covariance.
+/// The largest change of a determined unknown, in standard deviations of the unknown: max |step_c| / sqrt(C_cc), C: covariance.
 fn in_sigmas(step: &Solution) -> f64 {
     let determined = (0..step.x.len()).filter(|&c| step.determined[c] && step.inverse[(c, c)] > 0.0);
     determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
@@ -209,7 +209,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // A gain that the data do not determine is zero here; it starts at 1.
+    // A gain that the data do not determine is zero in the solution here. It starts at 1 instead.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();

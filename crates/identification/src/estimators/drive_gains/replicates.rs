@@ -26,7 +26,7 @@ struct ReplicateRows {
     joint: usize,
     /// The columns that have non-zero entries in these rows.
     columns: Vec<usize>,
-    /// Sums of products of these m columns with each other, with the current as the last column, (m + 1) x (m + 1).
+    /// Sums of products of the m columns in `columns` with one another, with the current as the last column, (m + 1) x (m + 1).
     products: DMatrix<f64>,
 }
 
@@ -64,7 +64,7 @@ impl Replicates {
     /// Standard deviations at the solution `found`: first of the parameters, then of the logarithms of the unknown gains.
     ///
     /// `discounts`: for each joint, the number of correlated equations that count as one independent equation. The row of an
-    /// expected gain is independent, so it is multiplied by this number.
+    /// expected gain is independent of other rows, so this row is multiplied by the discount of its joint.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();
@@ -96,8 +96,8 @@ impl Replicates {
 }
 
 impl ReplicateRows {
-    /// A_g and W_g' e_g of these rows, linearised at the solution. The columns are the columns of the rows, then the logarithm of
-    /// the gain. `gain`: number of the gain among the unknown gains; `None` if it is known.
+    /// A_g and W_g' e_g of the cluster, linearised at the solution. The columns are `columns`, then the logarithm of the gain.
+    /// `gain`: number of the gain among the unknown gains; `None` if the gain is known.
     fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
         let (m, p) = (self.columns.len(), found.parameters.len());
         let k = found.gain[self.joint];

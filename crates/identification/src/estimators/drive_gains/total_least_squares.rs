@@ -24,11 +24,11 @@ pub enum Scaling {
     None,
 }
 
-/// Singular values of the exact columns are zero if they are below this share of the largest one.
+/// Singular values of the exact columns count as zero if they are below this share of the largest singular value.
 const RELATIVE_RANK_TOLERANCE: f64 = 1e-10;
 /// Least noise variance of a projected column, divided by the noise variance of the column before projection.
 const SMALLEST_NOISE_VARIANCE: f64 = 1e-12;
-/// If the entry that fixes the common scale of the gains is below this, the gains are not determined.
+/// The gains are not determined if the entry that fixes the common scale of the gains is below this value.
 const SMALLEST_SCALE_COEFFICIENT: f64 = 1e-12;
 
 /// An orthonormal basis of the column space of the decomposed matrix. Singular values up to `tolerance` count as zero.
@@ -57,7 +57,7 @@ fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: u
 
 /// Gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
 ///
-/// `None` if there are too few equations, or if they do not determine the common scale of gains and parameters.
+/// `None` if there are too few equations, or if the equations do not determine the common scale of gains and parameters.
 pub fn gains_by_total_least_squares(
     joints: &[JointEquations],
     known: &[Gain],
@@ -103,7 +103,8 @@ pub fn gains_by_total_least_squares(
         Scaling::Noise => noise_scale(&basis, column, currents),
     };
     let direction = least_direction(&rest, &scale)?;
-    // X by least squares. `direction` gives the combination of the noisy columns; X makes the exact columns equal its negative.
+    // X by least squares. `direction` gives a combination of the noisy columns. X is chosen so that the exact columns give the
+    // negative of this combination.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };

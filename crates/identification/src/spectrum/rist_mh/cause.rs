@@ -33,15 +33,16 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::IterationState;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// A cause is named if it explains at least this share of the misfit, that is, of chi^2 per degree of freedom minus 1 (1: its
-/// value for noise alone). With half it explains more than all other effects together.
+/// A cause is named if it explains at least this share of the misfit. The misfit is chi^2 per degree of freedom minus 1,
+/// because noise alone gives 1. A cause that explains half of the misfit explains at least as much as all other effects
+/// together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
-/// Columns are significant if the probability of their F statistic by chance is below this.
+/// Columns are significant if the probability that chance gives their F statistic is below this value.
 pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Largest number of ripple periods per turn that is tried. No encoder resolves more periods.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named if an unknown of its effect exceeds this many standard deviations. For a normal error, the probability to
-/// exceed it by chance is `SIGNIFICANCE_LEVEL`.
+/// A joint is named if an unknown of its effect exceeds this many standard deviations. A normal error exceeds this limit by
+/// chance with the probability `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
 /// smaller torque is caused by the effect at another joint.
@@ -55,7 +56,8 @@ pub struct Cause {
     /// For each entry of `effects`: natural frequency of an elastic joint, Hz, where the motor is locked and the inertia behind
     /// the joint oscillates. `None` for other effects.
     pub frequency: Vec<Option<f64>>,
-    /// Share of the misfit (chi^2 per degree of freedom minus 1, its value for noise alone) that the effect explains.
+    /// Share of the misfit that the effect explains. The misfit is chi^2 per degree of freedom minus 1, because noise alone
+    /// gives 1.
     pub explained: f64,
     /// Change of each base parameter when the effect is added to the model.
     pub shift: Vec<f64>,
@@ -108,7 +110,7 @@ impl HarmonicData<'_> {
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_significant = |(size, carried): (&EffectSize, &f64)| {
             // Compliance, width of a gap and stiffness are positive. A negative value means that another effect is present.
-            // Damping without compliance is not a spring, so it is not tested.
+            // Damping without compliance is not a spring, so damping alone is not tested.
             let is_positive = size.effect.is_positive();
             let tested = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
@@ -136,8 +138,8 @@ impl HarmonicData<'_> {
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
     }
 
-    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint with locked motor, Hz. K: stiffness, M: inertia behind the joint,
-    /// mean over its experiments. `None` for other effects.
+    /// Natural frequency sqrt(K / M) / 2 pi of an elastic joint with locked motor, Hz. K: stiffness; M: inertia behind the
+    /// joint, as a mean over the experiments with this joint. `None` for other effects.
     fn frequency(&self, size: &EffectSize, x: &[f64]) -> Option<f64> {
         let (Effect::Elastic { joint }, Some(&yielding)) = (size.effect, size.values.first()) else { return None };
         let moved: Vec<f64> =
@@ -180,7 +182,7 @@ impl HarmonicData<'_> {
             };
             found[joint] = Some(wave);
         }
-        // Each joint is searched again, because the first joints were found without the ripple of the others.
+        // Each joint is searched again, because the first joints were found without the ripple of the other joints.
         for joint in 0..self.n {
             found[joint] = look(joint, &found);
         }
@@ -189,7 +191,7 @@ impl HarmonicData<'_> {
     }
 
     /// The ripple of a joint that explains most of the residual `left`. `basis`: columns to which ripple columns are made
-    /// orthogonal. `None` if it is not significant.
+    /// orthogonal. `None` if the ripple is not significant.
     fn wave(
         &self,
         joint: usize,
@@ -212,8 +214,8 @@ impl HarmonicData<'_> {
         (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
-    /// The numbers of ripple periods per turn that are tried for a joint. They are limited by its range, its speed and the band
-    /// of the equations.
+    /// The numbers of ripple periods per turn that are tried for a joint. These numbers are limited by the range and the speed
+    /// of the joint, and by the band of the equations.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =
@@ -242,7 +244,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Ripple of one joint, and the sum of weighted squares that it explains.
+/// Ripple of one joint, and the sum of weighted squares that the ripple explains.
 #[derive(Clone)]
 struct Wave {
     periods: usize,

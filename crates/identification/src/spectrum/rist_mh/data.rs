@@ -47,10 +47,10 @@ impl Default for HarmonicOptions {
 
 /// Highest frequency of the equations if links are behind springs or gaps, Hz.
 ///
-/// At higher frequencies the motion of a link depends more on the deflection than on the motor. Largest error of the parameters
-/// of the benchmark robot R3G with a limit of 10 Hz, and with 20 Hz (`tests/benches/misfit.rs`, six simulated data sets):
-/// joints with a natural frequency of 12 Hz 0.08 % and 0.19 % (chi^2 5 and 28), joints of 15 Hz 0.14 % and 0.13 %, joints of 25
-/// Hz 0.10 % and 0.08 %.
+/// At higher frequencies the motion of a link depends more on the deflection than on the motor. The limit of 10 Hz was compared
+/// with 20 Hz by the largest error of the parameters of the benchmark robot R3G (`tests/benches/misfit.rs`, six simulated data
+/// sets). Errors with 10 Hz and with 20 Hz: 0.08 % and 0.19 % for joints with a natural frequency of 12 Hz (chi^2 5 and 28),
+/// 0.14 % and 0.13 % for 15 Hz, 0.10 % and 0.08 % for 25 Hz.
 const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {

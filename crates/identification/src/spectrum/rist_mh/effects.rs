@@ -8,8 +8,8 @@
 //! | `Spring` of joint j | k q_j, which carries part of its gravity | k, N m/rad |
 //! | `Eccentric` joint k | q_k = theta_k - a cos theta_k - b sin theta_k, theta_k measured: the encoder's disc is off its axis | a, b, rad |
 //! | `Elastic` joint k | the links move by q_k = theta_k - c tau_k + b dtau_k/dt, theta_k measured at the motor | c = 1/K, rad/(N m); b = D/K^2, rad s/(N m), of a spring with damping D |
-//! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w): the torque holds the link at one side of its gap | b, rad |
 //! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w), w: 10 % of the rms of tau_k: the torque holds the link at one side of its gap b | b, rad |
+//!
 //! Delay, ripple and springs are linear; `yielding` linearises the other effects. For a damped spring with deflection s, tau = K
 //! s + D ds/dt gives s = c tau - b dtau/dt with a relative error of (w D/K)^2 at the angular frequency w. This is 2e-4 for a
 //! spring of 12 Hz with 2 % of the critical damping in equations up to 10 Hz.
@@ -58,7 +58,7 @@ impl Effect {
         }
     }
 
-    /// The joint whose link position differs from its encoder because of this effect. `None` for other effects.
+    /// The joint whose link position differs from the encoder position because of this effect. `None` for other effects.
     pub(crate) fn moved(self) -> Option<usize> {
         match self {
             Effect::Elastic { joint } | Effect::Play { joint } | Effect::Eccentric { joint } => Some(joint),
@@ -66,7 +66,7 @@ impl Effect {
         }
     }
 
-    /// Whether the size of the effect is its first unknown alone. Such a size must be positive.
+    /// Whether the first unknown alone gives the size of the effect. Such a size must be positive.
     pub(crate) fn is_positive(self) -> bool {
         matches!(self, Effect::Elastic { .. } | Effect::Play { .. } | Effect::Spring { .. })
     }

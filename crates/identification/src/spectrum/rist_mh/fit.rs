@@ -17,7 +17,7 @@ use crate::spectrum::rist_mh::layout::Layout;
 /// Largest number of steps of the evidence iteration for s, the relative standard deviation of the friction drifts. The error of
 /// s halves in each step.
 const DRIFT_ITERATIONS: usize = 12;
-/// If the relative standard deviation s of the friction drifts is below this, there is no drift.
+/// Friction counts as not drifting if the relative standard deviation s of the drifts is below this value.
 const SMALLEST_DRIFT_SIGMA: f64 = 2e-3;
 /// Initial relative standard deviation s of the friction drifts.
 const INITIAL_DRIFT_SIGMA: f64 = 0.1;
@@ -40,7 +40,7 @@ pub struct Owner {
 
 /// A weighted, linearised equation. Its unknowns are the unknowns of the fit, then the unknown drive gains.
 pub struct GainEquation {
-    /// The joint and cluster of the equation. `None` for the row of an expected gain.
+    /// The joint and cluster of the equation. `None` for the row of an expected gain, which belongs to no joint.
     pub owner: Option<Owner>,
     /// Index of the spectrum, and index of the row in it. `None` for a gravity row of a sweep, and for a row that regularises an
     /// unknown.
@@ -68,7 +68,7 @@ pub(crate) struct IterationState {
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Effective number of unknowns: a drift that the data determine only partly counts less than 1.
+    /// Effective number of unknowns: a drift that the data determine only partly counts as less than 1.
     effective: f64,
 }
 
@@ -99,7 +99,7 @@ impl IterationState {
         // The first fit is without drift. Its friction f is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
-            // The standard deviation s of the drifts is iterated until it converges or is practically zero.
+            // The standard deviation s of the drifts is iterated until s converges or is practically zero.
             fit.spread = INITIAL_DRIFT_SIGMA;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
@@ -252,7 +252,7 @@ impl IterationState {
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
-        // Each drift has one row u' / s = 0, which regularises it (s: standard deviation of drifts).
+        // Each drift has one row u' / s = 0, which regularises the drift (s: standard deviation of drifts).
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;

@@ -21,7 +21,7 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{IterationState, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// The estimated gains and parameters, and the friction that was chosen with them.
+/// The estimated gains and parameters, and the friction that was chosen with these gains.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
     /// The gains and parameters with their standard deviations.
@@ -29,21 +29,21 @@ pub struct HarmonicGains {
     /// The equations from which the gains were estimated, after elimination of friction.
     pub equations: Vec<JointEquations>,
     /// The estimate whose friction is used in `equations`. It was computed with the gains of the previous round. After
-    /// convergence, these differ from `gains` by at most a hundredth of a standard deviation. `None` if the gains are not
-    /// determined or not positive; friction is then asymmetric viscous and Coulomb friction.
+    /// convergence, these previous gains differ from `gains` by at most a hundredth of a standard deviation. `None` if the
+    /// gains are not determined or not positive; friction is then asymmetric viscous and Coulomb friction.
     pub friction: Option<HarmonicEstimate>,
-    /// Number of rounds (choice of friction, then gains) of the iteration. `None` if it did not converge.
+    /// Number of rounds (choice of friction, then gains) of the iteration. `None` if the iteration did not converge.
     pub rounds: Option<usize>,
 }
 
 /// Largest number of rounds. A round chooses the friction, then estimates the gains.
 const MAX_FRICTION_CHOICES: usize = 8;
-/// Largest change of a gain after convergence, in its standard deviations.
+/// Largest change of a gain after convergence, in standard deviations of the gain.
 const SETTLED_GAIN_CHANGE_SIGMAS: f64 = 0.01;
 
 impl HarmonicData<'_> {
     /// Estimates the drive gains if not all are known. Afterwards `self` has the gains with which the friction was chosen last.
-    /// So residuals that are computed from `self` belong to this fit.
+    /// So residuals that are computed from `self` belong to the fit with these gains.
     ///
     /// Fails if [`drive_gains`] fails.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
@@ -61,7 +61,8 @@ impl HarmonicData<'_> {
                 found.friction = None;
                 break;
             }
-            // Friction, drift and weights are found with the present gains, and then new gains from these rows.
+            // First, friction, drift and weights are found with the present gains. The rows that follow from them then give new
+            // gains.
             self.gain = found.gains.gain.clone();
             let Some(fit) = self.fitted(options) else { break };
             let equations = fit.current_equations(self);

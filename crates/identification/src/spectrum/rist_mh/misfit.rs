@@ -42,8 +42,8 @@ pub struct Misfit {
     pub chi_square: f64,
     /// Degrees of freedom of all rows.
     pub freedom: f64,
-    /// Standard deviations of parameters and friction with experiments as clusters; zero if there are too few. Empty if noise
-    /// explains the residual of every joint.
+    /// Standard deviations of parameters and friction with experiments as clusters; zero if there are too few experiments.
+    /// Empty if noise explains the residual of every joint.
     pub by_experiment: Vec<f64>,
     /// Standard deviations of the drive gains with experiments as clusters, N m per unit of current, one per joint; zero for
     /// known gains.
@@ -62,7 +62,7 @@ impl Misfit {
     }
 
     /// Factor a of the variance from clusters (see the module): 0 if noise explains the residual, 1 if the model lacks an
-    /// effect; between these limits it grows linearly with chi^2.
+    /// effect; between these limits, a grows linearly with chi^2.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
         let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
@@ -91,7 +91,7 @@ impl HarmonicData<'_> {
     }
 
     /// For each experiment, a copy of the unknowns `x` of the whole fit, in which parameters, friction and effects are
-    /// estimated from all other experiments. Weights and linearisation are those of the whole fit. Empty if there is only one
+    /// estimated from all other experiments. Weights and linearisation are taken from the whole fit. Empty if there is only one
     /// experiment.
     pub(crate) fn left_out(&self, fit: &IterationState, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
@@ -110,7 +110,7 @@ impl HarmonicData<'_> {
         if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
-    /// The misfit with chi^2 only. Its lists of standard deviations are empty.
+    /// The misfit with chi^2 only. The lists of standard deviations are empty.
     pub(crate) fn residual_squares(&self, fit: &IterationState) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, &noise);
@@ -129,7 +129,7 @@ impl HarmonicData<'_> {
 }
 
 /// Standard deviations of the unknowns `x` with experiments as clusters. `triangles`: for each cluster, R of the QR
-/// decomposition of its rows in the shared columns.
+/// decomposition of the cluster's rows in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -153,8 +153,8 @@ impl IterationState {
     }
 
     /// One triangle (R of a QR decomposition) per cluster, with the columns of the shared unknowns, then of the unknown gains.
-    /// A cluster is a spectrum (after elimination of its drift and of the jumps at its ends), the gravity rows of one sweep, or
-    /// one expected gain.
+    /// A cluster is a spectrum (after elimination of the drift and of the jumps at the ends of the record), the gravity rows of
+    /// one sweep, or one expected gain.
     fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();

@@ -20,17 +20,17 @@ use crate::spectrum::rist_mh::fit::{GainEquation, IterationState};
 
 /// Largest number of steps of Fisher scoring, far more than needed.
 const MAX_SCORING_STEPS: usize = 30;
-/// The iteration ends if a step of Fisher scoring is smaller than this.
+/// The iteration ends if a step of Fisher scoring is smaller than this value.
 const SETTLED_SCORING_STEP: f64 = 1e-6;
-/// b is not identifiable if the determinant of the 2 x 2 information matrix, divided by the product of its diagonal, is below
-/// this.
+/// b is not identifiable if the determinant of the 2 x 2 information matrix, divided by the product of the diagonal entries, is
+/// below this value.
 const SMALLEST_RELATIVE_DETERMINANT: f64 = 1e-9;
 
 /// A row for estimating how the noise of its joint depends on frequency: a and b of E z^2 = (1 - h) exp(a + b u).
 struct NoiseRow {
     /// The frequency of the row in octaves, log2(1 + f / f_1).
     u: f64,
-    /// z^2, z: residual divided by the standard deviation that gives its weight.
+    /// z^2. z: residual divided by the standard deviation from which the weight of the row was computed.
     square: f64,
     /// 1 - h, h: leverage of the row.
     free: f64,
@@ -87,7 +87,7 @@ fn leverage(row: &[f64], solution: &Solution) -> f64 {
     live.iter().map(|&a| row[a] * along(a)).sum()
 }
 
-/// Estimates (a, b) of E z^2 = (1 - h) exp(a + b u) (symbols: see the module) by Fisher scoring. They solve
+/// Estimates (a, b) of E z^2 = (1 - h) exp(a + b u) (symbols: see the module) by Fisher scoring. a and b solve
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///

@@ -42,7 +42,7 @@ const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 /// The result of RIST-MH: parameters, friction and misfit.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// All unknowns, in the order of `layout`. Its `inverse` is the covariance for the noise that the weights contain.
+    /// All unknowns, in the order of `layout`. The field `inverse` is the covariance for the noise that the weights contain.
     pub solution: Solution,
     /// The index ranges of the unknowns.
     pub layout: Layout,
@@ -57,12 +57,13 @@ pub struct HarmonicEstimate {
     pub effects: Vec<EffectSize>,
     /// The misfit, computed with the measured noise. It does not depend on the weights.
     pub misfit: Misfit,
-    /// The effect that the model most likely lacks. `None` if it lacks none, or if no single effect explains the misfit.
+    /// The effect that the model most likely lacks. `None` if the model lacks no effect, or if no single effect explains the
+    /// misfit.
     pub cause: Option<Cause>,
 }
 
 impl HarmonicEstimate {
-    /// The delay of the torques in addition to the delay of the band, s. `None` if it was not estimated.
+    /// The delay of the torques in addition to the delay of the band, s. `None` if the delay was not estimated.
     pub fn delay(&self) -> Option<f64> {
         let found = self.effects.iter().find(|e| e.effect == Effect::Delay)?;
         found.values.first().copied()
@@ -78,7 +79,8 @@ impl HarmonicEstimate {
         self.layout.parameters().map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
-    /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if it lacks none.
+    /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if the model lacks
+    /// no effect.
     ///
     /// It combines the standard deviation with experiments as clusters and the change by a named cause.
     pub fn lacked(&self, i: usize) -> f64 {
@@ -103,8 +105,8 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // A gravity row is linear in the torque. If the positions replace the torques, its right-hand side is the column of a
-        // spring of 1 N m/rad.
+        // A gravity row is linear in the torque. If the positions replace the torques, the right-hand side of the row is the
+        // column of a spring of 1 N m/rad.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {

@@ -1,11 +1,11 @@
 //! Computes the columns of effects other than friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
-//! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For the other effects Y(q) X is linearised
-//! about the present size u of each,
-//!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
-//! where theta is the position of the motors, q = theta - u e the position of the links, e_k the deflection of joint k per unit
-//! of u, u' the new size, and s a small step. An elastic joint has two e_k: its torque, and for its damping the rate of its
-//! torque. The fit is repeated until u' equals u (`search`).
+//! Delay, ripple and springs in parallel with the motor are linear in their unknowns. For each other effect, Y(q) X is
+//! linearised about the present size u of the effect:
+//!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s
+//! theta: position of the motors; q = theta - u e: position of the links; e_k: deflection of joint k per unit of u; u': the new
+//! size; s: a small step. An elastic joint has two e_k: the torque of the joint and, for the damping, the rate of this torque.
+//! The fit is repeated until u' equals u (`search`).
 //!
 //! tau_k is the torque after the friction of the motor. If the joint moves, it is the torque of the drive minus the friction of
 //! the fit. If the joint is locked, its friction is unknown, and tau_k is Y_k(q) X. The spring here transmits the whole torque of
@@ -149,7 +149,8 @@ impl HarmonicData<'_> {
                 found.push((column + 1, joint, sin));
             } else if let Some(joint) = effect.moved() {
                 let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
-                // tau_k: if the joint moves, the torque of the drive minus friction; if it is locked, the torque of the model.
+                // tau_k: if the joint moves, the torque of the drive minus friction; if the joint is locked, the torque of the
+                // model.
                 let torque = match spectrum {
                     Some(e) => fit.behind_friction(&self.spectra[e], e, self),
                     None => {
@@ -158,8 +159,8 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                // The unknown of a gap has one column, from the sign of the torque. A spring has two unknowns: one for the
-                // torque, one for its rate.
+                // The unknown of a gap has one column, which follows from the sign of the torque. A spring has two unknowns:
+                // one for the torque, and one for the rate of the torque.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {

@@ -2,9 +2,10 @@
 //!
 //! There are two methods, tried in this order:
 //!
-//! - constants first, for planar loops: all constants are drawn at random, then the variables, loop by loop. Of each loop some
-//!   variables are drawn, and two or three are solved for ([`crate::base::closed::planar_loop`]). These may be coordinates or
-//!   passive variables, because closure does not depend on which joints are driven. Lengths with the same symbol stay equal;
+//! - constants first, for planar loops: all constants are drawn at random, then the variables, loop by loop. In each loop some
+//!   variables are drawn, and two or three are solved for ([`crate::base::closed::planar_loop`]). All of them may be
+//!   coordinates or passive variables, because closure does not depend on which joints are driven. Lengths with the same symbol
+//!   stay equal;
 //! - angles first: all angles are drawn, except the angles that close the orientation of each loop
 //!   ([`crate::base::closed::orientation`]). The position equations are then affine in the lengths
 //!   ([`crate::base::closed::lengths`]), and a random solution is taken.
@@ -30,13 +31,13 @@ use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use random::SplitMix;
 
-/// Largest number of draws of all constants of a robot: with k quadratic equations, one of 2^k draws has a closed point.
+/// Largest number of draws of all constants of a robot. With k quadratic equations, about one of 2^k draws has a closed point.
 const DRAWS_OF_CONSTANTS: usize = 400;
-/// Largest number of failures of the constants-first method, except missing roots. A few such failures may be chance, because
+/// Largest number of failures of the constants-first method, missing roots not counted. A few failures may be chance, because
 /// roots may coincide.
 const MAX_FAILED_DRAWS: usize = 24;
-/// Largest number of failures of the angles-first method, except missing roots. It is small, because random angles never
-/// coincide.
+/// Largest number of failures of the angles-first method, missing roots not counted. The number is small, because random angles
+/// never coincide.
 const MAX_FAILED_ANGLE_DRAWS: usize = 4;
 /// Largest number of draws of all variables when the constants of the loops are given.
 const DRAWS_OF_A_STATE: usize = 60;
@@ -48,12 +49,12 @@ const MAX_CLOSING_CHOICES: usize = 200;
 /// Values of the constants and variables in the finite field for which all loops are closed.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedPoint {
-    /// The field elements of each constant, indexed by its symbol.
+    /// The field elements of each constant, indexed by the symbol of the constant.
     pub constants: Vec<Assignment>,
     pub state: State,
 }
 
-/// Finds closed points of one robot, with the functions and data that this needs.
+/// Finds closed points of one robot. The fields are the functions and data that the search needs.
 pub(crate) struct ClosedPoints {
     pub chains: LoopChains,
     pub variables: Variables,
@@ -86,8 +87,8 @@ impl ClosedPoints {
     }
 
     /// Finds a closed point by random draws of constants, variables and roots. With `other_roots`, the other root of each
-    /// quadratic equation is taken. So equal draws give another assembly of the loops (for example, elbow up instead of elbow
-    /// down).
+    /// quadratic equation is taken. So the same draws, with the other roots, give another assembly of the loops (for example,
+    /// elbow up instead of elbow down).
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
         let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first
@@ -104,7 +105,7 @@ impl ClosedPoints {
         let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
-                // Whatever the method, all closure equations must hold at the point.
+                // All closure equations must hold at the point, whichever method found it.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
                 Ok(None) => {}
                 Ok(Some(_)) => failures += 1,
@@ -175,8 +176,8 @@ impl ClosedPoints {
         Ok(Some(state))
     }
 
-    /// Closes a loop: solves for `count` of its unknown variables with the function `close`, and draws the others. The first set
-    /// of variables that can be solved for is taken.
+    /// Closes a loop: solves for `count` of the unknown variables of the loop with the function `close`, and draws the other
+    /// unknown variables. Of the possible sets of `count` variables, the first set for which this succeeds is taken.
     fn closed_by(
         &self,
         state: &mut State,
@@ -291,8 +292,8 @@ impl ClosedPoints {
         self.chains.loops.iter().map(planar).collect()
     }
 
-    /// The values of the variables as inputs for a function along a curve. The variables do not change along this curve: each
-    /// series has only its constant term.
+    /// The values of the variables, as inputs for a function along a curve on which the variables do not change: each series
+    /// has only its constant term.
     pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, CurveInput> {
         let moving = |k: usize| CurveInput {
             point: state.points[k].unwrap_or_default(),
@@ -302,8 +303,8 @@ impl ClosedPoints {
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// The closure error e and its Jacobian J_p by the passive variables, row by row, at a point. `None` if they are not defined
-    /// in the field (a division by zero).
+    /// The closure error e and its Jacobian J_p by the passive variables, row by row, at a point. `None` if e or J_p is not
+    /// defined in the field (a division by zero).
     pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();

@@ -1,10 +1,10 @@
 //! Determines the independent columns of the regressor of a robot with loops, at closed points of a finite field.
 //!
 //! The loops of a robot may have several assemblies with different ranks: the crossed four-bar has 8 base parameters, the
-//! parallelogram with the same lengths has 3. So points are evaluated until at two of them the independent columns are also
-//! clearly independent numerically. If all points have the same independent columns, but these are numerically dependent, the
-//! lengths in the robot's file are a special case. If the columns of the points differ, and no point has the numeric columns,
-//! there is no result.
+//! parallelogram with the same lengths has 3. So points are evaluated until two of them have independent columns that are also
+//! clearly independent numerically. If all points have the same independent columns, but these columns are numerically
+//! dependent, the lengths in the robot's file are a special case. If the columns of the points differ, and no point has the
+//! numeric columns, there is no result.
 
 use expr::Function;
 
@@ -17,21 +17,21 @@ use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use random::SplitMix;
 
-/// Largest number of closed points that are evaluated. They form pairs with equal draws; the second of a pair takes the other
-/// root of each equation.
+/// Largest number of closed points that are evaluated. The points form pairs with equal draws; the second point of a pair takes
+/// the other root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;
 /// Smallest number of closed points: two assemblies of one set of constants, and one of another set.
 const FEWEST_CLOSED_POINTS: u64 = 3;
-/// The search can end when this number of closed points have the same independent columns.
+/// The search can end when this many closed points have the same independent columns.
 const AGREEING_RANKS: usize = 2;
 /// Number of curves through each closed point. With one coordinate, up to three rows of each order are independent: the rows of
-/// its acceleration, of its squared rate, and of gravity.
+/// the acceleration, of the squared rate of this coordinate, and of gravity.
 const CURVES_PER_POINT: usize = 4;
-/// The order of a power series suffices if this number of last orders gives no new independent row.
+/// The order of a power series is large enough if this many of its last orders give no new independent row.
 const SETTLED_ORDERS: usize = 2;
 /// Largest order of a power series along a curve.
 const MAX_SERIES_ORDER: usize = 200;
-/// The first series provides this number of rows more than 4/3 of the expected rank.
+/// Number of rows that the first series gives in addition to 4/3 of the expected rank.
 const SPARE_ROWS: usize = 8;
 /// Seed of the random draws for the first pair of closed points.
 const FIRST_SEED: u64 = 1979;
@@ -44,7 +44,7 @@ pub(crate) struct ClosedRank {
     pub other_assemblies: bool,
     /// The data with which further closed points can be found.
     pub points: ClosedPoints,
-    /// The rows of the regressor at each point that has these columns, as `[point][row][column]`.
+    /// The rows of the regressor at each point with the independent columns `columns`, as `[point][row][column]`.
     rows: Vec<Vec<Vec<Residue>>>,
 }
 
@@ -58,8 +58,8 @@ impl ClosedRank {
 }
 
 /// Determines the independent columns of a regressor at closed points. `agrees(columns)`: whether given columns are also
-/// independent numerically. Only the assemblies of the loops for which this holds are used. If there are none, all points must
-/// have the same independent columns. `expected`: about how many columns are expected.
+/// independent numerically. Only assemblies of the loops with numerically independent columns are used. If there is no such
+/// assembly, all points must have the same independent columns. `expected`: about how many columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
     regressor: &Function,

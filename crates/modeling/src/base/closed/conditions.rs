@@ -35,8 +35,8 @@ impl ClosedPoints {
     }
 
     /// Changes the constant angles of planar loops so that orientations close. If the orientation of a loop depends on no
-    /// variable, its constant angles must add up to zero. In the robot's file, plain numbers (not symbols) ensure this, such as
-    /// the constant of a relation between passive angles. One of these numbers is changed.
+    /// variable, the constant angles of the loop must add up to zero. In the robot's file, plain numbers (not symbols) ensure
+    /// this sum, such as the constant of a relation between passive angles. One of these numbers is changed.
     pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);
@@ -63,7 +63,7 @@ impl ClosedPoints {
         }
     }
 
-    /// The constants that a function uses as lengths (outside sines and cosines), as indices of their symbols.
+    /// The constants that a function uses as lengths (outside sines and cosines), as indices of the symbols of these constants.
     pub(crate) fn lengths_of(&self, function: &Function) -> Vec<usize> {
         let graph = function.graph();
         let mut is_length = vec![false; graph.symbols().len()];

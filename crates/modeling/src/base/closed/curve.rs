@@ -5,10 +5,11 @@
 //! ```text
 //! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
 //! ```
-//! e: closure error, J_p: its Jacobian by p. All rows of e must vanish, not only the rows that give p: otherwise the loops do not
-//! move at these constants. dq and ddq are random and constant along the curve, because they are free at every state. A relation
-//! between columns with constant coefficients holds at every state if and only if it holds for each coefficient of the series. At
-//! a general point, if some orders bring no new row, no later order brings one [Schwartz 1980].
+//! e: closure error, J_p: its Jacobian by p. All rows of e must vanish, not only the rows from which p is solved. If another
+//! row does not vanish, the loops do not move with these constants. dq and ddq are random and constant along the curve, because
+//! they are free at every state. A relation between columns with constant coefficients holds at every state if and only if it
+//! holds for each coefficient of the series. At a general point, if some orders bring no new row, no later order brings one
+//! [Schwartz 1980].
 
 use std::collections::BTreeMap;
 
@@ -64,8 +65,8 @@ pub(crate) fn curve(
     if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
 }
 
-/// The indices of m independent rows of the Jacobian `j`, and the inverse of the matrix of these rows; `None` if its rank is
-/// below m.
+/// The indices of m independent rows of the Jacobian `j`, and the inverse of the matrix of these rows; `None` if the rank of
+/// `j` is below m.
 fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Residue>>)> {
     let mut rows: Vec<usize> = Vec::new();
     let mut echelon: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -128,7 +129,8 @@ mod tests {
     use super::*;
     use crate::derivation::Derivation;
 
-    /// A four-bar that can close because the offsets normal to its plane add up, 0.05 = 0.03 + 0.02, and its constant angles too.
+    /// A four-bar that can close because the offsets normal to its plane add up (0.05 = 0.03 + 0.02), and because its constant
+    /// angles add up too.
     #[test]
     fn a_loop_closes_in_the_field_by_numbers_that_add_up() {
         let text = "convention: khalil-kleinfinger
@@ -152,7 +154,7 @@ loops:
             let random = &mut SplitMix(seed);
             let point = points.point(random, false).unwrap();
             let along = curve(&points, &point, 6, random).unwrap();
-            // The passive variables move, and not only in the first order of t.
+            // The passive variables move, in higher orders of t too.
             assert!(points.symbols[1..].iter().all(|s| along[s].value.at(6) != Residue::ZERO));
             // With the same constants there are other closed states.
             let other = points.point_at(&point.constants, random).unwrap();

@@ -3,8 +3,8 @@
 use crate::base::field::Residue;
 use random::SplitMix;
 
-/// A random x with n entries and f(x) = 0, for an affine function f. The leftmost entries that f determines are solved for, the
-/// others are random. `None` if f is not affine or has no zero.
+/// A random x with n entries and f(x) = 0, for an affine function f. The leftmost entries that f determines are solved for, and
+/// the other entries are random. `None` if f is not affine or has no zero.
 pub(crate) fn random_zero(
     n: usize,
     mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,
@@ -27,8 +27,8 @@ pub(crate) fn random_zero(
     f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
 }
 
-/// Solves the linear equations with rows [a_1 .. a_n b], a x = b, for the leftmost entries of x that they determine; the other
-/// entries are given. `None` if the equations contradict each other.
+/// Solves the linear equations with rows [a_1 .. a_n b], a x = b. The leftmost entries of x that the equations determine are
+/// solved for; the other entries are given. `None` if the equations contradict each other.
 fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
     let n = x.len();
     let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();
@@ -64,7 +64,7 @@ mod tests {
         let f = |x: &[Residue]| Some(vec![x[0] + n(2) * x[1] - n(3), x[0] + n(2) * x[1] + x[2] - n(4)]);
         let x = random_zero(3, f, &mut SplitMix(1)).unwrap();
         assert_eq!((x[2], x[0]), (n(1), n(3) - n(2) * x[1]));
-        // f does not determine x[1], so it is random.
+        // f does not determine x[1], so x[1] is random.
         assert_ne!(x[1], random_zero(3, f, &mut SplitMix(2)).unwrap()[1]);
     }
 

@@ -1,4 +1,4 @@
-//! Closes the orientation around a loop in a finite field by solving for one, two or three of its angles.
+//! Closes the orientation around a loop in a finite field by solving for one, two or three angles of the loop.
 //!
 //! Around the loop the product of all rotations is the identity: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1, with constant rotation
 //! matrices A_i. The number of unknown angles may be
@@ -18,7 +18,7 @@ use robot::JointKind;
 
 /// The product of all rotations around one loop, with given constants: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1).
 pub(crate) struct Orientation {
-    /// (A_i, x_i): the constant rotation matrix before each rotation about z, and the angle x_i of this rotation.
+    /// Pairs (A_i, x_i): the constant rotation matrix before a rotation about z, and the angle x_i of this rotation.
     letters: Vec<(ExactMatrix, Powers)>,
     last: ExactMatrix,
 }
@@ -174,7 +174,7 @@ mod tests {
         for _ in 0..20 {
             let mut state = State::unknown(6);
             [1, 2, 4].iter().for_each(|&k| state.draw(k, random));
-            // If `close` succeeds, it has already checked that the product is the identity.
+            // If `close` succeeds, the function has already checked that the product is the identity.
             if word.close(&variables, &mut state, &[0, 3, 5], false) == Closing::Closed {
                 assert!(word.is_closed(&state));
                 state.draw(1, random);
@@ -193,7 +193,7 @@ mod tests {
         let mut state = State::unknown(4);
         [0, 1, 3].iter().for_each(|&k| state.draw(k, random));
         assert_eq!(flat.close(&variables, &mut state, &[2], false), Closing::Closed);
-        // The axes have two directions: alpha has the point (cos, sin) = (c, s), then (c, -s).
+        // The axes have two directions: alpha has first the point (cos, sin) = (c, s), and then (c, -s).
         let (c, s) = circle(random);
         let (variables, two) = word(&[parallel, parallel, (c, s), parallel, (c, -s)]);
         let mut state = State::unknown(5);

@@ -4,8 +4,8 @@
 //! the unknown angles. The sum of all groups is zero. The unknown variables are
 //!
 //! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. v_k: sum of group k;
-//!   psi_k: its unknown angle relative to group 0. From |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1
-//!   = c;
+//!   psi_k: unknown angle of group k relative to group 0. From |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin
+//!   psi_1 = c;
 //! - one angle, one length s, two groups a_k + s u_k: |a_0 + s u_0|^2 = |a_1 + s u_1|^2, quadratic in s;
 //! - two lengths: linear.
 
@@ -25,8 +25,8 @@ pub(crate) enum Closing {
     OtherForm,
 }
 
-/// A group of sides of a planar loop that turn with the same combination of the unknown angles. Its sum is
-/// (vector + sum of lengths times per_length) exp(i turn . angles).
+/// A group of sides of a planar loop that turn with the same combination of the unknown angles. The sum of the sides is (vector
+/// + sum of lengths times per_length) exp(i turn . angles).
 pub(crate) struct PlanarGroup {
     pub turn: Vec<i128>,
     pub vector: Flat,

@@ -1,7 +1,7 @@
-//! A planar loop in a finite field, and its closing by solving for two or three of its variables.
+//! A planar loop in a finite field. The loop is closed by solving for two or three of its variables.
 //!
 //! Every rigid side is a vector of the plane, turned by the angles before it (as in `robot`'s polygon). A sliding joint
-//! lengthens its side:
+//! lengthens the side in which it lies:
 //!
 //! ```text
 //! sum_k (a_k + sum_j s_j u_kj) exp(i Phi_k) = 0,      Phi_cut - Phi_twin = delta
@@ -21,13 +21,13 @@ use crate::base::closed::variables::{Powers, State, Variables, raised};
 use crate::base::field::{CirclePoint, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
 
-/// One planar loop with given constants: its sides, and the condition of its orientation.
+/// One planar loop with given constants: the sides of the loop, and the condition of its orientation.
 #[derive(Clone, Debug)]
 pub(crate) struct PlanarLoop {
     sides: Vec<Side>,
     turn: Powers,
     delta: CirclePoint,
-    /// Distance of the two ends of the loop normal to its plane. The loop can close only if it is zero.
+    /// Distance of the two ends of the loop normal to the plane of the loop. The loop can close only if this distance is zero.
     pub offset: Residue,
 }
 
@@ -39,8 +39,8 @@ struct Side {
 }
 
 impl PlanarLoop {
-    /// Makes the loop of two branches (lists of links). `None` if its joints do not all move in one plane. `placements` and
-    /// `joints` are indexed by link.
+    /// Makes the loop of two branches (lists of links). `None` if a joint of the loop does not move in the plane of the loop.
+    /// `placements` and `joints` are indexed by link.
     pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
@@ -108,7 +108,8 @@ impl PlanarLoop {
         if angles.len() + lengths.len() != by.len() {
             return Closing::OtherForm;
         }
-        // Choose the angle that follows from the equation of the orientation (the pivot), if possible one that turns no side.
+        // The pivot is the angle that follows from the equation of the orientation. If possible, choose an angle that turns no
+        // side.
         let (known, rest) = state.turn(&self.turn);
         let turns_a_side = |k: usize| self.sides.iter().any(|s| s.turn.iter().any(|t| t.0 == k));
         let candidates = rest.iter().filter(|t| t.1.abs() == 1);
@@ -184,7 +185,8 @@ impl PlanarLoop {
                 per_length: vec![zero; lengths.len()],
             });
             group.vector = plus(group.vector, rotated(point, side.vector));
-            // A sliding joint lengthens its side: a known length adds to `vector`, an unknown one to `per_length`.
+            // A sliding joint lengthens the side in which it lies: a known length adds to `vector`, an unknown length adds to
+            // `per_length`.
             for &(k, along) in &side.slides {
                 let along = rotated(point, along);
                 match (state.lengths[k], lengths.iter().position(|&l| l == k)) {
@@ -205,8 +207,8 @@ struct KnownAngle {
     others: Powers,
 }
 
-/// One branch of a loop with all variables zero: its joints, from the last common link of both branches to the branch's loop
-/// frame.
+/// One branch of a loop with all variables zero. It consists of the joints from the last common link of both branches to the
+/// loop frame of this branch.
 struct Branch {
     joints: Vec<PlanarJoint>,
     end: Pose,
@@ -270,7 +272,7 @@ impl Branch {
                 };
                 phi = added(&phi, &joint.powers, sign);
             } else {
-                // A prismatic joint must slide within the plane; it lengthens the side in which it lies.
+                // A prismatic joint must slide within the plane. It lengthens the side in which it lies.
                 if along != Residue::ZERO {
                     return None;
                 }
@@ -312,8 +314,8 @@ mod tests {
         ChainJoint { kind, terms: vec![(k, 1.0)] }
     }
 
-    /// Checks a four-bar: variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Solving for variable 3 and any two of the
-    /// others closes the loop, so its ends meet.
+    /// Checks a four-bar: variable 0 turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Solving for variable 3 and any two of
+    /// the others closes the loop: the two ends of the loop meet.
     #[test]
     fn a_four_bar_is_closed_by_any_two_of_its_angles() {
         let random = &mut SplitMix(1);

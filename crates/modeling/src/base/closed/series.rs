@@ -115,11 +115,13 @@ fn reciprocals(order: usize) -> Vec<Residue> {
 /// The values of one input of a function along a curve, as angle and as length.
 #[derive(Clone, Debug)]
 pub(crate) struct CurveInput {
-    /// The point (cos, sin) of x_0/D: x_0 is the angle at t = 0, D the common denominator of its ratios.
+    /// The point (cos, sin) of x_0/D. x_0: the angle at t = 0; D: common denominator of the ratios with which this angle
+    /// occurs.
     pub point: CirclePoint,
     /// The common denominator D of the ratios with which this angle occurs.
     pub denominator: u128,
-    /// The input as a length: a series in t. If it is an angle, the terms from t on are its change along the curve.
+    /// The input as a length: a series in t. If the input is an angle, the terms from t on are the change of the angle along
+    /// the curve.
     pub value: TaylorSeries,
 }
 
@@ -231,8 +233,8 @@ impl Algebra for SeriesAlgebra<'_> {
         inverse.map_or_else(TaylorSeries::default, |inverse| a.times(&inverse, self.order))
     }
     fn sqrt(&mut self, a: &TaylorSeries) -> TaylorSeries {
-        // A named constant need not have a square root in the field. So its root is treated as another random constant, with
-        // the cube of the constant as its value, as in the field algebra.
+        // A named constant need not have a square root in the field. So the root of a constant is treated as another random
+        // constant, as in the field algebra: its value is the cube of the constant.
         self.broken |= a.0.len() > 1;
         TaylorSeries::number(a.at(0).power(3))
     }

@@ -15,7 +15,7 @@ use robot::JointKind;
 pub(crate) struct Variables {
     /// Number of coordinates; the remaining variables are passive.
     pub n: usize,
-    /// For each variable, the common denominator D of the ratios with which joints follow it.
+    /// For each variable, the common denominator D of the ratios with which joints follow the variable.
     pub denominators: Vec<u128>,
     turns: Vec<bool>,
     slides: Vec<bool>,
@@ -71,12 +71,13 @@ impl Variables {
     }
 }
 
-/// The values of all variables in the finite field, as far as they are known.
+/// The values of all variables in the finite field, as far as the values are known.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// For each variable x, the point (cos, sin) of x/D, D its common denominator; `None` while it is unknown.
+    /// For each variable x, the point (cos, sin) of x/D; D: common denominator of the variable. `None` while the variable is
+    /// unknown.
     pub points: Vec<Option<CirclePoint>>,
-    /// The value of each variable as a length, in the field; `None` while it is unknown.
+    /// The value of each variable as a length, in the field; `None` while the variable is unknown.
     pub lengths: Vec<Option<Residue>>,
 }
 
@@ -95,7 +96,7 @@ impl State {
         self.lengths[k] = Some(Residue::random(random));
     }
 
-    /// Draws a random angle for variable k; its value as a length stays unknown.
+    /// Draws a random angle for variable k. The value of the variable as a length stays unknown.
     pub(crate) fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
         self.points[k] = Some(circle(random));
     }
@@ -110,7 +111,8 @@ impl State {
         self.lengths[k] = Some(length);
     }
 
-    /// Splits an angle (pairs of variable and exponent): the point of the sum of its known terms, and its unknown terms.
+    /// Splits an angle (pairs of variable and exponent). Returns the point of the sum of its known terms, and its unknown
+    /// terms.
     pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (CirclePoint, Powers) {
         let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
         for &(k, power) in powers {

@@ -11,7 +11,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// The base regressor of a model, with derivatives of its function by reverse differentiation.
+/// The base regressor of a model, with derivatives by reverse differentiation.
 pub(crate) struct RegressorSlope<'a> {
     model: &'a Model,
     slope: Slope,
@@ -23,7 +23,7 @@ struct TorqueSlope {
     slope: Slope,
 }
 
-/// Derivatives of a function by reverse differentiation; several threads may use it at the same time.
+/// Derivatives of a function by reverse differentiation. Several threads may use this struct at the same time.
 struct Slope {
     adjoint: Adjoint,
     /// Workspaces of finished evaluations, for reuse: at most one per thread.
@@ -92,8 +92,8 @@ impl DifferentiableRegressor for RegressorSlope<'_> {
         self.slope.pull_back(states, weights, gradient);
     }
 
-    /// Uses the torque function of standard parameters: each base parameter is written to the standard parameter of its column,
-    /// all others are zero. This gives the same torques.
+    /// Uses the torque function of standard parameters. Each base parameter is written to the standard parameter of the column
+    /// that the base regressor keeps for it, and all other standard parameters are zero. The resulting torques are equal.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_> {
         let mut standard = vec![0.0; self.model.parameters.standard.len()];
         self.model.parameters.base.iter().zip(parameters).for_each(|(base, x)| standard[base.column] = *x);

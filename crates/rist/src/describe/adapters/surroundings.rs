@@ -1,5 +1,5 @@
-//! Gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall. The search and
-//! the proof of a motion use them.
+//! Gaps of a model. A gap is a pair with a least allowed distance: two bodies of the robot, or a body and a floor or wall. The
+//! search and the proof of a motion use gaps.
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -21,7 +21,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::output::directory_of;
 
-/// The gaps (pairs with a least allowed distance) of a model: of two of its bodies, or of a body and a floor or wall.
+/// The gaps of a model. A gap is a pair with a least allowed distance: two bodies of the robot, or a body and a floor or wall.
 pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     /// The gaps, in a fixed order.
@@ -32,8 +32,8 @@ pub(crate) struct RobotSurroundings {
 
 /// Number of random poses that decide which pairs of links always touch. Such pairs are not checked.
 const SAMPLED_POSES: u64 = 1000;
-/// Seed of the random poses that decide which pairs of links always touch. They depend only on the description, so a motion
-/// file cannot change which pairs are checked.
+/// Seed of the random poses that decide which pairs of links always touch. The poses depend only on the description, so a
+/// motion file cannot change which pairs are checked.
 const POSES_SEED: u64 = 39;
 /// Positions of a coordinate without limits are drawn from minus this value to plus this value: rad for a revolute joint, m for
 /// a prismatic joint.
@@ -57,8 +57,8 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// Does what [`RobotSurroundings::new`] does. If `assumes_floor` is set and no file gives a floor, the floor is the plane
-    /// of the base.
+    /// The same as [`RobotSurroundings::new`], with one addition: if `assumes_floor` is set and no file gives a floor, the
+    /// floor is the plane of the base.
     pub(crate) fn on_floor(
         model: &Model,
         user: &SpaceLimits,
@@ -89,7 +89,7 @@ impl RobotSurroundings {
         Ok(RobotSurroundings { clearance, gaps, left_out })
     }
 
-    /// A note that lists the meshes that are cut into convex pieces; `None` if there are none.
+    /// A note that lists the meshes that are cut into convex pieces; `None` if no mesh is cut.
     pub(crate) fn note(&self) -> Option<String> {
         let of = |(link, shapes): &(String, usize)| format!("{link} into {shapes}");
         let all: Vec<String> = self.clearance.cut_bodies().iter().map(of).collect();
@@ -101,7 +101,8 @@ impl RobotSurroundings {
         })
     }
 
-    /// Largest distance by which a body exceeds the hull of its mesh, m, and the link of this body. `None` without meshes.
+    /// Largest distance by which a body exceeds the convex hull of its mesh, m, and the link of this body. `None` without
+    /// meshes.
     pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
     }
@@ -140,7 +141,7 @@ impl RobotSurroundings {
         self.clearance.moved_by(gap)
     }
 
-    /// Returns these surroundings for the proof of a motion; `None` if there are no gaps.
+    /// Returns these surroundings for the proof of a motion; `None` if there are no gaps to keep.
     pub(crate) fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }
@@ -199,7 +200,8 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// Whether the user's limits `user` contain the requirement `matter`. It is called for requirements that no gap covers.
+/// Whether the user's limits `user` contain the requirement `matter`. The function is called for requirements that no gap
+/// covers.
 fn is_asked(matter: LeftOutTopic, user: &SpaceLimits) -> bool {
     match matter {
         LeftOutTopic::Distance => user.distance.is_some(),

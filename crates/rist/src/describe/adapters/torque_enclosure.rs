@@ -47,7 +47,8 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         let nodes = self.function.graph().nodes();
         let mut values = vec![Jet::constant(Interval::ZERO); nodes.len()];
         let constants = self.values.iter().map(|x| Jet::constant(Interval::point(*x)));
-        // Values of the inputs in their order: q, dq, ddq, then the standard parameters, which are intervals of width zero.
+        // Values of the inputs in the order of the function: q, dq, ddq, then the standard parameters. The standard parameters
+        // are intervals of width zero.
         let given = q.iter().chain(dq).chain(ddq).copied().chain(constants);
         for (e, jet) in self.function.inputs.iter().flat_map(|i| &i.entries).zip(given) {
             values[e.node()] = jet;
@@ -68,7 +69,8 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         }
         let outputs = self.function.outputs.iter().flat_map(|o| &o.entries);
         let outputs: Vec<Jet> = outputs.map(|e| signed(&values, *e)).collect();
-        // Without identified parameters the outputs are torques; otherwise they are Y, and tau = Y X.
+        // Without identified parameters, the outputs are torques. With identified parameters X, the outputs are Y, and tau = Y
+        // X.
         if self.multiples.is_empty() {
             return outputs;
         }
@@ -98,7 +100,7 @@ mod tests {
 
     fn hold(model: &Model, enclosure: &TorqueEnclosure, described: &[f64]) {
         let n = model.regressor().coordinates().len();
-        // The motion is q_k = sin((k + 1) t); this is its derivative of order `d` at time `t`.
+        // The motion is q_k = sin((k + 1) t). This closure gives the derivative of order `d` of this motion at time `t`.
         let derivative = |k: usize, d: i32, t: f64| {
             let w = (k + 1) as f64;
             w.powi(d) * (w * t + f64::from(d) * std::f64::consts::FRAC_PI_2).sin()

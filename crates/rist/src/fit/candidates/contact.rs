@@ -1,10 +1,10 @@
-//! Leaves out the rows of contact, if the request asks for it.
+//! Leaves out the rows of contact, if the request asks for this.
 
 use crate::error::Error;
 use crate::fit::contact::Contacts;
 use crate::fit::search::{Decisions, Proposal, TriedVariant};
 
-/// Proposes a fit without the rows of contact. `None` if the request does not ask for it.
+/// Proposes a fit without the rows of contact. `None` if the request does not ask for such a fit.
 pub(crate) fn contact(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs) = (tried.model, tried.asked.logs);
     if !tried.asked.request.leave_out_contact {

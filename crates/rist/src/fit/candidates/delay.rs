@@ -1,5 +1,5 @@
 //! Decides whether the torques are shifted by a delay relative to the positions. The delay is searched if the request asks for
-//! it, or if the log check finds one. In the second case it is kept only if it lowers the error on held-out data.
+//! a delay, or if the log check finds one. In the second case, the delay is kept only if it lowers the error on held-out data.
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::hypothesis::Hypothesis;
@@ -14,8 +14,8 @@ use crate::fit::search::{
     Decisions, Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts,
 };
 
-/// Proposes the delay with the smallest residual of the torques. `None` if the user gives a delay, or if the log check finds
-/// none.
+/// Proposes the delay with the smallest residual of the torques. `None` if the user gives a delay, or if the log check finds no
+/// delay.
 pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request) = (tried.model, tried.asked.logs, tried.asked.request);
     if request.finds_delay() {
@@ -28,7 +28,7 @@ pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     {
         return Ok(None);
     }
-    // If the residual has no minimum over the delay, the torques are not shifted; the log check reports this.
+    // If the residual has no minimum over the delay, the torques are not shifted. The log check reports the missing minimum.
     let Ok((options, found)) = found_delay(model, logs, &tried.options) else { return Ok(None) };
     let errors = [error_on_parts(model, logs, &tried.options)?, error_on_parts(model, logs, &options)?];
     let sentence = format!(
@@ -43,8 +43,8 @@ pub(crate) fn delay(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     Ok(Some(proposal))
 }
 
-/// The delay with the smallest residual, and the options that contain it. Fails if the residual still falls at the end of the
-/// searched range.
+/// The delay with the smallest residual, and the options that contain this delay. Fails if the residual still falls at the end
+/// of the searched range.
 fn found_delay(model: &Model, logs: &[LogSource], options: &Options) -> Result<(Options, Delay), Error> {
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {

@@ -26,7 +26,7 @@ use crate::fit::search::{
     Decisions, Evidence, Fitted, KeptParameters, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO,
 };
 
-/// Proposes the friction terms of the request, or chooses them if the request says `auto`. Friction that grows with the load
+/// Proposes the friction terms of the request. If the request says `auto`, chooses the terms. Friction that grows with the load
 /// also gets the base parameters that predict the load.
 pub(crate) fn asked_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request, kept) = (tried.model, tried.asked.logs, tried.asked.request, tried.asked.kept);
@@ -52,7 +52,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
     if !tried.asked.request.leaves_friction_open() {
         return Ok(None);
     }
-    // Logs that are too long for memory are skipped, because they would have to be read again.
+    // Logs that are too long for memory are skipped, because such logs would have to be read again.
     if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
         let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
                         ([friction=auto] looks for it)";
@@ -62,7 +62,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
     let mut options = tried.options.clone();
     let Fitted { fit, faults } = tried.fitted()?;
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
-    // If a joint moves too little to identify its viscous and Coulomb friction, additional terms would fit noise.
+    // If a joint moves too little to identify viscous and Coulomb friction, additional terms would fit noise.
     let coordinates = model.regressor().coordinates();
     let is_weak = |name: &String| {
         let ids = [FrictionParameter::Viscous, FrictionParameter::Coulomb].map(|f| ParameterId::friction(f, name));
@@ -75,7 +75,7 @@ pub(crate) fn joint_friction(tried: &mut TriedVariant<'_>) -> Result<Option<Prop
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
     let found = found_joint_terms(model, logs, load, &speed, &mut options, fit.of_rows())?;
     let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
-    // A log fault has one parameter, the friction terms have several. So the logarithm of the error ratio must be twice as
+    // A log fault has one parameter, but the friction terms have several. So the logarithm of the error ratio must be twice as
     // large for the terms as for any fault.
     let of_faults = faults.iter().filter_map(HypothesisTest::gain).fold(1.0, f64::min);
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
@@ -120,13 +120,13 @@ fn grows_with_load(options: &Options) -> bool {
     options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
 }
 
-/// Results of a fit without load-dependent friction. The load is predicted from them.
+/// Results of a fit without load-dependent friction. The load is predicted from these results.
 struct Predicted {
     /// The base parameters from which the load (torque) of each joint is predicted.
     load: Vec<f64>,
     /// The largest speed of each joint, rad/s or m/s.
     speed: Vec<f64>,
-    /// All parameters of this fit.
+    /// All parameters of the fit without load-dependent friction.
     x: Vec<f64>,
     robust: Option<Robust>,
 }

@@ -1,4 +1,4 @@
-//! Finds a small tilt of the base relative to the description. It is kept if it lowers the error on held-out data.
+//! Finds a small tilt of the base relative to the description. The tilt is kept if it lowers the error on held-out data.
 
 use std::f64::consts::PI;
 
@@ -35,7 +35,7 @@ pub(crate) fn mount(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Er
     }
     let without = error(model, fitted, &options);
     let request = SamplesRequest { unknowns: vec![UnknownKind::Mount], ..asked.request.clone() };
-    // No tilt is proposed if the base parameters or the fit fail with it.
+    // If the base parameters or the fit fail with a tilt, no tilt is proposed.
     let Ok(unknowns) = Unknowns::find(model, asked.logs, &request) else { return Ok(None) };
     let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
     let [from, to] = [model, &turned].map(|model| Vector3::from(model.robot.gravity_number()));

@@ -1,12 +1,12 @@
 //! Restricts the parameters to physically possible bodies if the logs are poor. Otherwise least squares would fit weakly
 //! identified parameters to the noise and predict other motions badly.
 //!
-//! A log is poor if the error of least squares on held-out data is much larger than on the fitted data. It is poor too if that
-//! error is about as large as the error of the description, because noise then dominates. The restriction is kept if it lowers
-//! the error on held-out quarters of the record, in the first case by far. Measured errors on another motion, without -> with
-//! the restriction: 0.501 -> 0.177 (KUKA KR300, fitted to log B, predicts log A), 0.114 -> 0.064 (cobot6, fitted to log 1,
-//! predicts log 2). Counterexample: a fit to log A would predict B with 0.144 instead of 0.351, but its error on held-out
-//! quarters is larger, so the restriction is not kept.
+//! A log is poor in two cases. In the first case, the error of least squares on held-out data is much larger than on the fitted
+//! data. In the second case, the error on held-out data is about as large as the error of the description, because noise
+//! dominates. The restriction is kept if it lowers the error on held-out quarters of the record, in the first case by far.
+//! Measured errors on another motion, without -> with the restriction: 0.501 -> 0.177 (KUKA KR300, fitted to log B, predicts
+//! log A), 0.114 -> 0.064 (cobot6, fitted to log 1, predicts log 2). Counterexample: a fit to log A would predict B with 0.144
+//! instead of 0.351, but its error on held-out quarters is larger, so the restriction is not kept.
 
 use identification::estimate::consistent::errors_on_quarters;
 use identification::estimate::identify::Fit;
@@ -21,15 +21,17 @@ use crate::fit::search::{
 };
 
 /// A log is poor if the error on held-out tenths of the log, divided by the error of the fit, is at least this value. Rich logs
-/// of a UR10e have 1.09 to 1.12. A log of five harmonics has 1.17, and its fit predicts other motions worse.
+/// of a UR10e have 1.09 to 1.12. A log of five harmonics has 1.17, and the fit to this log predicts other motions worse.
 const POOR_ERROR_RATIO: f64 = 1.15;
 /// Noise dominates if the error of the description with fitted friction, divided by the fit's error on held-out tenths of the
 /// log, is at most this value.
 const NOISY_ERROR_RATIO: f64 = 1.1;
-/// Largest number of coordinates for which physically possible bodies are tried. With more, the solver takes too long.
+/// Largest number of coordinates for which physically possible bodies are tried. With more coordinates, the solver takes too
+/// long.
 const MOST_COORDINATES: usize = 12;
 
-/// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to their residual.
+/// Relative error |tau - W X| / |tau| with the base parameters `parameters`, and friction fitted to the residual of these
+/// parameters.
 pub(crate) fn nominal_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
     let linear = options.linear_model(model.regressor());
     nominal_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total

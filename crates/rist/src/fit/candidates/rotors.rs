@@ -1,5 +1,5 @@
-//! Adds rotor inertias that a description does not give. They are kept if they lower the error on held-out data, or if one of
-//! them is significant.
+//! Adds rotor inertias that a description does not give. The rotor inertias are kept if they lower the error on held-out data,
+//! or if one of them is significant.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;
@@ -10,8 +10,8 @@ use crate::error::Error;
 use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO};
 use crate::fit::undetermined::{lack, may_lack_rotors, rotating};
 
-/// Proposes rotor inertias of all joints, if they lower the error on held-out data. If they are rejected, the fit uses the rows
-/// without rotor columns, which are already computed.
+/// Proposes rotor inertias of all joints, if they lower the error on held-out data. If the rotor inertias are rejected, the fit
+/// uses the rows without rotor columns, which are already computed.
 pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     if !may_lack_rotors(model) {
@@ -35,8 +35,8 @@ pub(crate) fn rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, E
     proposal(tried, evidence, sentence)
 }
 
-/// Proposes rotor inertias of all joints, if one of them is significant in the fit and they lower the error on held-out data at
-/// all.
+/// Proposes rotor inertias of all joints, if at least one inertia is significant in the fit and the rotor inertias lower the
+/// error on held-out data at all.
 pub(crate) fn significant_rotors(tried: &mut TriedVariant<'_>) -> Result<Option<Proposal>, Error> {
     let model = tried.model;
     let fitted = tried.fitted()?;

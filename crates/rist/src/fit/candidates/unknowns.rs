@@ -2,11 +2,12 @@
 //!
 //! Method: Gauss-Newton. The model and the options hold a guess of the unknowns. A step of
 //! [`step`](identification::estimate::claims::unknowns::step) estimates the error of the guess, and the logs are evaluated
-//! again with the corrected guess. This repeats until each step is below a tenth of its standard deviation. Then an ordinary
-//! identification uses the unknowns found, and its standard deviations include their uncertainty.
+//! again with the corrected guess. Steps are repeated until each step is below a tenth of its standard deviation. Then an
+//! ordinary identification uses the unknowns that were found. The standard deviations of this identification include the
+//! uncertainty of the unknowns.
 //!
 //! The mount is given by the direction of gravity in the frame of the base: a unit vector. The unknowns are two small rotations
-//! about axes perpendicular to it ([`axes`]), because roll and pitch are singular for an arm on a wall. Roll and pitch are
+//! about axes perpendicular to gravity ([`axes`]), because roll and pitch are singular for an arm on a wall. Roll and pitch are
 //! computed from the direction and rounded to the printed digits, so that the printed option gives exactly this model. A spring
 //! is kept if it is at least [`FOUND_FAULT_SIGMAS`] standard deviations from zero. Otherwise the least significant spring is
 //! removed, and the search is repeated.
@@ -36,15 +37,15 @@ use crate::request::{SamplesRequest, UnknownKind, WordChoice};
 const MOST_STEPS: usize = 12;
 /// A step below this share of its standard deviation counts as zero. If all steps count as zero, the iteration ends.
 const SETTLED_SHARE: f64 = 0.1;
-/// For a log without noise: a step below this share of the unknown (1, or the spring's stiffness) counts as zero, because
-/// derivatives by differences have rounding errors.
+/// For a log without noise: a step counts as zero if it is below this share of the unknown (of 1, or of the spring's
+/// stiffness), because derivatives by differences have rounding errors.
 const ROUNDED_STEP_SHARE: f64 = 1e-6;
-/// Largest step of an angle for which the linearisation is good enough, rad; larger steps are cut to it.
+/// Largest step of an angle for which the linearisation is good enough, rad. Larger steps are reduced to this value.
 const LARGEST_ANGLE_STEP_RAD: f64 = 0.5;
-/// Largest relative step of a scale for which the linearisation is good enough; larger steps are cut to it.
+/// Largest relative step of a scale for which the linearisation is good enough. Larger steps are reduced to this value.
 const LARGEST_SCALE_STEP: f64 = 0.5;
 
-/// Decisions made before the fit in which unknowns are tested.
+/// The decisions before the fit that are also made before unknowns are identified.
 pub(crate) const BEFORE_THE_FIT: [VariantProposer; 4] = [gains, rates, rotors, delay];
 
 /// The assumed values of the unknowns, which each Gauss-Newton step corrects.
@@ -97,7 +98,7 @@ impl Guess {
     }
 
     /// Removes the least significant spring, if it is less than [`FOUND_FAULT_SIGMAS`] standard deviations from zero. Returns
-    /// whether one was removed.
+    /// whether a spring was removed.
     fn leave_a_spring_out(&mut self, model: &Model, steps: &[UnknownStep]) -> bool {
         let sigmas = |step: &UnknownStep| match (&step.of, step.identified) {
             (Hypothesis::Spring(k), Some((_, deviation))) => self.springs[*k].abs() / deviation,
@@ -117,7 +118,7 @@ impl Guess {
         by.abs() < (SETTLED_SHARE * deviation).max(ROUNDED_STEP_SHARE * scale)
     }
 
-    /// The request with the guessed zeros, scales and springs in its options.
+    /// The request whose options contain the guessed zeros, scales and springs.
     fn request(&self, request: &SamplesRequest) -> SamplesRequest {
         let mut options = request.rows.signals.options.clone().unwrap_or_default();
         let transmission = &mut options.transmission;
@@ -141,8 +142,8 @@ impl Guess {
         rounded_rpy(&base(model, &self.gravity), 7)
     }
 
-    /// Repeats Gauss-Newton steps until they are negligible. Returns the last step of each unknown, and whether it was
-    /// negligible. `described`: the encoder zeros of the description, rad or m.
+    /// Repeats Gauss-Newton steps until the steps are negligible. Returns the last step of each unknown, and whether this step
+    /// was negligible. `described`: the encoder zeros of the description, rad or m.
     ///
     /// Fails if a log cannot be read.
     fn settle(
@@ -171,7 +172,7 @@ impl Guess {
         Ok((steps, false))
     }
 
-    /// The model with its base mounted as in the guess.
+    /// The model whose base is mounted as in the guess.
     fn model(&self, model: &Model) -> Result<Model, Error> {
         let rpy = self.rpy(model);
         model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy))
@@ -182,7 +183,7 @@ impl Guess {
 pub(crate) struct Unknowns {
     /// The model with the identified mount; `None` if the mount was not an unknown.
     pub model: Option<Model>,
-    /// The request with the values of the other unknowns in its options, and no unknowns left to find.
+    /// The request whose options contain the values of the other unknowns. It asks for no unknowns any more.
     pub request: SamplesRequest,
     /// The last step of each unknown.
     pub steps: Vec<UnknownStep>,
@@ -253,7 +254,7 @@ fn kind(of: &Hypothesis) -> Option<UnknownKind> {
 /// A sentence on each kind of unknown: the values found, and the option that sets them.
 fn remarks(model: &Model, guess: &Guess, steps: &[UnknownStep], unknowns: &[UnknownKind]) -> Vec<String> {
     let of_kind = |unknown: UnknownKind| {
-        // Identifiable rotations of gravity are printed as one direction, so they are not listed one by one.
+        // Identifiable rotations of gravity are printed as one direction, so the rotations are not listed one by one.
         let is_shown = |s: &&UnknownStep| {
             kind(&s.of) == Some(unknown) && (unknown != UnknownKind::Mount || s.identified.is_none())
         };
