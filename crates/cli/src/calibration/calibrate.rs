@@ -92,7 +92,7 @@ fn without_table(arguments: &Arguments, request: &CalibrateRequest) -> Result<()
     at_work(format_args!("choosing postures of {}", model.display()));
     let found = design(&robot, model.parent().unwrap_or(Path::new("")), request, count)?;
     print_result(&found, || Ok(found.to_json()))?;
-    arguments.out.iter().try_for_each(|out| write_file(out, found.to_csv()))
+    Ok(arguments.out.iter().try_for_each(|out| write_file(out, found.to_csv()))?)
 }
 
 /// Writes the calibrated geometry in the forms that are asked for.

@@ -57,7 +57,7 @@ fn refuse_scales(found: &Calibration, level: &Level) -> Result<(), Error> {
     let scale =
         level.fit.active.iter().find(is_scale).map(|k| found.names.of(found.problem.parameters[*k]).to_string());
     let message =
-        |name| format!("a description has no scale for {name}: it is in the files of [write_zeros] and [out]");
+        |name| format!("no description has a scale for {name}: the table of zeros has it; leave it out of [gears]");
     scale.map_or(Ok(()), |name| Err(Error::new(message(name))))
 }
 
@@ -127,7 +127,7 @@ pub fn ur_kinematics(calibrated: &str, file: &str, robot: &Robot) -> Result<Stri
     let joint = |key: &str| {
         let link = robot.links.iter().find(|link| link.name.ends_with(&format!("{key}_link")));
         link.map(|link| link.joint.name.clone()).ok_or_else(|| {
-            let message = format!("[write_ur] needs the URDF of a UR, with a link {key}_link: {file} has none");
+            let message = format!("the kinematics of a UR need its URDF, with a link {key}_link: {file} has none");
             Error::new(message)
         })
     };
