@@ -167,6 +167,15 @@ const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
         has_reference: true,
     },
     FunctionOfLink {
+        word: "geometric-error-jacobian",
+        sentence: [
+            "Velocity of the origin of ",
+            ", then its angular velocity, per unit of the errors of gamma, b, beta, alpha, d, theta and r of each link from the base",
+        ],
+        derive: |of, frame, reference| Ok(of.geometric_error_jacobian(frame, reference)),
+        has_reference: true,
+    },
+    FunctionOfLink {
         word: "velocity",
         sentence: ["Velocity of the origin of ", ", then its angular velocity"],
         derive: |of, frame, reference| Ok(of.velocity(frame, reference)),

@@ -1,8 +1,8 @@
 //! The function `rist.calibrate`: errors of the geometry, zeros and compliances from measured poses.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use calibration::{CalibrateRequest, Calibrated, calibrate_model, calibrated_urdf, zeros_table};
+use calibration::{CalibrateRequest, Calibrated, calibrate_model, calibrated_urdf, design, zeros_table};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -19,9 +19,11 @@ use crate::work::work;
 /// joints, for what="stiffness".
 ///
 /// Returns a dict: what `rist calibrate --out` writes; zeros, the table of the zeros as CSV; urdf, the URDF with calibrated origins,
-/// None where the model is of another format; and text, what the program prints.
+/// None where the model is of another format or scales are fitted; and text, what the program prints. Without postures, but with
+/// design: the postures to measure, with csv, their table.
 ///
 /// >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
+/// >>> rist.calibrate("arm.urdf", design=20)["csv"]
 ///
 /// Options:
 /// - what: What is fitted besides base, tool and markers [default: 'geometry']
@@ -29,13 +31,15 @@ use crate::work::work;
 /// - tip: Link that is measured: the end of the chain. By default the link with most joints before it
 /// - touched: What the tool touched at each posture, for a table without measurements
 /// - names: How errors of the geometry are named: by default frames for a URDF and dh for others
+/// - design: Number of postures to choose where no table is given: those that determine the parameters best
+/// - measured: What will be measured at these postures [default: 'pose']
 /// - options: YAML with the columns of the table, and with corrections of its numbers
 #[pyfunction]
-#[pyo3(signature = (model, postures, estimate=None, **options), text_signature = "(model, postures, estimate=None, *, what='geometry', gears=None, tip=None, touched=None, names=None, options=None)")]
+#[pyo3(signature = (model, postures=None, estimate=None, **options), text_signature = "(model, postures=None, estimate=None, *, what='geometry', gears=None, tip=None, touched=None, names=None, design=None, measured='pose', options=None)")]
 pub fn calibrate<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
-    postures: PathBuf,
+    postures: Option<PathBuf>,
     estimate: Option<&Estimate>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -45,11 +49,22 @@ pub fn calibrate<'py>(
         None => Model::of(model)?,
     };
     let (inner, estimate) = (&used.get().inner, estimate.map(|estimate| &estimate.inner));
+    let Some(postures) = postures else {
+        let designed = work(py, None, |_| {
+            let missing = || rist::Error::new("give the postures that were measured, or the number to choose in [design]");
+            let directory = inner.path.parent().unwrap_or(Path::new(""));
+            design(&inner.robot, directory, &request, request.design.ok_or_else(missing)?)
+        })?;
+        let dict = object(py, &designed.to_json())?.cast_into::<PyDict>()?;
+        dict.set_item("csv", designed.to_csv())?;
+        dict.set_item("text", for_python(&designed.to_string()))?;
+        return Ok(dict);
+    };
     let (found, urdf) = work(py, None, |_| {
         let found = calibrate_model(inner, estimate, &postures, &request)?;
-        // Only a URDF has the frames of joints as origins, and it has no compliances.
+        // Only a URDF has the frames of joints as origins, and it has no compliances and no scales.
         let is_urdf = inner.path.extension().is_some_and(|ending| ending == "urdf");
-        let urdf = (is_urdf && request.what != Calibrated::Stiffness).then(|| {
+        let urdf = (is_urdf && request.what != Calibrated::Stiffness && request.gears.is_empty()).then(|| {
             let text = rist::text_of(&inner.path)?;
             calibrated_urdf(&text, &inner.path.display().to_string(), &inner.robot, &found, found.level())
         });

@@ -14,6 +14,7 @@ mod frames_of_functions;
 mod functions;
 mod generated_source;
 mod generation;
+mod geometric_errors;
 mod implicit_loops;
 mod inverse_geometry;
 mod lanes;

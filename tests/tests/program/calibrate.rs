@@ -173,3 +173,32 @@ fn a_wrong_scale_is_cured_by_its_flag() {
     let [scale, interval] = [4, 5].map(|k: usize| row[k].parse::<f64>().unwrap());
     assert!((scale - 4e-3).abs() < 2.0 * interval && interval < 4e-4, "{table}");
 }
+
+/// Postures are chosen, measured and calibrated; the written description has the calibrated table, and a form without a key refuses.
+#[test]
+fn chosen_postures_are_measured_and_written_back() {
+    let here = folder("calibrate-design");
+    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    let run = rist_done(&here, "calibrate arm.yaml --what zeros --design 8 --out chosen.csv");
+    assert!(run.out.contains("8 postures for") && run.out.contains("observability:  O1 "), "{}", run.out);
+    let chosen = std::fs::read_to_string(here.join("chosen.csv")).unwrap();
+    assert!(chosen.starts_with("q1,q2,q3\n") && chosen.lines().count() == 9, "{chosen}");
+    let angles = chosen.lines().skip(1).flat_map(|line| line.split(','));
+    assert!(angles.into_iter().all(|x| x.parse::<f64>().unwrap().abs() <= 2.0), "{chosen}");
+    rist(&here, &["calibrate", "arm.yaml", "--design", "2"])
+        .failed(2, &["2 postures do not determine", "base parameters"]);
+    std::fs::write(here.join("poses.csv"), poses(false, 1.0, 0.0)).unwrap();
+    rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--design", "8"]).failed(2, &["leave the table out"]);
+    rist_done(&here, "calibrate arm.yaml poses.csv --what zeros --write-yaml calibrated.yaml");
+    let written = std::fs::read_to_string(here.join("calibrated.yaml")).unwrap();
+    // The zeros of q1 and q3 are part of the base and of the tool.
+    assert!(written.contains("theta: q2 + 0.0200") && written.lines().count() == ARM.lines().count(), "{written}");
+    // Read again, nothing is left to calibrate: the zeros are within their intervals of nothing.
+    rist_done(&here, "calibrate calibrated.yaml poses.csv --angles as-given --what zeros --out again.json");
+    for (name, value, interval) in parameters(&json(&here.join("again.json"))["levels"][1], "zero") {
+        assert!(value.abs() < 1e-3 * interval, "{name} {value} {interval}");
+    }
+    rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--write-ur", "k.yaml"]).failed(2, &["convert it first"]);
+    let with_scale = ["calibrate", "arm.yaml", "poses.csv", "--gears", "q3", "--write-yaml", "c.yaml"];
+    rist(&here, &with_scale).failed(2, &["no description has a scale for gear q3: the table of zeros has it"]);
+}

@@ -8,6 +8,7 @@ pub(crate) mod factor;
 pub(crate) mod forward_dynamics;
 pub(crate) mod frame_motion;
 pub(crate) mod friction;
+pub(crate) mod geometric_errors;
 pub(crate) mod inertia_matrix;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;

@@ -1052,7 +1052,7 @@ class Monitor:
         """Names of the coordinates, in the order of q."""
 def calibrate(
     model: Model | Path,
-    postures: Path,
+    postures: Path | None = None,
     estimate: Estimate | None = None,
     *,
     what: Literal["zeros", "geometry", "stiffness"] = "geometry",
@@ -1060,6 +1060,8 @@ def calibrate(
     tip: str | None = None,
     touched: Literal["point", "plane", "sphere"] | None = None,
     names: Literal["dh", "frames"] | None = None,
+    design: int | None = None,
+    measured: Literal["pose", "point"] = "pose",
     options: Path | Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Errors of the geometry, zeros or compliances of a robot, from measured poses, points or distances.
@@ -1069,9 +1071,11 @@ def calibrate(
     joints, for what="stiffness".
 
     Returns a dict: what `rist calibrate --out` writes; zeros, the table of the zeros as CSV; urdf, the URDF with calibrated origins,
-    None where the model is of another format; and text, what the program prints.
+    None where the model is of another format or scales are fitted; and text, what the program prints. Without postures, but with
+    design: the postures to measure, with csv, their table.
 
     >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
+    >>> rist.calibrate("arm.urdf", design=20)["csv"]
 
     Options:
     - what: What is fitted besides base, tool and markers [default: 'geometry']
@@ -1079,6 +1083,8 @@ def calibrate(
     - tip: Link that is measured: the end of the chain. By default the link with most joints before it
     - touched: What the tool touched at each posture, for a table without measurements
     - names: How errors of the geometry are named: by default frames for a URDF and dh for others
+    - design: Number of postures to choose where no table is given: those that determine the parameters best
+    - measured: What will be measured at these postures [default: 'pose']
     - options: YAML with the columns of the table, and with corrections of its numbers"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.

@@ -15,4 +15,4 @@ mod text_edit;
 pub mod urdf;
 
 pub use steps::{own_mjcf, write_mjcf, write_repaired, write_urdf};
-pub use urdf::{WrittenBack, write_origins};
+pub use urdf::{WrittenBack, origins, write_origins};

@@ -80,24 +80,39 @@ pub fn write_origins(text: &str, file: &str, changes: &[(String, Pose)]) -> Resu
     let mut edits = Edits::of(text);
     for (name, change) in changes.iter().filter(|(_, change)| *change != Pose::IDENTITY) {
         let joint = element(root, "joint", name, file)?;
-        let origin = joint.children().find(|n| n.has_tag_name("origin"));
-        let three = |attribute: &str| -> Result<[f64; 3], Error> {
-            let Some(text) = origin.and_then(|origin| origin.attribute(attribute)) else { return Ok([0.0; 3]) };
-            let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
-            let numbers = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-            let message =
-                || format!("joint {name}: the {attribute} of its origin is no three numbers: expand the xacro first");
-            numbers.ok_or_else(|| Error::at(file, 0, message()))
-        };
-        let [roll, pitch, yaw] = three("rpy")?;
+        let [x, y, z, roll, pitch, yaw] = origin(&joint, name, file)?;
         let rotation = Rotation3::from_euler_angles(roll, pitch, yaw);
         let rotation = std::array::from_fn(|i| std::array::from_fn(|k| rotation[(i, k)]));
-        let moved = Pose { rotation, position: three("xyz")? }.compose(change);
+        let moved = Pose { rotation, position: [x, y, z] }.compose(change);
         let numbers = |x: [f64; 3]| x.map(|x| (x + 0.0).to_string()).join(" ");
         let attributes = [("xyz", numbers(moved.position)), ("rpy", numbers(roll_pitch_yaw(&moved.rotation)))];
         edits.set_child(&joint, "origin", &attributes);
     }
     Ok(edits.apply())
+}
+
+/// The origins of these joints of the URDF `text`: x, y, z, m, and roll, pitch, yaw, rad.
+///
+/// Fails like [`write_origins`].
+pub fn origins(text: &str, file: &str, joints: &[String]) -> Result<Vec<[f64; 6]>, Error> {
+    let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
+    let of = |name: &String| origin(&element(document.root_element(), "joint", name, file)?, name, file);
+    joints.iter().map(of).collect()
+}
+
+/// The origin of a joint: x, y, z, roll, pitch, yaw.
+fn origin(joint: &Node, name: &str, file: &str) -> Result<[f64; 6], Error> {
+    let origin = joint.children().find(|n| n.has_tag_name("origin"));
+    let three = |attribute: &str| -> Result<[f64; 3], Error> {
+        let Some(text) = origin.and_then(|origin| origin.attribute(attribute)) else { return Ok([0.0; 3]) };
+        let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        let numbers = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+        let message =
+            || format!("joint {name}: the {attribute} of its origin is no three numbers: expand the xacro first");
+        numbers.ok_or_else(|| Error::at(file, 0, message()))
+    };
+    let ([x, y, z], [roll, pitch, yaw]) = (three("xyz")?, three("rpy")?);
+    Ok([x, y, z, roll, pitch, yaw])
 }
 
 /// The attributes of `<inertia>`.

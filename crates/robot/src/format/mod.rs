@@ -35,4 +35,4 @@ pub use par::read_par;
 pub use read::{READ_EXTENSIONS, parse_with, read, read_text, read_with, text_of, without_macros};
 pub use typed::read_as;
 pub use urdf::{read_urdf, read_urdf_with, roll_pitch_yaw, write_urdf};
-pub use yaml::{read_yaml, write_repairs_into_yaml, write_yaml};
+pub use yaml::{GeometryErrors, read_yaml, write_geometry_into_yaml, write_repairs_into_yaml, write_yaml};

@@ -134,6 +134,9 @@ pub fn calibrate_table(
     request: &CalibrateRequest,
     torque: Option<HoldingTorque>,
 ) -> Result<Calibration, Error> {
+    if request.design.is_some() {
+        return Err(Error::new("[design] chooses postures that are still to be measured: leave the table out"));
+    }
     let chain = chain_of(robot, request)?;
     let options = request.options.clone().unwrap_or_default();
     let read = PoseTable::of_table(table, robot, &chain.coordinates, &options, request.touched)?;

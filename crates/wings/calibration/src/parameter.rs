@@ -149,7 +149,7 @@ pub struct ParameterNames {
 }
 
 /// Words of the six axes of a frame.
-const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+pub(crate) const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
 impl ParameterNames {
     /// A parameter with what is needed to print it.

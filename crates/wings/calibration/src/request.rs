@@ -33,6 +33,16 @@ rist::words! {
     }
 }
 
+rist::words! {
+    /// What an instrument measures at designed postures.
+    pub enum Measured {
+        /// Position and orientation.
+        Pose = "pose" "position and orientation of the tool",
+        /// The position of a point.
+        Point = "point" "the position of one point, as by a laser tracker",
+    }
+}
+
 rist::request! {
     /// Options for a kinematic calibration.
     pub struct CalibrateRequest {
@@ -46,6 +56,10 @@ rist::request! {
         touched: Option<Touched> = None, value_name("WHAT");
         /// How errors of the geometry are named: by default frames for a URDF and dh for others.
         names: Option<ErrorNames> = None, value_name("NAMES");
+        /// Number of postures to choose where no table is given: those that determine the parameters best.
+        design: Option<usize> = None, range(1..=300), value_name("POSTURES");
+        /// What will be measured at these postures.
+        measured: Measured = Measured::Pose, value_name("WHAT");
         /// YAML with the columns of the table, and with corrections of its numbers.
         options: Option<CalibrationOptions> = None, value_name("FILE");
     }

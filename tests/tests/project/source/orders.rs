@@ -256,6 +256,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "gears",
             "verdict",
             "calibrate",
+            "design",
             "torques",
             "write_back",
             "report",

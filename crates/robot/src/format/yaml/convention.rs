@@ -94,6 +94,25 @@ impl Convention {
         Ok(self)
     }
 
+    /// The number of units of the file per rad or m, for one of gamma, b, alpha, d, theta, r.
+    pub(super) fn per_si(self, parameter: &str) -> f64 {
+        match matches!(parameter, "gamma" | "alpha" | "theta") {
+            true if self.degrees => 180.0 / PI,
+            false if self.millimetres => MM_PER_M,
+            _ => 1.0,
+        }
+    }
+
+    /// A quarter turn in the unit of the file.
+    pub(super) fn quarter_turn(self) -> &'static str {
+        if self.degrees { "90" } else { "pi/2" }
+    }
+
+    /// Whether the parameter of a link stands in the row of its antecedent.
+    pub(super) fn is_far(self, parameter: &str) -> bool {
+        self.table == DhTable::DenavitHartenberg && matches!(parameter, "alpha" | "d")
+    }
+
     /// The keys of a link's placement in this table.
     pub(super) fn placement_keys(self) -> &'static [&'static str] {
         match self.table {

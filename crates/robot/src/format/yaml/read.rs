@@ -26,7 +26,7 @@ use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
 /// The keys at the top level of a description.
-const ROOT_KEYS: [&str; 12] = [
+pub(super) const ROOT_KEYS: [&str; 12] = [
     "convention",
     "angles",
     "lengths",

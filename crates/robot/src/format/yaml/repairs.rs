@@ -59,7 +59,7 @@ pub fn write_repairs_into_yaml(
 }
 
 /// The value of a key in a map.
-fn entry<'a>(node: &'a Node, key: &str) -> Option<&'a Node> {
+pub(super) fn entry<'a>(node: &'a Node, key: &str) -> Option<&'a Node> {
     let NodeValue::Map(entries) = &node.content else { return None };
     entries.iter().find(|(found, _)| found.text == key).map(|(_, value)| value)
 }
@@ -87,7 +87,7 @@ fn about_centre<'a>(entry: &'a Node, body: &RepairedBody) -> Vec<Wanted<'a>> {
 }
 
 /// The bytes of a number in the text.
-fn place(text: &str, node: &Node) -> Range<usize> {
+pub(super) fn place(text: &str, node: &Node) -> Range<usize> {
     let line: usize = text.split_inclusive('\n').take(node.line.saturating_sub(1)).map(str::len).sum();
     let rest = &text[line..];
     let start = line + rest.char_indices().nth(node.column.saturating_sub(1)).map_or(0, |(at, _)| at);
