@@ -1,5 +1,6 @@
 //! Identifies parameters from logs, in steps: gains, delay, friction, fit, physically possible bodies, load, remarks.
 
+use identification::estimate::absent_friction::absent_friction;
 use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::claims::inflate_by_unknowns;
 use identification::estimate::consistent::{bodies, identify_consistent};
@@ -20,6 +21,7 @@ use robot::{Inertial, LinkId};
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::candidates::contact::contact;
+use crate::fit::candidates::dead_current::dead_currents;
 use crate::fit::candidates::delay::delay;
 use crate::fit::candidates::friction::{asked_friction, joint_friction};
 use crate::fit::candidates::gains::gains;
@@ -167,8 +169,19 @@ pub fn identify_essential(
 }
 
 /// Decisions that are tried in this order. The request can fix each of them.
-const CANDIDATES: [VariantProposer; 10] =
-    [gains, rates, contact, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
+const CANDIDATES: [VariantProposer; 11] = [
+    gains,
+    rates,
+    contact,
+    rotors,
+    delay,
+    asked_friction,
+    significant_rotors,
+    mount,
+    dead_currents,
+    joint_friction,
+    possible_bodies,
+];
 
 fn identify_kept(
     model: &Model,
@@ -217,6 +230,8 @@ fn identify_kept(
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.exceeding_description);
     inflate_by_unknowns(&mut estimate, &decided.unknowns);
+    let absent = absent_friction(&estimate, &fit.observation.speed);
+    estimate.remarks.extend(absent);
     if is_own_scale {
         log_check.efforts_are_position_errors(OWN_SCALE);
         estimate.remarks.insert(0, OWN_SCALE.into());

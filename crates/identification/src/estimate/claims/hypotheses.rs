@@ -12,6 +12,8 @@
 //!                        drift of k    h_k = s tau_k, s from -1/2 at the first sample of a record to 1/2 at its last
 //!                        mount         h   = the torques per angle of a tilted gravity
 //!                        late          h_k = -d tau_k/dt, of one joint or of all
+//!                        dead current  h_k = K_k sign(tau_k), K_k: torque per current
+//!                        play of k     h_j = -s/2 d(Y_j x)/dq_k, and likewise for velocity and acceleration (`play`)
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
 //!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
@@ -71,7 +73,8 @@ impl HypothesisTest {
 
     /// Whether the fault is found: it is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
-        let is_large = self.value.abs() > self.of.kind().least;
+        let kind = self.of.kind();
+        let is_large = self.value.abs() > kind.least && (self.value > 0.0 || !kind.is_positive);
         let is_worth_naming = |(without, with): (f64, f64)| {
             with < WORTHWHILE_ERROR_RATIO * without && self.explained() > self.of.kind().least_share
         };
@@ -97,7 +100,7 @@ impl HypothesisTest {
     }
 
     /// Whether the size of the fault is significantly different from zero.
-    pub(crate) fn is_significant(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
@@ -113,6 +116,8 @@ impl HypothesisTest {
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// A fault is found only if it multiplies the error of cross-validation by less than this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
+/// Rounds in which the side of a gap and its width are computed from one another.
+const PLAY_ROUNDS: usize = 3;
 /// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
@@ -140,8 +145,35 @@ pub fn hypotheses<R: Records + ?Sized>(
     }
     let (parts, torques) = triangles(model, records, fit, open, &all, LEFT_OUT_PARTS)?;
     let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
-    let found = tested(&parts, fit.x, &all).into_iter();
-    Ok(found.map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
+    let mut found = tested(&parts, fit.x, &all);
+    settle_play(&mut found, model.n(), |play, all| {
+        Ok(tested(&triangles(model, records, fit, UndeterminedMechanics { play, ..open }, all, LEFT_OUT_PARTS)?.0, fit.x, all))
+    })?;
+    Ok(found.into_iter().map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
+}
+
+/// Repeats the tests of play with its fitted width, because the side of a gap depends on the velocity of the link. `again`: tests
+/// hypotheses with these widths of the gaps, rad. n: number of coordinates.
+fn settle_play(
+    found: &mut [HypothesisTest],
+    n: usize,
+    again: impl Fn(&[f64], &[Hypothesis]) -> Result<Vec<HypothesisTest>, Error>,
+) -> Result<(), Error> {
+    let plays: Vec<usize> = (0..found.len()).filter(|&i| matches!(found[i].of, Hypothesis::Play(_))).collect();
+    let all: Vec<Hypothesis> = plays.iter().map(|&i| found[i].of).collect();
+    for _ in 0..PLAY_ROUNDS {
+        let mut widths = vec![0.0; n];
+        for one in plays.iter().map(|&i| &found[i]).filter(|one| one.is_significant() && one.value > 0.0) {
+            one.of.joints().into_iter().for_each(|k| widths[k] = one.value);
+        }
+        if widths.iter().all(|width| *width == 0.0) {
+            return Ok(());
+        }
+        for (&i, one) in plays.iter().zip(again(&widths, &all)?) {
+            found[i] = one;
+        }
+    }
+    Ok(())
 }
 
 /// Lists every hypothesis on a model that is tested; empty if the robot has more than 12 coordinates or no parameters.
