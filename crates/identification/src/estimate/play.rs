@@ -2,9 +2,10 @@
 //!
 //! The motor is ahead of the link by half of the gap, on the side that carries the torque of the bodies:
 //! ```text
-//! q = theta - (b/2) s      s = sign(tau - f)
+//! q = theta - (b/2) s      s = tanh((tau - f) / (c T)), or sign(tau - f) for c = 0
 //! ```
-//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor. At
+//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor; T:
+//! rms of tau - f; c: softness of the ends of the gap. At
 //! a change of s the logged position jumps by b. The low-pass of the positions makes a step of this jump, with a short velocity
 //! and acceleration. So s passes the same filter, and the column is
 //! ```text
@@ -32,6 +33,15 @@ const STEP_RAD: f64 = 1e-4;
 #[derive(Default)]
 pub(super) struct Sides(Vec<Option<Side>>);
 
+/// What is known of the gap of one coordinate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gap {
+    /// Its width b, rad.
+    pub width: f64,
+    /// Softness c of its ends, as a share of the torque.
+    pub softness: f64,
+}
+
 /// The filtered side s of a gap, from -1 to 1, with ds/dt, 1/s, and d2s/dt2, 1/s^2.
 struct Side {
     side: Vec<f64>,
@@ -40,31 +50,31 @@ struct Side {
 }
 
 impl Sides {
-    /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `widths`: what is known of the gaps, rad, with which
-    /// the friction has the velocity of the link. A gap whose torque has one sign only gets none, and no gap does if the samples
+    /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: what is known of them; with their widths the
+    /// friction has the velocity of the link. A gap whose torque has one sign only gets none, and no gap does if the samples
     /// are too few for the band of the filter.
-    pub(super) fn of(model: &Model, states: &States, x: &[f64], widths: &[f64]) -> Sides {
-        let mut sides = Sides::at_velocities_of(model, states, x);
-        if widths.iter().all(|width| *width == 0.0) {
+    pub(super) fn of(model: &Model, states: &States, x: &[f64], gaps: &[Gap]) -> Sides {
+        let mut sides = Sides::at_velocities_of(model, states, x, gaps);
+        if gaps.iter().all(|gap| gap.width == 0.0) {
             return sides;
         }
         let mut links = states.clone();
         for _ in 0..ROUNDS {
-            for (k, (width, side)) in widths.iter().zip(&sides.0).enumerate() {
+            for (k, (gap, side)) in gaps.iter().zip(&sides.0).enumerate() {
                 let Some(side) = side else { continue };
                 for r in 0..states.len() {
                     let (at, dq) = (r * states.n + k, states.dq[r * states.n + k]);
-                    links.dq[at] = dq - 0.5 * width * side.rate[r];
+                    links.dq[at] = dq - 0.5 * gap.width * side.rate[r];
                     let turns = links.dq[at] * dq < 0.0;
                     links.direction[at] = if turns { links.dq[at].signum() } else { states.direction[at] };
                 }
             }
-            sides = Sides::at_velocities_of(model, &links, x);
+            sides = Sides::at_velocities_of(model, &links, x, gaps);
         }
         sides
     }
 
-    fn at_velocities_of(model: &Model, states: &States, x: &[f64]) -> Sides {
+    fn at_velocities_of(model: &Model, states: &States, x: &[f64], gaps: &[Gap]) -> Sides {
         let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
         let mut carried = vec![Vec::with_capacity(states.len()); n];
         model.rows(states, 0..states.len(), |r, w| {
@@ -74,16 +84,22 @@ impl Sides {
             }
         });
         let differences = Differences::new(&states.t);
-        let one = |carried: Vec<f64>| {
+        let one = |(k, carried): (usize, Vec<f64>)| {
             let positive = carried.iter().filter(|x| **x > 0.0).count() as f64 / carried.len().max(1) as f64;
             if !(LEAST_SHARE_OF_A_SIDE..=1.0 - LEAST_SHARE_OF_A_SIDE).contains(&positive) {
                 return None;
             }
-            let side = filter(states)?.zero_phase(vec![mean_signs(&carried)]).remove(0);
+            let soft =
+                gaps.get(k).map_or(0.0, |gap| gap.softness) * (dot(&carried, &carried) / carried.len() as f64).sqrt();
+            let sides = match soft > 0.0 {
+                true => carried.iter().map(|x| (x / soft).tanh()).collect(),
+                false => mean_signs(&carried),
+            };
+            let side = filter(states)?.zero_phase(vec![sides]).remove(0);
             let rate = differences.of(&side);
             Some(Side { acceleration: differences.of(&rate), side, rate })
         };
-        Sides(carried.into_iter().map(one).collect())
+        Sides(carried.into_iter().enumerate().map(one).collect())
     }
 
     /// The column of coordinate k at sample r, per width of the gap: n numbers. `torques`: the torques of the bodies for a

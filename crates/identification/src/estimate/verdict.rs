@@ -19,8 +19,8 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::{INTERVAL, Identified, Status};
 use crate::estimate::log_check::LogCheck;
 use crate::estimate::topics::{
-    BODIES, BODIES_TAKEN, COMMON_SCALE, DEAD_CURRENT_TAKEN, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION,
-    ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
+    BODIES, BODIES_TAKEN, COMMON_SCALE, DEAD_CURRENT_TAKEN, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN,
+    OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
 };
 use crate::estimate::torque_error::{TorqueError, Use};
 

@@ -223,7 +223,8 @@ impl Transmission {
         let mut motor = std::mem::take(&mut log.effort);
         if let Some(dead) = &self.dead_currents {
             if log.effort_is != Effort::Current {
-                let message = format!("transmission: dead_currents are of currents, and the log holds {}", log.effort_is.words());
+                let message =
+                    format!("transmission: dead_currents are of currents, and the log holds {}", log.effort_is.words());
                 return Err(Error::at(&log.name, 0, message));
             }
             for (x, dead) in motor.iter_mut().zip(dead) {

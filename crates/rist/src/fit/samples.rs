@@ -190,6 +190,11 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: KeptParameters,
 ) -> Result<Identification, Error> {
+    if let Some(arm) = &request.arm {
+        return Err(Error::new(format_args!(
+            "[arm={arm}] says how the logs are read, and they are open: complete the request before (SamplesRequest::with_arm)"
+        )));
+    }
     let unknowns = (!request.unknowns.is_empty()).then(|| Unknowns::find(model, logs, request)).transpose()?;
     let model = unknowns.as_ref().and_then(|unknowns| unknowns.model.as_ref()).unwrap_or(model);
     let request = unknowns.as_ref().map_or(request, |unknowns| &unknowns.request);

@@ -36,6 +36,7 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 use numerics::vector::dot;
 
+use crate::estimate::claims::gaps::settle_play;
 use crate::estimate::hypothesis::{Counts, all, columns};
 pub use crate::estimate::hypothesis::{FitPoint, Hypothesis, Tilt, UndeterminedMechanics};
 use crate::estimators::huber::row_factor;
@@ -73,8 +74,7 @@ impl HypothesisTest {
 
     /// Whether the fault is found: it is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
-        let kind = self.of.kind();
-        let is_large = self.value.abs() > kind.least && (self.value > 0.0 || !kind.is_positive);
+        let is_large = self.value.abs() > self.of.kind().least && self.is_possible();
         let is_worth_naming = |(without, with): (f64, f64)| {
             with < WORTHWHILE_ERROR_RATIO * without && self.explained() > self.of.kind().least_share
         };
@@ -99,6 +99,11 @@ impl HypothesisTest {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
+    /// Whether a machine can have this fault: a size that cannot be negative is above the smallest that is reported.
+    pub(crate) fn is_possible(&self) -> bool {
+        !self.of.kind().is_positive || self.value > self.of.kind().least
+    }
+
     /// Whether the size of the fault is significantly different from zero.
     pub fn is_significant(&self) -> bool {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
@@ -116,8 +121,6 @@ impl HypothesisTest {
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// A fault is found only if it multiplies the error of cross-validation by less than this.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
-/// Rounds in which the side of a gap and its width are computed from one another.
-const PLAY_ROUNDS: usize = 3;
 /// Number of blocks of the record in cross-validation and in the jackknife.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Weight of the row that regularises a parameter towards its fitted value, divided by the norm of the parameter's column.
@@ -147,33 +150,13 @@ pub fn hypotheses<R: Records + ?Sized>(
     let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
     let mut found = tested(&parts, fit.x, &all);
     settle_play(&mut found, model.n(), |play, all| {
-        Ok(tested(&triangles(model, records, fit, UndeterminedMechanics { play, ..open }, all, LEFT_OUT_PARTS)?.0, fit.x, all))
+        Ok(tested(
+            &triangles(model, records, fit, UndeterminedMechanics { play, ..open }, all, LEFT_OUT_PARTS)?.0,
+            fit.x,
+            all,
+        ))
     })?;
     Ok(found.into_iter().map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
-}
-
-/// Repeats the tests of play with its fitted width, because the side of a gap depends on the velocity of the link. `again`: tests
-/// hypotheses with these widths of the gaps, rad. n: number of coordinates.
-fn settle_play(
-    found: &mut [HypothesisTest],
-    n: usize,
-    again: impl Fn(&[f64], &[Hypothesis]) -> Result<Vec<HypothesisTest>, Error>,
-) -> Result<(), Error> {
-    let plays: Vec<usize> = (0..found.len()).filter(|&i| matches!(found[i].of, Hypothesis::Play(_))).collect();
-    let all: Vec<Hypothesis> = plays.iter().map(|&i| found[i].of).collect();
-    for _ in 0..PLAY_ROUNDS {
-        let mut widths = vec![0.0; n];
-        for one in plays.iter().map(|&i| &found[i]).filter(|one| one.is_significant() && one.value > 0.0) {
-            one.of.joints().into_iter().for_each(|k| widths[k] = one.value);
-        }
-        if widths.iter().all(|width| *width == 0.0) {
-            return Ok(());
-        }
-        for (&i, one) in plays.iter().zip(again(&widths, &all)?) {
-            found[i] = one;
-        }
-    }
-    Ok(())
 }
 
 /// Lists every hypothesis on a model that is tested; empty if the robot has more than 12 coordinates or no parameters.
