@@ -18,7 +18,7 @@ use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::digits::significant;
-use crate::estimate::play::{Gap, Sides, signs_of_torque};
+use crate::estimate::play::{Backlash, Sides, signs_of_torque};
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{
     DEAD_CURRENT, DELAY, DRIFT, FRICTION, LOG, MOUNT, PLAY, RESIDUAL, ROTOR, SCALE, SIGN, SPRING, ZERO,
@@ -380,7 +380,7 @@ pub struct UndeterminedMechanics<'a> {
     /// If the logs hold currents: the torque per current of each coordinate, N m/A (N/A). Otherwise empty.
     pub drives: &'a [f64],
     /// What is known of the play of each coordinate; empty if nothing is.
-    pub play: &'a [Gap],
+    pub play: &'a [Backlash],
 }
 
 /// Function from the positions q to the torques per radian of tilt about one axis, N m/rad (N/rad), one per coordinate.

@@ -35,7 +35,7 @@ pub(super) struct Sides(Vec<Option<Side>>);
 
 /// What is known of the gap of one coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Gap {
+pub struct Backlash {
     /// Its width b, rad.
     pub width: f64,
     /// Softness c of its ends, as a share of the torque.
@@ -53,7 +53,7 @@ impl Sides {
     /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: what is known of them; with their widths the
     /// friction has the velocity of the link. A gap whose torque has one sign only gets none, and no gap does if the samples
     /// are too few for the band of the filter.
-    pub(super) fn of(model: &Model, states: &States, x: &[f64], gaps: &[Gap]) -> Sides {
+    pub(super) fn of(model: &Model, states: &States, x: &[f64], gaps: &[Backlash]) -> Sides {
         let mut sides = Sides::at_velocities_of(model, states, x, gaps);
         if gaps.iter().all(|gap| gap.width == 0.0) {
             return sides;
@@ -74,7 +74,7 @@ impl Sides {
         sides
     }
 
-    fn at_velocities_of(model: &Model, states: &States, x: &[f64], gaps: &[Gap]) -> Sides {
+    fn at_velocities_of(model: &Model, states: &States, x: &[f64], gaps: &[Backlash]) -> Sides {
         let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
         let mut carried = vec![Vec::with_capacity(states.len()); n];
         model.rows(states, 0..states.len(), |r, w| {

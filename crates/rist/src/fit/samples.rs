@@ -145,6 +145,7 @@ pub fn identify_loaded(
     request: &IdentifyRequest,
 ) -> Result<Identification, Error> {
     request.check()?;
+    check_arm(&request.samples)?;
     let kept = match (request.consistent, request.free_bodies) {
         (true, true) => return Err(Error::new("[free_bodies=true] and [consistent=true] exclude one another")),
         (true, false) => KeptParameters::Consistent,
@@ -165,6 +166,7 @@ pub fn identify_essential(
     request: &SamplesRequest,
 ) -> Result<Identification, Error> {
     request.check()?;
+    check_arm(request)?;
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
@@ -190,11 +192,6 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: KeptParameters,
 ) -> Result<Identification, Error> {
-    if let Some(arm) = &request.arm {
-        return Err(Error::new(format_args!(
-            "[arm={arm}] says how the logs are read, and they are open: complete the request before (SamplesRequest::with_arm)"
-        )));
-    }
     let unknowns = (!request.unknowns.is_empty()).then(|| Unknowns::find(model, logs, request)).transpose()?;
     let model = unknowns.as_ref().and_then(|unknowns| unknowns.model.as_ref()).unwrap_or(model);
     let request = unknowns.as_ref().map_or(request, |unknowns| &unknowns.request);
@@ -235,8 +232,6 @@ fn identify_kept(
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.exceeding_description);
     inflate_by_unknowns(&mut estimate, &decided.unknowns);
-    let absent = absent_friction(&estimate, &fit.observation.speed);
-    estimate.remarks.extend(absent);
     if is_own_scale {
         log_check.efforts_are_position_errors(OWN_SCALE);
         estimate.remarks.insert(0, OWN_SCALE.into());
@@ -244,7 +239,7 @@ fn identify_kept(
     let found = Identification {
         has_events: !events.is_empty() || log_check.has_changed_load(),
         model: changed,
-        estimate,
+        estimate: with_absent_friction(estimate, &fit),
         decided,
         load,
         bodies: found.bodies,
@@ -261,6 +256,23 @@ fn identify_kept(
         Some(unknowns) => found.with_unknowns(unknowns),
         None => found,
     })
+}
+
+/// Fails if the request names an arm, because the logs are open already.
+fn check_arm(request: &SamplesRequest) -> Result<(), Error> {
+    match &request.arm {
+        None => Ok(()),
+        Some(arm) => Err(Error::new(format_args!(
+            "[arm={arm}] says how logs are read, and they are open: complete the request before (SamplesRequest::with_arm)"
+        ))),
+    }
+}
+
+/// The estimate, with a remark on torques that hold no friction.
+fn with_absent_friction(mut estimate: Estimate, fit: &Fit) -> Estimate {
+    let absent = absent_friction(&estimate, &fit.observation.speed);
+    estimate.remarks.extend(absent);
+    estimate
 }
 
 /// An estimate, with its bodies if physically possible ones were asked for.

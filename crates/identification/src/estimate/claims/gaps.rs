@@ -4,7 +4,7 @@
 use logs::Error;
 
 use crate::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
-use crate::estimate::play::Gap;
+use crate::estimate::play::Backlash;
 
 /// Widths of a gap, rad (0.5, 1 and 2 degrees), and softnesses of its ends, from which the tests of play start.
 const START_WIDTHS_RAD: [f64; 3] = [0.0087, 0.0175, 0.035];
@@ -18,14 +18,14 @@ const PLAY_ROUNDS: usize = 2;
 pub(super) fn settle_play(
     found: &mut [HypothesisTest],
     n: usize,
-    again: impl Fn(&[Gap], &[Hypothesis]) -> Result<Vec<HypothesisTest>, Error>,
+    again: impl Fn(&[Backlash], &[Hypothesis]) -> Result<Vec<HypothesisTest>, Error>,
 ) -> Result<(), Error> {
     let is_seen = |one: &HypothesisTest| matches!(one.of, Hypothesis::Play(_)) && one.is_significant();
     let seen: Vec<usize> = (0..found.len()).filter(|&i| is_seen(&found[i])).collect();
     let all: Vec<Hypothesis> = seen.iter().map(|&i| found[i].of).collect();
-    let starts = START_WIDTHS_RAD.iter().flat_map(|&width| SOFTNESSES.map(|softness| Gap { width, softness }));
+    let starts = START_WIDTHS_RAD.iter().flat_map(|&width| SOFTNESSES.map(|softness| Backlash { width, softness }));
     for start in starts.filter(|_| !seen.is_empty()) {
-        let mut gaps = vec![Gap { width: 0.0, ..start }; n];
+        let mut gaps = vec![Backlash { width: 0.0, ..start }; n];
         all.iter().filter_map(Hypothesis::joint).for_each(|k| gaps[k] = start);
         for _ in 0..PLAY_ROUNDS {
             for (&i, one) in seen.iter().zip(again(&gaps, &all)?) {
