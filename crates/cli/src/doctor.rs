@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
-use crate::terminal::{at_work, print_result};
+use crate::terminal::{at_work, note, print_result};
 
 /// Look for what is wrong with logs: units, signs, zeros, columns, delays, another robot
 ///
@@ -62,8 +62,13 @@ pub(crate) fn findings(findings: &[Finding]) -> Vec<Value> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
-    let options = arguments.request.read()?.options(&model)?;
-    let (mut text, mut logs, mut wrong) = (String::new(), Vec::new(), 0);
+    let request = arguments.request.read()?;
+    if request.arm.is_none() {
+        rist::proposed_arm(&model.robot).iter().for_each(note);
+    }
+    let (request, mut text) = request.with_arm(&model.robot, arguments.logs.first().map(PathBuf::as_path))?;
+    let options = request.options(&model)?;
+    let (mut logs, mut wrong) = (Vec::new(), 0);
     for path in &arguments.logs {
         let (log, columns) = model.open_log(path, &options.columns)?;
         let report = log.report().to_string();

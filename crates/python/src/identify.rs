@@ -109,7 +109,7 @@ fn identify_samples(
     method: Method,
 ) -> PyResult<Estimate> {
     let inner = &model.get().inner;
-    let request = match method {
+    let mut request = match method {
         Method::Essential => IdentifyRequest { samples: call.request()?, ..IdentifyRequest::default() },
         _ => call.request()?,
     };
@@ -122,6 +122,7 @@ fn identify_samples(
     }
     rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()))
         .or_error()?;
+    request.samples = request.samples.with_arm(&inner.robot, fitted.iter().find_map(|log| log.path())).or_error()?.0;
     // All work from reading files to the verdict runs on a thread without the interpreter lock.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;
@@ -333,8 +334,9 @@ pub fn doctor(
     let model = Model::of(model)?;
     let model = model.get();
     let request: DoctorRequest = Call::new("doctor", &[], options)?.request()?;
-    let options = request.options(&model.inner).or_error()?;
     let given = crate::logs::logs(logs)?;
+    let (request, _) = request.with_arm(&model.inner.robot, given.iter().find_map(|log| log.path())).or_error()?;
+    let options = request.options(&model.inner).or_error()?;
     let inner =
         work(py, None, |_| rist::examine(&model.inner, &open(given, &model.inner, &options.columns)?, &options))?;
     Ok(LogCheck::of(&inner))

@@ -56,6 +56,7 @@ pub use describe::model::Model;
 pub use describe::source::generate;
 pub use describe::states_file::evaluate;
 pub use error::{Error, ErrorKind, Step};
+pub use fit::arm_options::proposed_arm;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{LogCheck, examine};
 pub use fit::experiments::{

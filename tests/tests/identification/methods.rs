@@ -121,6 +121,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--gain" => "q1=2",
         "--validate" | "--loaded" => "logs/v01.csv",
         "--load" => "load.yaml",
+        "--arm" => "xm430-w350",
         "--cutoff" => "12",
         "--rate" => "300",
         "--order" => "2",

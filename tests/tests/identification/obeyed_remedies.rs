@@ -31,7 +31,7 @@ fn printed(log_check: &LogCheck) -> Options {
 /// (name, change of a good log, phrases that the finding must contain).
 type Mistake = (&'static str, fn(&mut JointLog), &'static [&'static str]);
 
-const MISTAKES: [Mistake; 11] = [
+const MISTAKES: [Mistake; 12] = [
     ("a quarter", |l| each(&mut l.tau[1..2], |x| 0.25 * x), &["the torque of shoulder_lift is off by -"]),
     ("half", |l| each(&mut l.tau[2..3], |x| 0.5 * x), &["the torque of elbow is off by -"]),
     ("four times", |l| each(&mut l.tau[0..1], |x| 4.0 * x), &["the torque of shoulder_pan is off by "]),
@@ -60,6 +60,14 @@ const MISTAKES: [Mistake; 11] = [
         "shares of ranges",
         |l| l.q.iter_mut().chain(&mut l.dq).flatten().for_each(|x| *x *= 100.0 / (2.0 * PI)),
         &["-100 to 100 of the range"],
+    ),
+    (
+        "shares of ranges from zero",
+        |l| {
+            each(&mut l.q, |q| (q + 2.0 * PI) * 25.0 / PI);
+            each(&mut l.dq, |x| x * 25.0 / PI);
+        },
+        &["normalised: 0 to 100 of the range"],
     ),
 ];
 

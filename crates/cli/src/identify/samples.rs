@@ -34,9 +34,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // is written.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
-    let columns = request.samples.options().columns;
     check_paths(arguments, &files)?;
-    let mut text = String::new();
+    if request.samples.arm.is_none() {
+        rist::proposed_arm(&model.robot).iter().for_each(note);
+    }
+    let mut text;
+    (request.samples, text) = request.samples.with_arm(&model.robot, arguments.logs.first().map(PathBuf::as_path))?;
+    let columns = request.samples.options().columns;
     let mut opened = Opened { columns: &columns, before: String::new() };
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;

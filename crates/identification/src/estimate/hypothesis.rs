@@ -18,8 +18,11 @@ use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::digits::significant;
+use crate::estimate::play::{Backlash, Sides, signs_of_torque};
 use crate::estimate::residuals::JointResidual;
-use crate::estimate::topics::{DELAY, DRIFT, FRICTION, LOG, MOUNT, RESIDUAL, ROTOR, SCALE, SIGN, SPRING, ZERO};
+use crate::estimate::topics::{
+    DEAD_CURRENT, DELAY, DRIFT, FRICTION, LOG, MOUNT, PLAY, RESIDUAL, ROTOR, SCALE, SIGN, SPRING, ZERO,
+};
 use crate::estimators::huber::Robust;
 
 use Hypothesis::*;
@@ -38,7 +41,11 @@ const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Zero offsets and tilts of the base below this value are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Scale errors of a torque below this value are calibration errors and are not reported (0.03: 3 %).
+/// Play below this is harmless and is not reported, rad.
+const LEAST_PLAY_RAD: f64 = 0.1 * DEGREE_RAD;
+/// Play counts as not detectable if its detection limit is at least this, rad (10 degrees).
+const USELESS_PLAY_RAD: f64 = 10.0 * DEGREE_RAD;
+/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
 /// A zero offset or a tilt counts as not detectable if its detection limit is at least this value, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
@@ -66,6 +73,11 @@ pub enum Hypothesis {
     Drift(usize),
     /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
+    /// The first part of the current of a coordinate gives no torque: K (i - i_0 sign i), or 0 if |i| < i_0. The size is i_0, A.
+    DeadCurrent(usize),
+    /// A gap of this width between the encoder and the link of a coordinate, rad: the link is behind by half of it, on the side
+    /// that carries the torque.
+    Play(usize),
     /// Coulomb friction of a coordinate grows with its load (coefficient, N m per N m).
     LoadFriction(usize),
     /// The torque of the first coordinate contains a share of the torque of the second.
@@ -132,6 +144,8 @@ pub(super) struct HypothesisKind {
     pub useless: f64,
     /// Whether the hypothesis inflates the standard deviations of the parameters if the data do not exclude it.
     pub may_be_there: bool,
+    /// Whether the size cannot be negative, so that a negative size is another fault.
+    pub is_positive: bool,
 }
 
 /// Topics of the kinds of faults that a claim may name, in the order in which the claims are made.
@@ -146,6 +160,7 @@ impl Hypothesis {
             least_share: SMALLEST_TORQUE_SHARE,
             useless: f64::INFINITY,
             may_be_there: false,
+            is_positive: false,
         };
         // Angles and scales below the calibration error are not reported. For other kinds, only the explained share of the torque
         // decides.
@@ -169,6 +184,14 @@ impl Hypothesis {
                 ..of(SPRING, Counts::AsTorque)
             },
             Rotor(_) => of(ROTOR, Counts::AsTorque),
+            DeadCurrent(_) => HypothesisKind { is_positive: true, ..of(DEAD_CURRENT, Counts::AsTorque) },
+            // Play is in the machine and not in the log.
+            Play(_) => HypothesisKind {
+                least: LEAST_PLAY_RAD,
+                useless: USELESS_PLAY_RAD,
+                is_positive: true,
+                ..of(PLAY, Counts::AsResidual)
+            },
             Late(_) => of(DELAY, Counts::InDeviations),
             LoadFriction(_) => of(FRICTION, Counts::InDeviations),
             CrossTalk(..) => of(RESIDUAL, Counts::InDeviations),
@@ -184,6 +207,7 @@ impl Hypothesis {
         match *self {
             Mount(_) | Degrees | GravityCompensated | Late(None) => Vec::new(),
             Zero(k) | Scale(k) | Spring(k) | Rotor(k) | Drift(k) | Late(Some(k)) | LoadFriction(k) => vec![k],
+            DeadCurrent(k) | Play(k) => vec![k],
             MotionSign(k) | TorqueSign(k) | Reversed(k) => vec![k],
             CrossTalk(k, l) | SwappedJoints(k, l) | SwappedMotions(k, l) => vec![k, l],
             SwappedPositions(k, l) | SwappedVelocities(k, l) | SwappedTorques(k, l) => vec![k, l],
@@ -226,7 +250,8 @@ impl Hypothesis {
     /// Converts the size x of the fault from its SI unit to the unit of reports (deg, ms, %, ..).
     pub(super) fn figure(&self, x: f64, joints: &[JointResidual]) -> Figure {
         match *self {
-            Zero(_) | Mount(_) => Figure::new(x.to_degrees(), "deg"),
+            Zero(_) | Mount(_) | Play(_) => Figure::new(x.to_degrees(), "deg"),
+            DeadCurrent(_) => Figure::new(x, "A"),
             Late(_) => Figure::new(1e3 * x, "ms"),
             Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
             Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
@@ -250,6 +275,8 @@ impl Hypothesis {
                 None => format!("the torques come {off} later than the positions"),
                 Some(early) => format!("the torques come {early} before the positions"),
             },
+            DeadCurrent(_) => format!("dead current: the first {off} of {of} give no torque"),
+            Play(_) => format!("{of} has play of {off} between its encoder and its link"),
             CrossTalk(..) => format!("the torque of {of} holds {off} of that of {}", names[1..].concat()),
             LoadFriction(_) => format!("friction of {of} grows by {off} of its load"),
             MotionSign(_) => format!("the position of {of} has the wrong sign"),
@@ -276,6 +303,8 @@ impl Hypothesis {
             Zero(k) => Some(listed("offsets", k)),
             Scale(k) => Some(format!("look at the gain, the gear ratio or the unit of {}", at(k))),
             Spring(k) => Some(listed("springs", k)),
+            DeadCurrent(k) => Some(listed("dead_currents", k)),
+            Play(_) => Some("measure it: hold the motor, and turn the link by hand to both ends of the gap; no option takes play out of a log".into()),
             Rotor(_) => Some("take rotor inertias among the parameters: [rotor_inertia=actuated]".into()),
             Drift(k) => Some(format!("log {} again when its drive is warm and its gain is known", at(k))),
             Mount(_) => Some("[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()),
@@ -352,6 +381,10 @@ pub struct UndeterminedMechanics<'a> {
     pub tilts: &'a [(usize, Tilt<'a>)],
     /// Numbers of the coordinates for which the options do not say whether they have a rotor.
     pub rotors: &'a [usize],
+    /// If the logs hold currents: the torque per current of each coordinate, N m/A (N/A). Otherwise empty.
+    pub drives: &'a [f64],
+    /// What is known of the play of each coordinate; empty if nothing is.
+    pub play: &'a [Backlash],
 }
 
 /// Function from the positions q to the torques per radian of tilt about one axis, N m/rad (N/rad), one per coordinate.
@@ -368,7 +401,9 @@ pub(super) fn all(model: &Model, open: UndeterminedMechanics) -> Vec<Hypothesis>
     let late = (0..n).map(Some).chain([None]).map(Late);
     let faults = turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Drift));
     let talk = (0..n).flat_map(|k| (0..n).filter(move |&i| i != k).map(move |i| CrossTalk(k, i)));
-    faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
+    let drives = open.drives.iter().enumerate().filter(|(_, gain)| **gain != 0.0).map(|(k, _)| DeadCurrent(k));
+    let play = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Play);
+    faults.chain(drives).chain(play).chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
 }
 
 /// The column h of each hypothesis: change of the torques per unit of the size of the fault, sample by sample, n numbers per
@@ -381,12 +416,20 @@ pub(super) fn columns(
     open: UndeterminedMechanics,
 ) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
-    // Torques Y(q) x of the bodies at sample r. For a zero offset, q differs from the logged position.
-    let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
-        let at = r * n..(r + 1) * n;
-        model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
+    // Torques Y(q, dq, ddq) x of the bodies in a motion that may differ from the logged one.
+    let moving = |[q, dq, ddq]: [&[f64]; 3], y: &mut [f64]| -> Vec<f64> {
+        model.regressor.fill(q, dq, ddq, y);
         y.chunks_exact(base).map(|row| row.iter().zip(x).map(|(y, x)| y * x).sum()).collect()
     };
+    let torques = |q: &[f64], r: usize, y: &mut [f64]| {
+        let at = r * n..(r + 1) * n;
+        moving([q, &states.dq[at.clone()], &states.ddq[at]], y)
+    };
+    let has_play = all.iter().any(|hypothesis| matches!(hypothesis, Play(_)));
+    let sides = if has_play { Sides::of(model, states, x, open.play) } else { Sides::default() };
+    let is_driven = |k: usize| all.contains(&DeadCurrent(k));
+    let signs: Vec<Vec<f64>> =
+        (0..n).map(|k| if is_driven(k) { signs_of_torque(states, k) } else { Vec::new() }).collect();
     let mut columns = vec![Vec::with_capacity(states.len() * n); all.len()];
     let mut y = vec![0.0; n * base];
     let first = states.t.first().copied().unwrap_or(0.0);
@@ -419,6 +462,8 @@ pub(super) fn columns(
                 Drift(k) => column.extend(only(k, along * states.tau[r * n + k])),
                 Late(late) => column
                     .extend((0..n).map(|j| if late.is_none_or(|k| k == j) { -torque_rate(states, r, j) } else { 0.0 })),
+                DeadCurrent(k) => column.extend(only(k, open.drives[k] * signs[k][r])),
+                Play(k) => column.extend(sides.column(states, r, k, |motion| moving(motion, &mut y))),
                 LoadFriction(k) => column.extend(only(k, states.direction[r * n + k] * here[k].abs())),
                 CrossTalk(k, i) => column.extend(only(k, states.tau[r * n + i])),
                 // `all` lists no hypothesis of this kind.

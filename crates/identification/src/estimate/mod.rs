@@ -1,5 +1,6 @@
 //! Makes an estimate from logs: the solution with its standard deviations, errors of cross-validation and remarks.
 
+pub mod absent_friction;
 pub mod artefact;
 pub mod autocorrelation;
 pub mod claims;
@@ -21,6 +22,7 @@ pub mod logs_left_out;
 pub mod nominal_prediction;
 pub mod options;
 pub mod other_logs;
+mod play;
 pub mod remarks;
 pub mod residuals;
 pub mod rotors;

@@ -19,7 +19,11 @@ pub const MOUNT: Topic = Topic("mount");
 pub const SPRING: Topic = Topic("spring");
 /// Inertia of the motor rotor of a joint.
 pub const ROTOR: Topic = Topic("rotor inertia");
-/// Drift of the torque of a joint: the torque grows from the start to the end of a log.
+/// A part of the current of a joint that gives no torque.
+pub const DEAD_CURRENT: Topic = Topic("dead current");
+/// A gap between the encoder and the link of a joint.
+pub const PLAY: Topic = Topic("play");
+/// Drift of the torque of a joint: it grows from the start to the end of a log.
 pub const DRIFT: Topic = Topic("drift of the torque");
 /// Delay of the torques relative to the positions.
 pub(crate) const DELAY: Topic = Topic("delay");
@@ -52,6 +56,8 @@ pub const BODIES: Topic = Topic("bodies");
 pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
 /// A delay of the torques that `identify` compensated.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
+/// Dead currents that `identify` took off.
+pub const DEAD_CURRENT_TAKEN: Topic = Topic("dead current taken off");
 /// An orientation of the base that `identify` used instead of the described one.
 pub const MOUNT_TAKEN: Topic = Topic("mount taken");
 /// Physically consistent bodies that `identify` used because the logs determine too little.

@@ -141,6 +141,7 @@ impl Options {
                 vec![
                     list("ratios", &transmission.ratios, &of_transmission.ratios),
                     list("offsets", &transmission.offsets, &of_transmission.offsets),
+                    list("dead_currents", &transmission.dead_currents, &of_transmission.dead_currents),
                     list("scales", &transmission.scales, &of_transmission.scales),
                 ],
             ),

@@ -19,8 +19,8 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::{INTERVAL, Identified, Status};
 use crate::estimate::log_check::LogCheck;
 use crate::estimate::topics::{
-    BODIES, BODIES_TAKEN, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN,
-    TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
+    BODIES, BODIES_TAKEN, COMMON_SCALE, DEAD_CURRENT_TAKEN, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN,
+    OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
 };
 use crate::estimate::torque_error::{TorqueError, Use};
 
@@ -367,9 +367,18 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics whose claims are not listed in the report, because a table, a reason or a remark of the report already states them.
-const TOLD_ELSEWHERE: [Topic; 8] =
-    [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
+/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
+const TOLD_ELSEWHERE: [Topic; 9] = [
+    GRAVITY_TORQUE,
+    TORQUE_SEEN,
+    TORQUE_AT_LIMITS,
+    OTHER_MOTION,
+    ROTORS_TAKEN,
+    DELAY_TAKEN,
+    DEAD_CURRENT_TAKEN,
+    MOUNT_TAKEN,
+    BODIES_TAKEN,
+];
 
 /// Writes the claims that are not contradicted, one per line, then an empty line. Contradicted claims are listed with the reasons
 /// of the verdict.

@@ -113,6 +113,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
         },
         used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
         friction: states.friction.iter().map(friction).collect(),
+        cutoff: states.cutoff,
         ..States::default()
     }
 }

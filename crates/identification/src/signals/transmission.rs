@@ -32,6 +32,9 @@ pub struct Transmission {
     pub offsets: Option<Vec<f64>>,
     /// Drive gain of each motor, N m/A, at the motor shaft (at the joint if there are no ratios).
     pub drive_gains: Option<Vec<f64>>,
+    /// Dead current of each motor, A: the part of the current that gives no torque. The torque is K sign(i) max(|i| - i_0, 0).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dead_currents: Option<Vec<f64>>,
     /// Scale of each joint: torque in the log divided by torque of the joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scales: Option<Vec<f64>>,
@@ -107,10 +110,11 @@ impl Transmission {
             ("ratios", &self.ratios),
             ("offsets", &self.offsets),
             ("drive_gains", &self.drive_gains),
+            ("dead_currents", &self.dead_currents),
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets and springs may be zero. The other numbers must not be zero, because they multiply or divide the torque.
+        // Offsets, dead currents and springs may be zero. The other numbers may not, because they multiply or divide the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -118,9 +122,12 @@ impl Transmission {
                     "transmission: {name} needs {n} finite numbers, one per joint; it has {list:?}"
                 )));
             }
-            if !["offsets", "springs"].contains(&name) && list.contains(&0.0) {
+            if !["offsets", "dead_currents", "springs"].contains(&name) && list.contains(&0.0) {
                 return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
             }
+        }
+        if self.dead_currents.iter().flatten().any(|i| *i < 0.0) {
+            return Err(Error::new("transmission: dead_currents must not be negative"));
         }
         // The names of elements are part of parameter names, so they must be unique.
         for (i, element) in self.elements.iter().enumerate() {
@@ -169,6 +176,15 @@ impl Transmission {
         Ok(inverse.row_iter().map(|row| row.iter().copied().collect()).collect())
     }
 
+    /// The torque of each joint per current, N m/A (N/A). Empty without drive gains, and if motors are coupled, because then a
+    /// current has no joint of its own.
+    pub fn torque_per_current(&self, n: usize) -> Vec<f64> {
+        let Some(gains) = self.drive_gains.as_ref().filter(|_| self.couplings.is_empty()) else { return Vec::new() };
+        let of = |list: &Option<Vec<f64>>, k: usize| list.as_ref().and_then(|all| all.get(k)).copied().unwrap_or(1.0);
+        let gain = |k: usize| gains.get(k).map_or(0.0, |gain| gain * of(&self.ratios, k) / of(&self.scales, k));
+        (0..n).map(|k| gain(k).abs()).collect()
+    }
+
     fn shifted(&self, mut q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for (q, offset) in q.iter_mut().zip(self.offsets.iter().flatten()) {
             q.iter_mut().for_each(|q| *q += offset);
@@ -205,6 +221,16 @@ impl Transmission {
             None => x,
         };
         let mut motor = std::mem::take(&mut log.effort);
+        if let Some(dead) = &self.dead_currents {
+            if log.effort_is != Effort::Current {
+                let message =
+                    format!("transmission: dead_currents are of currents, and the log holds {}", log.effort_is.words());
+                return Err(Error::at(&log.name, 0, message));
+            }
+            for (x, dead) in motor.iter_mut().zip(dead) {
+                x.iter_mut().for_each(|x| *x = x.signum() * (x.abs() - dead).max(0.0));
+            }
+        }
         match (&self.drive_gains, log.effort_is) {
             (_, Effort::Torque) => {}
             (Some(gains), _) => {

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::describe::model::coordinates as coordinates_of;
 use crate::error::Error;
+use crate::fit::arm_options::proposed_arm;
 use crate::fit::hobby_arms::{DriveProposal, complete};
 
 /// Number of rows that are read. Some seconds of a log are enough to recognise a signal.
@@ -20,6 +21,8 @@ pub struct ColumnProposal {
     pub proposal: Proposal,
     /// Options that follow from the data of the arm, if an arm is named.
     pub arm: DriveProposal,
+    /// A sentence on the arms that the robot may be; `None` if an arm is named.
+    pub may_be: Option<String>,
     /// The headers of the columns of the log.
     pub header: Vec<String>,
 }
@@ -38,13 +41,14 @@ pub fn propose_columns(
     let table = Table::glance(path, READ_ROWS)?;
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     let mut proposal = propose(&table, &coordinates, rate);
+    let may_be = if arm.is_none() { proposed_arm(robot) } else { None };
     let arm = arm.map(|arm| complete(robot, &table, arm, &mut proposal)).transpose()?.unwrap_or_default();
     // The units of sliding joints are shown as they will be read.
     if let Some(mapping) = proposal.mapping.take() {
         let slides: Vec<bool> = coordinates_of(robot).iter().map(|coordinate| coordinate.is_prismatic).collect();
         proposal.mapping = Some(mapping.clone().with_sliding(&slides).unwrap_or(mapping));
     }
-    Ok(ColumnProposal { proposal, arm, header: table.header })
+    Ok(ColumnProposal { proposal, arm, may_be, header: table.header })
 }
 
 impl ColumnProposal {
@@ -67,6 +71,7 @@ impl ColumnProposal {
             "units": lines(units),
             "transmission": lines(&self.arm.transmission),
             "gain": self.arm.gains.as_ref().map(|gains| &gains.value),
+            "may_be": self.may_be,
             "missing": missing,
             "mapping": mapping.as_ref().map(ToString::to_string),
             "header": self.header,
@@ -93,6 +98,9 @@ impl fmt::Display for ColumnProposal {
         }
         if let Some(Proposed { value, reason, .. }) = &self.arm.gains {
             writeln!(f, "# to be given with it: [gain={value}] ({reason})")?;
+        }
+        if let Some(may_be) = &self.may_be {
+            writeln!(f, "# {may_be}")?;
         }
         for what in missing {
             writeln!(f, "# missing: {what}")?;

@@ -23,7 +23,9 @@ use crate::error::Error;
 
 /// Relative standard deviation of a gain from a data sheet.
 const GAIN_DEVIATION: f64 = 0.2;
-/// Positions are counts if all are whole numbers and the largest magnitude is at least this value.
+/// A robot is taken for an arm by the names of its joints if it has at least this many.
+const MIN_NAMED_JOINTS: usize = 4;
+/// Positions that are whole numbers are counts if one is at least this.
 const MIN_COUNT: f64 = 300.0;
 /// Largest magnitude of a normalised position, per cent, with an allowance for rounding. Larger positions are degrees.
 const MAX_PERCENT: f64 = 100.5;
@@ -131,6 +133,24 @@ pub(super) fn complete(
     proposal.mapping =
         Some(Columns::find(table, &coordinates, &proposal.names).map_err(|e| Error::new(e.to_string()))?);
     Ok(found)
+}
+
+/// The names of the arms that a robot may be: those whose name is in the name of the robot, and those whose joints have the names
+/// of at least four coordinates, which are all that the robot has. A numbered joint names no arm.
+pub(super) fn arms_like(robot: &Robot) -> Vec<String> {
+    let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
+    let letters =
+        |text: &str| text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
+    let names: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.to_lowercase()).collect();
+    let is_of = |name: &String, arm: &Arm| {
+        let is_named = |joint: &(String, String, f64)| !joint.0.ends_with(char::is_numeric) && name.contains(&joint.0);
+        arm.joints.iter().any(is_named)
+    };
+    let is_like = |(key, arm): &(&String, &Arm)| {
+        let has_its_joints = names.len() >= MIN_NAMED_JOINTS && names.iter().all(|name| is_of(name, arm));
+        letters(&robot.name).contains(&letters(key)) || has_its_joints
+    };
+    data.arms.iter().filter(is_like).map(|(name, _)| name.clone()).collect()
 }
 
 fn form_of(word: &str) -> Result<Form, Error> {

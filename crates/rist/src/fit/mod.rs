@@ -1,5 +1,6 @@
 //! Identifies parameters from logs: log check, choice of a variant, fit, and verdict.
 
+pub mod arm_options;
 pub(crate) mod candidates;
 pub mod column_proposal;
 pub(crate) mod contact;

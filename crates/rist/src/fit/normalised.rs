@@ -1,10 +1,12 @@
-//! Recognises positions in per cent of half the joint range, from -100 to 100. Libraries of hobby arms log them.
+//! Recognises positions in per cent of half the joint range, from -100 to 100, or of the whole range, from 0 to 100. Libraries of
+//! hobby arms log them.
 //!
 //! With l and u the limits of a joint, and x the position of the log,
 //! ```text
-//! q = (l + u) / 2 + x (u - l) / 200
+//! q = (l + u) / 2 + x (u - l) / 200      from -100
+//! q = l + x (u - l) / 100                from 0
 //! ```
-//! In the options of the transmission, this is a ratio 200 / (u - l) and an offset. The ratio would also change the torques. The
+//! In the options of the transmission, this is a ratio 200 / (u - l), or 100 / (u - l), and an offset. The ratio would also change the torques. The
 //! logged torques are already joint torques, so `scales` cancel this change.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
@@ -19,9 +21,9 @@ const LARGEST_NORMALISED_RANGE: f64 = 200.5;
 /// Largest range of a joint in SI units, rad (m). A larger range indicates another unit.
 const LARGEST_RANGE_RAD_M: f64 = 12.6;
 
-/// Options that convert normalised positions to SI units; `None` if a joint has no limits, or if ratios, offsets or scales are
+/// Options that convert positions from `from` (-100 or 0) to 100 into SI units; `None` if a joint has no limits, or if ratios, offsets or scales are
 /// given.
-fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
+fn options_of_shares(model: &Model, options: &Options, from: i32) -> Option<Options> {
     let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
     let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;
     let mut options = options.clone();
@@ -29,8 +31,9 @@ fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
     if transmission.ratios.is_some() || transmission.offsets.is_some() || transmission.scales.is_some() {
         return None;
     }
-    let ratios: Vec<f64> = limits.iter().map(|(low, high)| 200.0 / (high - low)).collect();
-    transmission.offsets = Some(limits.iter().map(|(low, high)| 0.5 * (low + high)).collect());
+    let ratios: Vec<f64> = limits.iter().map(|(low, high)| f64::from(100 - from) / (high - low)).collect();
+    let zero = |(low, high): &(f64, f64)| if from == 0 { *low } else { 0.5 * (low + high) };
+    transmission.offsets = Some(limits.iter().map(zero).collect());
     transmission.scales = Some(ratios.clone());
     transmission.ratios = Some(ratios);
     Some(options)
@@ -44,17 +47,22 @@ pub(super) fn look_for_shares(
     model: &Model,
     options: &Options,
     log_check: &mut LogCheck,
-    again: impl FnOnce(&Options) -> Result<LogCheck, Error>,
+    again: impl Fn(&Options) -> Result<LogCheck, Error>,
 ) -> Result<(), Error> {
     let is_far = log_check.joints.iter().any(|joint| joint.range > LARGEST_RANGE_RAD_M);
     if !is_far || !log_check.is_gross() || log_check.joints.iter().any(|joint| joint.range > LARGEST_NORMALISED_RANGE) {
         return Ok(());
     }
-    let Some(shares) = options_of_shares(model, options) else { return Ok(()) };
-    let found = again(&shares)?;
-    if found.is_gross() {
-        return Ok(());
+    let mut best: Option<(i32, Options, LogCheck)> = None;
+    for from in [-100, 0] {
+        let Some(shares) = options_of_shares(model, options, from) else { return Ok(()) };
+        let found = again(&shares)?;
+        let is_better = best.as_ref().is_none_or(|(_, _, best)| found.unexplained() < best.unexplained());
+        if is_better && !found.is_gross() {
+            best = Some((from, shares, found));
+        }
     }
+    let Some((from, shares, found)) = best else { return Ok(()) };
     let left = [log_check.unexplained(), found.unexplained()];
     let others = log_check.findings.iter().filter_map(|f| f.tried).map(|tried| tried[1]).reduce(f64::min);
     if others.is_some_and(|other| other * AS_WELL_RATIO < left[1]) {
@@ -62,9 +70,9 @@ pub(super) fn look_for_shares(
     }
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
-    let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
-    // Findings that are not gross (they allow an estimate) occur in the new check too. Findings that other bodies also explain
-    // are dropped, because they would need another check.
+    let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised(from), Vec::new(), evidence, remedy) };
+    // Findings that are not gross (they allow an estimate) are in the new check again. Findings that other bodies also explain
+    // are dropped, since they would need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),

@@ -1,5 +1,6 @@
 //! Identifies parameters from logs, in steps: gains, delay, friction, fit, physically possible bodies, load, remarks.
 
+use identification::estimate::absent_friction::absent_friction;
 use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::claims::inflate_by_unknowns;
 use identification::estimate::consistent::{bodies, identify_consistent};
@@ -20,6 +21,7 @@ use robot::{Inertial, LinkId};
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::candidates::contact::contact;
+use crate::fit::candidates::dead_current::dead_currents;
 use crate::fit::candidates::delay::delay;
 use crate::fit::candidates::friction::{asked_friction, joint_friction};
 use crate::fit::candidates::gains::gains;
@@ -147,6 +149,7 @@ pub fn identify_loaded(
     request: &IdentifyRequest,
 ) -> Result<Identification, Error> {
     request.check()?;
+    check_arm(&request.samples)?;
     let kept = match (request.consistent, request.free_bodies) {
         (true, true) => return Err(Error::new("[free_bodies=true] and [consistent=true] exclude one another")),
         (true, false) => KeptParameters::Consistent,
@@ -167,12 +170,24 @@ pub fn identify_essential(
     request: &SamplesRequest,
 ) -> Result<Identification, Error> {
     request.check()?;
+    check_arm(request)?;
     identify_kept(model, logs, loaded, request, KeptParameters::Essential)
 }
 
-/// Decisions that are tried in this order. The request can fix each decision.
-const CANDIDATES: [VariantProposer; 10] =
-    [gains, rates, contact, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
+/// Decisions that are tried in this order. The request can fix each of them.
+const CANDIDATES: [VariantProposer; 11] = [
+    gains,
+    rates,
+    contact,
+    rotors,
+    delay,
+    asked_friction,
+    significant_rotors,
+    mount,
+    dead_currents,
+    joint_friction,
+    possible_bodies,
+];
 
 fn identify_kept(
     model: &Model,
@@ -228,7 +243,7 @@ fn identify_kept(
     let found = Identification {
         has_events: !events.is_empty() || log_check.has_changed_load(),
         model: changed,
-        estimate,
+        estimate: with_absent_friction(estimate, &fit),
         decided,
         load,
         bodies: found.bodies,
@@ -247,7 +262,24 @@ fn identify_kept(
     })
 }
 
-/// An estimate, with physically possible bodies if they were requested.
+/// Fails if the request names an arm, because the logs are open already.
+fn check_arm(request: &SamplesRequest) -> Result<(), Error> {
+    match &request.arm {
+        None => Ok(()),
+        Some(arm) => Err(Error::new(format_args!(
+            "[arm={arm}] says how logs are read, and they are open: complete the request before (SamplesRequest::with_arm)"
+        ))),
+    }
+}
+
+/// The estimate, with a remark on torques that hold no friction.
+fn with_absent_friction(mut estimate: Estimate, fit: &Fit) -> Estimate {
+    let absent = absent_friction(&estimate, &fit.observation.speed);
+    estimate.remarks.extend(absent);
+    estimate
+}
+
+/// An estimate, with its bodies if physically possible ones were asked for.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,

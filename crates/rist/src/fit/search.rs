@@ -29,7 +29,7 @@ use identification::estimate::topics::mended;
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use logs::LogSource;
+use logs::{Effort, LogSource};
 
 use crate::describe::model::Model;
 use crate::error::Error;
@@ -183,6 +183,11 @@ pub(crate) struct TriedVariant<'a> {
 }
 
 impl<'a> TriedVariant<'a> {
+    /// The same logs and model with other options; nothing is read before it is needed.
+    pub(crate) fn with_options(&self, options: Options) -> TriedVariant<'a> {
+        TriedVariant { options, start: self.start.clone(), looked: None, fitted: None, ..*self }
+    }
+
     fn take(&mut self, options: Options) {
         if options != self.options {
             (self.options, self.looked, self.fitted) = (options, None, None);
@@ -216,7 +221,12 @@ impl<'a> TriedVariant<'a> {
         let linear = options.linear_model(model.regressor());
         let looked = self.looked()?;
         let fit = looked.fit(model, logs)?;
-        let test = |open: UndeterminedMechanics<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
+        let are_currents = logs.iter().all(|log| log.effort_is() == Effort::Current);
+        let drives = options.transmission.torque_per_current(model.regressor().coordinates().len());
+        let drives = if are_currents { &drives[..] } else { &[] };
+        let test = |open: UndeterminedMechanics<'_>| {
+            hypotheses(&linear, &looked.records, fit.point(), UndeterminedMechanics { drives, ..open })
+        };
         let mut faults = with_undetermined(model, None, test)?;
         // If the log check already reports another mount, the fit does not report this mount again.
         if looked.log_check.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {

@@ -45,7 +45,7 @@ pub fn with_undetermined<T>(model: &Model, fitted: Option<&[f64]>, look: impl Fn
     let torques: Vec<_> = tilts.iter().map(|(axis, tilt)| (*axis, |q: &[f64]| tilt.torques(q))).collect();
     let torques: Vec<(usize, TiltTorque)> =
         torques.iter().map(|(axis, torque)| (*axis, torque as TiltTorque)).collect();
-    look(UndeterminedMechanics { tilts: &torques, rotors: &undetermined_rotors(model) })
+    look(UndeterminedMechanics { tilts: &torques, rotors: &undetermined_rotors(model), drives: &[], play: &[] })
 }
 
 /// The coordinates whose motor may have a rotor inertia that the description lacks.

@@ -19,6 +19,10 @@ request! {
         options: Option<Options> = None, value_name("FILE");
         /// Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default: as the file says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
+        /// A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101, koch, wx250s,
+        /// vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees, :normalised, :counts or
+        /// :radians.
+        arm: Option<String> = None, value_name("ARM[:FORM]");
         /// Rows per second, of a log without a clock.
         rate: Option<f64> = None, range(Range::Positive), value_name("HZ");
     }

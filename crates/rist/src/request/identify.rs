@@ -73,6 +73,10 @@ request! {
         /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
         /// others are estimated; q5=11+-2 expects a gain near 11.
         gain: Vec<(String, Gain)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN"), heading(METHOD);
+        /// A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101, koch, wx250s,
+        /// vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees, :normalised, :counts or
+        /// :radians.
+        arm: Option<String> = None, value_name("ARM[:FORM]"), heading(SIGNALS);
         /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
         /// deviation, and the option or line of the URDF that mends it.
         unknowns: Vec<UnknownKind> = Vec::new(), value_name("KINDS"), heading(METHOD);

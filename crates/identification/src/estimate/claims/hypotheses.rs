@@ -12,6 +12,8 @@
 //!                        drift of k    h_k = s tau_k, s from -1/2 at the first sample of a record to 1/2 at its last
 //!                        mount         h   = the torques per angle of a tilted gravity
 //!                        late          h_k = -d tau_k/dt, of one joint or of all
+//!                        dead current  h_k = K_k sign(tau_k), K_k: torque per current
+//!                        play of k     h_j = -s/2 d(Y_j x)/dq_k, and likewise for velocity and acceleration (`play`)
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
 //!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
@@ -34,6 +36,7 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 use numerics::vector::dot;
 
+use crate::estimate::claims::gaps::settle_play;
 use crate::estimate::hypothesis::{Counts, all, columns};
 pub use crate::estimate::hypothesis::{FitPoint, Hypothesis, Tilt, UndeterminedMechanics};
 use crate::estimators::huber::row_factor;
@@ -71,7 +74,7 @@ impl HypothesisTest {
 
     /// Whether the fault is found: the fault is significant, large enough, and reduces the error of cross-validation.
     pub(crate) fn is_found(&self) -> bool {
-        let is_large = self.value.abs() > self.of.kind().least;
+        let is_large = self.value.abs() > self.of.kind().least && self.is_possible();
         let is_worth_naming = |(without, with): (f64, f64)| {
             with < WORTHWHILE_ERROR_RATIO * without && self.explained() > self.of.kind().least_share
         };
@@ -96,8 +99,13 @@ impl HypothesisTest {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
+    /// Whether a machine can have this fault: a size that cannot be negative is above the smallest that is reported.
+    pub(crate) fn is_possible(&self) -> bool {
+        !self.of.kind().is_positive || self.value > self.of.kind().least
+    }
+
     /// Whether the size of the fault is significantly different from zero.
-    pub(crate) fn is_significant(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
@@ -140,8 +148,15 @@ pub fn hypotheses<R: Records + ?Sized>(
     }
     let (parts, torques) = triangles(model, records, fit, open, &all, LEFT_OUT_PARTS)?;
     let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
-    let found = tested(&parts, fit.x, &all).into_iter();
-    Ok(found.map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
+    let mut found = tested(&parts, fit.x, &all);
+    settle_play(&mut found, model.n(), |play, all| {
+        Ok(tested(
+            &triangles(model, records, fit, UndeterminedMechanics { play, ..open }, all, LEFT_OUT_PARTS)?.0,
+            fit.x,
+            all,
+        ))
+    })?;
+    Ok(found.into_iter().map(|one| HypothesisTest { torque_share: share(&one.of), ..one }).collect())
 }
 
 /// Lists every hypothesis on a model that is tested; empty if the robot has more than 12 coordinates or no parameters.

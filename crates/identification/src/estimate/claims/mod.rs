@@ -8,6 +8,7 @@
 //! | `noise` | whether the residual is noise |
 //! | `claims_of_prediction` | errors of prediction, and whether one set of parameters fits several logs |
 //! | `claims_of_faults` | tested faults ([`hypotheses`]; properties of each kind: `hypothesis`) |
+//! | `gaps` | widths of the gaps of joints with play |
 //! | `sigma_inflation` | inflation of standard deviations by faults that are not named or not excluded |
 //! | `unknowns` | simultaneous estimation of several unknown faults that the user requests |
 //! | `purposes` | claims that each use needs, including errors of torques ([`crate::estimate::torque_error`]) |
@@ -17,6 +18,7 @@ mod claims_of_faults;
 mod claims_of_fit;
 mod claims_of_log;
 mod claims_of_prediction;
+mod gaps;
 pub mod hypotheses;
 mod noise;
 pub mod purposes;

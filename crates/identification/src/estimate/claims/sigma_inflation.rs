@@ -32,7 +32,7 @@ use crate::estimate::topics::ROTOR;
 const LIKELY_FAULT_SIGMAS: f64 = 4.0;
 
 fn is_likely(tested: &HypothesisTest) -> bool {
-    tested.value.abs() > LIKELY_FAULT_SIGMAS * tested.deviation
+    tested.value.abs() > LIKELY_FAULT_SIGMAS * tested.deviation && tested.is_possible()
 }
 
 fn is_rotor(tested: &HypothesisTest) -> bool {

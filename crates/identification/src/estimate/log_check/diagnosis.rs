@@ -268,6 +268,10 @@ impl DiagnosisInput<'_> {
              the torques are: divide their columns by {}",
             significant(middle)
         );
+        let rated = significant(100.0 / middle);
+        let evidence = format!(
+            "{evidence}; torques in per cent of a rated torque of {rated} N m are so: `torque: percent({rated} N m)`"
+        );
         (meaningful.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle))
             .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }

@@ -33,9 +33,9 @@ pub enum Fault {
     Velocity,
     /// The log is of another robot: no tested fault makes the description predict the torques.
     OtherRobot,
-    /// Positions are normalised to the range of each joint: -100 to 100.
-    Normalised,
-    /// Something is wrong with the log, and no tested remedy corrects it.
+    /// Positions are normalised to the range of each joint: to 100, from this number (-100 or 0).
+    Normalised(i32),
+    /// Something is wrong, and no tested remedy corrects it.
     Unidentified,
     /// The load of a link changes: during an interval of the log, the load differs from the load in the rest of the log.
     ChangedLoad {
@@ -170,7 +170,7 @@ impl Finding {
             Fault::Velocity => format!("the velocity of {of} is not the slope of its position"),
             Fault::OtherRobot => "this log is not of the described robot".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
-            Fault::Normalised => "the positions are normalised: -100 to 100 of the range of each joint".into(),
+            Fault::Normalised(from) => normalised(from),
             Fault::ChangedLoad { log, from, to, mass } => {
                 let log = log.map_or(String::new(), |log| format!(" in log {log}"));
                 let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
@@ -199,6 +199,11 @@ impl fmt::Display for Finding {
         let instead = if self.instead > 0 { "or else " } else { "" };
         write!(f, "{instead}{}: {}; {}", self.statement(), self.evidence, self.remedy)
     }
+}
+
+/// Positions that are normalised to the range of each joint, from this number, in words.
+fn normalised(from: i32) -> String {
+    format!("the positions are normalised: {from} to 100 of the range of each joint")
 }
 
 /// The additional mass of a load in words, with a leading comma; empty if unknown.

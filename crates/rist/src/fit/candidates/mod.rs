@@ -1,6 +1,7 @@
 //! Candidates of the search for the best model and options, one decision per file.
 
 pub(crate) mod contact;
+pub(crate) mod dead_current;
 pub(crate) mod delay;
 pub(crate) mod friction;
 pub(crate) mod gains;
