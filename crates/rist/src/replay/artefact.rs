@@ -172,8 +172,6 @@ pub struct Replay {
     pub threshold: f64,
     /// Whether the bands contain the uncertainty of the parameters: whether the estimate holds its covariance.
     pub has_covariance: bool,
-    /// Share of the variance of the torques by the parameters that the bands contain.
-    pub held: f64,
     /// The link that carries the load.
     pub load_on: String,
     /// The link that is assumed to be touched.
@@ -201,7 +199,6 @@ impl Replay {
             alarms_per_hour: 0.0,
             threshold,
             has_covariance: false,
-            held: 0.0,
             load_on: String::new(),
             wrench_on: None,
             contacts: Vec::new(),

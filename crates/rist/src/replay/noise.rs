@@ -30,8 +30,6 @@ pub(crate) struct Noise {
     pub(crate) changes: Vec<f64>,
     /// The factor G of the covariance, one row per parameter; no row without a covariance.
     pub(crate) factor: Vec<[f64; DIRECTIONS]>,
-    /// Share of the variance of the torques by the parameters that G holds.
-    pub(crate) held: f64,
     pub(crate) peaks: Peaks,
     /// The time of which one independent sample of r tells, s: the variance of a mean over a time t is that of r times this over t.
     correlation_time: f64,
@@ -92,8 +90,8 @@ impl Noise {
         }
         let measured = series.iter_mut().zip(&cycles.bands);
         let bands: Vec<Band<f64>> = measured.map(|(series, unknown)| band(series, *unknown)).collect();
-        let (factor, held) = match covariance {
-            None => (Vec::new(), 0.0),
+        let factor = match covariance {
+            None => Vec::new(),
             Some(covariance) => {
                 let weighted = products.iter().zip(&bands).map(|(products, band)| products / band.noise.powi(2));
                 directions(covariance, &weighted.fold(DMatrix::zeros(p, p), |sum, products| sum + products))
@@ -102,7 +100,7 @@ impl Noise {
         let of_count = |square: f64| (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
         let changes = squares.into_iter().map(of_count).collect();
         let (peaks, correlation_time, load_time) = (Peaks::default(), 0.0, 0.0);
-        let mut noise = Noise { bands, changes, factor, held, peaks, correlation_time, load_time };
+        let mut noise = Noise { bands, changes, factor, peaks, correlation_time, load_time };
         let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
         let mut load = LoadNoise::new();
         for log in logs {

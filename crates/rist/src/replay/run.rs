@@ -217,7 +217,6 @@ impl Run {
                 }
             })
             .collect();
-        self.replay.held = self.noise.held;
         self.replay
     }
 }
