@@ -34,6 +34,9 @@ use crate::work::work;
 ///   it better [default: False]
 /// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
 ///   given, the others are estimated; q5=11+-2 expects a gain near 11
+/// - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
+///   koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
+///   :normalised, :counts or :radians
 /// - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
 ///   says each with its deviation, and the option or line of the URDF that mends it
 /// - leave_out_contact: Leave out the rows in which the residual is an outlier, such as a contact. The estimate
@@ -76,7 +79,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, leave_out_contact=False, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, arm=None, unknowns=None, leave_out_contact=False, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
@@ -322,9 +325,12 @@ pub fn _log_check(state: LogCheckState) -> LogCheck {
 /// - options: YAML with any option of an identification
 /// - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
 ///   as the file says]
+/// - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
+///   koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
+///   :normalised, :counts or :radians
 /// - rate: Rows per second, of a log without a clock
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None, rate=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None, arm=None, rate=None)")]
 pub fn doctor(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

@@ -679,6 +679,7 @@ def identify(
     consistent: bool = False,
     free_bodies: bool = False,
     gain: Mapping[str, float | tuple[float, float]] | None = None,
+    arm: str | None = None,
     unknowns: Sequence[Literal["mount", "zeros", "scales", "springs"]] | None = None,
     leave_out_contact: bool = False,
     covariance: bool = False,
@@ -716,6 +717,9 @@ def identify(
       it better [default: False]
     - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
       given, the others are estimated; q5=11+-2 expects a gain near 11
+    - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
+      koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
+      :normalised, :counts or :radians
     - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
       says each with its deviation, and the option or line of the URDF that mends it
     - leave_out_contact: Leave out the rows in which the residual is an outlier, such as a contact. The estimate
@@ -779,6 +783,7 @@ def doctor(
     *,
     options: Path | Mapping[str, Any] | None = None,
     gain: Mapping[str, float] | None = None,
+    arm: str | None = None,
     rate: float | None = None,
 ) -> LogCheck:
     """Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
@@ -790,6 +795,9 @@ def doctor(
     - options: YAML with any option of an identification
     - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
       as the file says]
+    - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
+      koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
+      :normalised, :counts or :radians
     - rate: Rows per second, of a log without a clock"""
 def plan(
     model: Model | Path,
