@@ -11,13 +11,21 @@ use tests::{files_below, sources_below, text_of, workspace};
 
 /// For each package: the packages of this workspace that it depends on (also as build or test dependency).
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    dependencies_of(|_| true)
+}
+
+/// For each package: the packages of this workspace among the dependencies that `is_meant` selects from the metadata.
+fn dependencies_of(is_meant: impl Fn(&Json) -> bool) -> BTreeMap<String, BTreeSet<String>> {
     let cargo = std::env::var("CARGO").unwrap_or("cargo".into());
     let out = done(&workspace(), &cargo, "metadata --no-deps --offline --format-version 1").out;
     let metadata: Json = serde_json::from_str(&out).unwrap();
     let packages = metadata["packages"].as_array().unwrap();
     let name = |v: &Json| v["name"].as_str().unwrap().to_string();
     let ours: BTreeSet<String> = packages.iter().map(name).collect();
-    let of = |p: &Json| p["dependencies"].as_array().unwrap().iter().map(name).filter(|d| ours.contains(d)).collect();
+    let of = |p: &Json| {
+        let meant = p["dependencies"].as_array().unwrap().iter().filter(|d| is_meant(d));
+        meant.map(name).filter(|d| ours.contains(d)).collect()
+    };
     packages.iter().map(|p| (name(p), of(p))).collect()
 }
 
@@ -85,6 +93,27 @@ fn locks_outside_the_workspace_are_in_step() {
         assert!(shared.len() > 50, "{file}: {} packages of the workspace", shared.len());
         let apart = shared.iter().find(|(_, theirs, ours)| !theirs.is_subset(ours));
         assert!(apart.is_none(), "{file}: {apart:?}; copy Cargo.lock over it, and run `cargo metadata` beside it");
+    }
+}
+
+/// The locks of the packages outside the workspace list what the packages of the workspace need. Otherwise `--locked` fails there.
+#[test]
+fn locks_outside_the_workspace_have_new_dependencies() {
+    // Outside the workspace, a lock lists neither dependencies of tests nor optional ones that are not used.
+    let ours = dependencies_of(|d| d["kind"].is_null() && d["optional"] == false);
+    for file in ["crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
+        let text = text_of(file);
+        let mut compared = 0;
+        for package in text.split("[[package]]").skip(1) {
+            let quoted = |line: &str| line.split('"').nth(1).unwrap_or_default().to_string();
+            let name = package.lines().find(|line| line.starts_with("name = ")).map(quoted).unwrap_or_default();
+            let Some(needs) = ours.get(&name) else { continue };
+            let listed: BTreeSet<String> = package.lines().filter(|line| line.starts_with(" \"")).map(quoted).collect();
+            let missing: Vec<&String> = needs.difference(&listed).collect();
+            assert!(missing.is_empty(), "{file}: {name} lacks {missing:?}; run `cargo metadata` beside it");
+            compared += 1;
+        }
+        assert!(compared > 10, "{file}: {compared} packages");
     }
 }
 
