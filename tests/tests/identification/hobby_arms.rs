@@ -140,7 +140,7 @@ fn a_data_set_of_an_so101_gives_a_verdict_by_one_command() {
     let asked = rist(&here, &["identify", "so101.urdf", "my_data_set", "--arm", "so101"]);
     assert!(asked.code != Some(0) && asked.err.contains("`so101:normalised`"), "{}", asked.err);
     let plain = rist(&here, &["doctor", "so101.urdf", "my_data_set"]);
-    assert!(plain.err.contains("--arm so100 takes the units"), "{}", plain.err);
+    assert!(plain.err.contains(" takes the units, zeros and gains of the servos"), "{}", plain.err);
 }
 
 #[test]

@@ -38,10 +38,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let values = parameters.iter().map(|p| json!({"name": p.name, "unit": p.unit}));
         return print_result(gravity_text(&parameters), || Ok(json!({"parameters": values.collect::<Vec<_>>()})));
     };
-    let options = arguments.request.read()?.options(&model)?;
+    let (request, said) = arguments.request.read()?.with_arm(&model.robot, Some(path))?;
+    let options = request.options(&model)?;
     let (postures, _) = Postures::read(path, model.regressor().coordinates(), &options.columns)?;
     let found = identify_postures(&model, &postures, &options)?;
-    print_result(&found, || Ok(found.to_json()))?;
+    print_result(format!("{said}{found}"), || Ok(found.to_json()))?;
     match found.mistakes.as_slice() {
         [] => Ok(()),
         [_] => Err(Failure::verdict("1 finding")),

@@ -6,7 +6,7 @@
 //! ```text
 //! |c| + 2 s_c + (|b| + 2 s_b) v < 0.02 T
 //! ```
-//! Friction of joints with gears is above this by far: the measured robots of the tests have 10 % and more.
+//! Joints with gears have more friction: no log of the tests with friction gets the sentence.
 
 use linear_model::parameter::{FrictionParameter, ParameterId};
 

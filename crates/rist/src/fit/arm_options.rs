@@ -116,7 +116,7 @@ pub fn proposed_arm(robot: &Robot) -> Option<String> {
     let arms = arms_like(robot);
     let first = arms.first()?;
     Some(format!(
-        "the joints have the names of {}: [arm={first}] takes the units, zeros and gains of the servos",
+        "robot and joints have the names of {}: [arm={first}] takes the units, zeros and gains of the servos",
         arms.join(", ")
     ))
 }

@@ -135,8 +135,8 @@ pub(super) fn complete(
     Ok(found)
 }
 
-/// The names of the arms that a robot may be: those whose name is in the name of the robot, and those whose joints have the names
-/// of at least four coordinates, which are all that the robot has. A numbered joint names no arm.
+/// The names of the arms that a robot may be: those whose name is in the name of the robot. If there are none, those whose joints
+/// have the names of all coordinates, at least four. A numbered joint names no arm.
 pub(super) fn arms_like(robot: &Robot) -> Vec<String> {
     let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
     let letters =
@@ -146,11 +146,13 @@ pub(super) fn arms_like(robot: &Robot) -> Vec<String> {
         let is_named = |joint: &(String, String, f64)| !joint.0.ends_with(char::is_numeric) && name.contains(&joint.0);
         arm.joints.iter().any(is_named)
     };
-    let is_like = |(key, arm): &(&String, &Arm)| {
-        let has_its_joints = names.len() >= MIN_NAMED_JOINTS && names.iter().all(|name| is_of(name, arm));
-        letters(&robot.name).contains(&letters(key)) || has_its_joints
-    };
-    data.arms.iter().filter(is_like).map(|(name, _)| name.clone()).collect()
+    let has_its_joints = |arm: &Arm| names.len() >= MIN_NAMED_JOINTS && names.iter().all(|name| is_of(name, arm));
+    let is_named = |key: &String| letters(&robot.name).contains(&letters(key));
+    let by_name: Vec<String> = data.arms.keys().filter(|key| is_named(key)).cloned().collect();
+    match by_name.is_empty() {
+        true => data.arms.iter().filter(|(_, arm)| has_its_joints(arm)).map(|(name, _)| name.clone()).collect(),
+        false => by_name,
+    }
 }
 
 fn form_of(word: &str) -> Result<Form, Error> {
