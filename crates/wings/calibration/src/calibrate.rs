@@ -1,4 +1,8 @@
-//! A kinematic calibration: from a table of postures to errors of the geometry, and what they are worth.
+//! Makes a kinematic calibration from a table of postures: fits the errors of the geometry, looks for mistakes in the table,
+//! and judges the fit by its errors on postures that were left out.
+//!
+//! Three fits (levels) follow each other, each with more parameters: the frames of base and tool alone, then also the zeros of
+//! the joints, then the geometry or the compliances, if the user asked for one of them.
 
 use std::path::Path;
 
