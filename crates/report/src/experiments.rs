@@ -95,8 +95,8 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
     }
 }
 
-/// A warning before the summary, if the checksum in the first line of the plan file is missing or wrong. It is wrong if somebody
-/// edited the file after rist wrote it. Empty if the checksum is right.
+/// A warning before the summary, if the checksum in the first line of the plan file is missing or wrong. The checksum is wrong
+/// if somebody edited the file after rist wrote it. The text is empty if the checksum is right.
 fn origin(checksum: Checksum) -> String {
     checksum.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }

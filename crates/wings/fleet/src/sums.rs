@@ -1,6 +1,6 @@
 //! Reads the logs of a fleet of robots, and makes sums of them. Each log is read once, and a few triangles (R of the QR
-//! decompositions of its rows) replace the log. Sums are the added triangles of several logs. Sums can be merged, solved for the
-//! parameters, and compared.
+//! decompositions of its rows) replace the log. Sums are the added triangles of several logs. Sums can be merged, solved for
+//! the parameters, and compared.
 
 use std::path::{Path, PathBuf};
 
@@ -60,8 +60,8 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
 /// Adds a log to the sums.
 ///
 /// Fails, and adds nothing, in four cases: the sums belong to another model; the log cannot be used; the sums already contain
-/// the log; or the log check (`rist doctor`) finds that the log does not belong to the description. With `anyway`, the log check
-/// is skipped.
+/// the log; or the log check (`rist doctor`) finds that the log does not belong to the description. With `anyway`, the log
+/// check is skipped.
 pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
     check_sums(model, sums)?;
     Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
