@@ -1,12 +1,12 @@
-//! Tells which logged torques hold no friction: torques that were measured behind the gears, or from which a controller took
-//! friction out.
+//! Finds joints whose logged torque contains no friction. Such a torque was measured behind the gear, or a controller
+//! subtracted the friction, or the joint has no gear.
 //!
 //! For a joint with the largest speed v and the torque rms T, viscous friction b and Coulomb friction c, each with a standard
 //! deviation s, friction is absent if neither is significant and
 //! ```text
 //! |c| + 2 s_c + (|b| + 2 s_b) v < 0.02 T
 //! ```
-//! Friction of joints with gears is above this by far: the measured robots of the tests have 10 % and more.
+//! Joints with gears have much more friction: in the measured robots of the tests, it is 10 % of the torque and more.
 
 use linear_model::parameter::{FrictionParameter, ParameterId};
 

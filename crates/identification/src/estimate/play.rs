@@ -4,14 +4,15 @@
 //! ```text
 //! q = theta - (b/2) s      s = tanh((tau - f) / (c T)), or sign(tau - f) for c = 0
 //! ```
-//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor; T:
-//! rms of tau - f; c: softness of the ends of the gap. At
-//! a change of s the logged position jumps by b. The low-pass of the positions makes a step of this jump, with a short velocity
-//! and acceleration. So s passes the same filter, and the column is
+//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor;
+//! T: rms of tau - f; c: softness of the ends of the gap. When s changes from -1 to 1, the logged position jumps by b. The
+//! low-pass of the positions smooths this jump, which gives a short velocity and acceleration. So s must pass the same filter,
+//! and the column of the regressor for b is
 //! ```text
 //! h = -1/2 (dY x/dq_k s + dY x/d(dq_k) ds/dt + dY x/d(ddq_k) d2s/dt2)
 //! ```
-//! Here tau is used and not Y x, because the acceleration of the jump would change the sign of Y x.
+//! Y x: torque of the fitted model without play. The sign s comes from tau and not from Y x, because the acceleration of the
+//! jump would change the sign of Y x.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;

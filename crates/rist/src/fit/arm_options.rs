@@ -1,5 +1,5 @@
-//! Takes names, units, zeros and gains of a hobby arm for an identification or a log check, as `rist columns` proposes them from
-//! the data of its servos. What the options or the request give themselves is kept.
+//! Completes the options of an identification or a log check by the column names, units, zeros and gains of a hobby arm. `rist
+//! columns` proposes the same values, from the data of the servos. If the user gives a value, the value of the user is kept.
 
 use std::path::Path;
 

@@ -1,10 +1,11 @@
 //! Units, zeros and gains of hobby arms, from the data of their servos (`hobby_arms.yaml`, with the sources).
 //!
-//! For a joint with k servos of stall torque T (N m) at the stall current I (A), current I_0 (A) without load, and c A per count:
+//! A joint has k servos. A servo has the stall torque T (N m) at the stall current I (A), the current I_0 (A) without load,
+//! and c A per count:
 //! ```text
 //! gain = k T / (I - I_0)                          N m/A; I_0 = 0 where it is not published
-//! gain = k T / 1000 / c                           of a load in 0.1 % of T, in the counts of a current
-//! q = (x - zero) 2 pi / counts                    of counts x
+//! gain = k T / 1000 / c                           if the servo logs its load in 0.1 % of T, read as a current of c A per
+//! count q = (x - zero) 2 pi / counts                    of counts x
 //! q = (l + u) / 2 + x (u - l) / 200               of x from -100 to 100, l and u: limits of the joint
 //! q = l + x (u - l) / 100                         of a gripper from 0 to 100
 //! ```

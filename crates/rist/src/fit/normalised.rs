@@ -1,13 +1,13 @@
-//! Recognises positions in per cent of half the joint range, from -100 to 100, or of the whole range, from 0 to 100. Libraries of
-//! hobby arms log them.
+//! Recognises normalised positions, which libraries of hobby arms log: positions in per cent of half the joint range, from
+//! -100 to 100, or of the whole range, from 0 to 100.
 //!
 //! With l and u the limits of a joint, and x the position of the log,
 //! ```text
 //! q = (l + u) / 2 + x (u - l) / 200      from -100
 //! q = l + x (u - l) / 100                from 0
 //! ```
-//! In the options of the transmission, this is a ratio 200 / (u - l), or 100 / (u - l), and an offset. The ratio would also change the torques. The
-//! logged torques are already joint torques, so `scales` cancel this change.
+//! In the options of the transmission, this equation is a ratio, 200 / (u - l) or 100 / (u - l), and an offset. The ratio
+//! would also change the torques. The logged torques are already joint torques, so `scales` cancel this change.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};

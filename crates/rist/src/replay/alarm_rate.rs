@@ -6,8 +6,8 @@
 //! ```text
 //! rate(z) = (peaks / time) exp(-(z^b - u^b) / m)
 //! ```
-//! b = 2, m = 2 is a normal process [Rice 1945]; b < 2 has heavier tails. b and m are the most likely ones for the peaks. The log
-//! is minutes long and the wanted rate is one in an hour, so the tail is extrapolated.
+//! A normal process has b = 2 and m = 2 [Rice 1945]; with b < 2 the tails are heavier. b and m are estimated from the peaks by
+//! maximum likelihood. The log has minutes, but the accepted rate is about one alarm in an hour. So the tail is extrapolated.
 
 /// The peaks of a ratio above a level, during a time.
 #[derive(Clone, Debug, Default)]

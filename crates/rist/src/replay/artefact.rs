@@ -1,4 +1,4 @@
-//! The result of a replay, as a table, as CSV and as JSON.
+//! The result of a replay (the observer of external torques, run over a log), as a table, as CSV and as JSON.
 
 use std::fmt;
 

@@ -1,8 +1,9 @@
-//! The samples of a log as the observer takes them: momentum, known torque, and the rows of the regressor.
+//! Converts the samples of a log into cycles, the inputs of the observer: momentum, known torque, and the rows of the
+//! regressor.
 //!
-//! Nothing is filtered forward and backward, because a robot cannot do this while it runs. The acceleration, which only friction
-//! that depends on the load and the uncertainty of the parameters need, is the derivative of the velocity through the filter of the
-//! observer.
+//! No signal is filtered forward and backward, because a robot cannot do this while it runs. The acceleration is needed only
+//! for load-dependent friction and for the uncertainty of the parameters. It is the derivative of the velocity, after the
+//! filter of the observer.
 
 use identification::estimate::artefact::Estimate;
 use identification::signals::preparation::Preparation;

@@ -1,4 +1,5 @@
-//! What a replay and a generated monitor take from a model and its estimate.
+//! Inputs from a model and its estimate, for a replay and for a generated monitor. A replay runs the observer of external
+//! torques over a log. A monitor is the same computation as generated C code.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;

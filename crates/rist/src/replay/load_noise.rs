@@ -1,13 +1,16 @@
-//! How much the noise of the observer moves the estimate of a load, from logs without a load.
+//! Measures the errors that the noise of the observer causes in an estimated load, from logs without a load.
 //!
-//! In windows of such a log, the parameters of a load are estimated although there is none. With R of the QR decomposition of the
-//! weighted rows, the estimates x = inv(R) z have
+//! The parameters x of a load are estimated in windows of such a log, although there is no load. R, z: triangle and right-hand
+//! side of the QR decomposition of the weighted rows, so x = inv(R) z. The ratio f of the squared errors to their expected
+//! value is
 //!
 //! ```text
 //! f = mean z'z / freedom          freedom = 10 - tr(inv(P) inv(R) inv(R)')
 //! ```
-//! f is 1 for independent errors. It is larger for correlated ones, and smaller where the noise of the velocity dominates, because r
-//! contains its derivative, which averages out. P: what is possible; it takes the freedom of parameters that a window does not show.
+//! P: covariance of a prior for the ten parameters, from the largest load that is possible. For a parameter that a window does
+//! not determine, the trace lowers the degrees of freedom by one. f is 1 for independent errors, and larger for correlated
+//! errors. f is smaller than 1 if the noise of the velocity dominates: the external torque r contains the derivative of this
+//! noise, and the derivative averages out.
 
 use online::{Band, Payload};
 

@@ -1,4 +1,6 @@
-//! The numbers of the monitor in a generated file: those of a replay, with the friction that the file has.
+//! Computes the constants of a generated monitor (observer, contact and load in C): noise, thresholds and gains. A replay has
+//! the same constants. But a replay uses all friction terms of the estimate, and a generated file has only viscous friction,
+//! Coulomb friction and offset.
 
 use std::path::Path;
 

@@ -1,13 +1,14 @@
-//! What an observer sees without contact: the bands of the joints and the peaks, from logs that the estimate was fitted to.
+//! Measures the noise of the observer without contact, in the logs to which the estimate was fitted: the constants of each
+//! joint, and the peaks. r: external torque of a joint, which is only noise in these logs.
 //!
 //! | constant of a joint | from |
 //! |---|---|
 //! | speed | a tenth of the RMS speed |
 //! | noise | median absolute deviation of r at samples above this speed |
-//! | low_speed | what the 95 % quantile of abs(r) beyond dry friction has more at the other samples |
+//! | low_speed | additional noise at the other samples, from the 95 % quantile of the part of abs(r) that dry friction does not explain |
 //! | dry | dry friction of the estimate |
 //!
-//! The median is not moved by a contact that the fitted logs contain by accident.
+//! If a fitted log contains a short contact by accident, the median hardly changes.
 
 use nalgebra::DMatrix;
 use online::{Band, NoiseScale, Order};

@@ -1,4 +1,5 @@
-//! The observers of all joints, and those of the columns of a load and of friction, which pass the same filter.
+//! The observers of the external torques of all joints. The columns of a load and of friction pass the same filter, so that
+//! they can be compared with the external torques.
 
 use online::{Observer, Order};
 

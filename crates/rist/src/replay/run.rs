@@ -1,4 +1,4 @@
-//! The loop over the cycles of a log: the same calls as in a controller.
+//! The loop of a replay over the cycles of a log. It makes the same calls as the loop of a controller.
 
 use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 

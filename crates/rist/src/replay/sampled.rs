@@ -1,4 +1,4 @@
-//! A replay that takes a sample at a time, such as from a robot that runs.
+//! A replay (observer, load and drift of friction) that takes one sample at a time, for example from a running robot.
 
 use std::path::Path;
 

@@ -1,12 +1,13 @@
-//! The force and the moment of a contact on an assumed link.
+//! Estimates the force and the moment of a contact, if the touched link is known.
 //!
 //! ```text
 //! r = J' F + e          J: Jacobian of the link's frame (6 x n); F: force, then moment at its origin, in its axes
 //! cov(F) = inv(J S^-2 J' + P^-2)
 //! ```
-//! r: external torques without that of a load; S: their standard deviations; P: standard deviations of what is possible. A component
-//! of which more than a tenth of that remains is not determined: fewer than six joints before the link, or a singular posture. If the
-//! contact is on another link, or at several places, the misfit is large.
+//! r: external torques without the torque of a load; e: their errors; S: standard deviations of e; P: standard deviations of a
+//! prior for F, from the largest forces and moments that are possible. A component of F is not determined if its standard
+//! deviation is more than a tenth of the one of the prior. The reason is that the link has fewer than six joints before it, or
+//! that the posture is singular. If the contact is on another link, or at several places, the misfit is large.
 
 use nalgebra::{Matrix6, Vector6};
 

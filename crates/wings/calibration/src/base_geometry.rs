@@ -1,8 +1,10 @@
-//! Base geometric parameters: which errors of the geometry the measurements can determine, and which others are grouped into them.
+//! Finds the base geometric parameters: the errors of the geometry that the measurements can determine. The other errors are
+//! grouped into the base parameters.
 //!
-//! The Jacobian of the measurements is stacked over random postures. Its independent columns are found from left to right by the
-//! rule for base inertial parameters ([`modeling::independent_columns`]). A dropped parameter acts like a combination of kept
-//! ones at every posture, so its error is contained in theirs [Khalil, Dombre 2002, chapter 11].
+//! The Jacobian of the measurements is stacked over random postures. Its independent columns are found from left to right by
+//! the same method as for base inertial parameters ([`modeling::independent_columns`]). At every posture, a dropped parameter
+//! has the same effect as a combination of kept parameters. So the fitted errors of these kept parameters contain the error of
+//! the dropped parameter [Khalil, Dombre 2002, chapter 11].
 
 use modeling::independent_columns;
 use nalgebra::{DMatrix, Matrix3, Vector3};

@@ -1,18 +1,20 @@
-//! The postures that determine the geometric base parameters best.
+//! Chooses the postures that determine the geometric base parameters best (a design D).
 //!
-//! A posture r has the Jacobian J_r of its measurements by the base parameters, divided by their noise. The postures D are chosen
-//! among random ones within the limits of the joints and free of contact. They make the determinant of the information largest by
-//! exchange [Fedorov 1972, chapter 3]. With M the information of the others, a posture adds
+//! J_r: Jacobian of the measurements at posture r by the base parameters, divided by the noise of the measurements. The
+//! postures of D are chosen among random postures that are within the joint limits and free of contact. An exchange algorithm
+//! [Fedorov 1972, chapter 3] makes the determinant of the information matrix as large as possible. If M is the information
+//! matrix of the other postures of D, the posture r adds
 //! ```text
 //! ln det(I + J_r M^-1 J_r')   to   ln det(sum over D of J_r' J_r)
 //! ```
-//! The variance of a predicted position with the rows R is R (sum of J_r' J_r)^-1 R'. Its largest standard deviation is the square
-//! root of the largest eigenvalue, over random postures. With the singular values s_1 >= .. >= s_L of the stacked Jacobian of m
-//! postures, the observability indices are [Sun, Hollerbach 2008]
+//! The covariance of a predicted position is R (sum of J_r' J_r)^-1 R'. R: Jacobian of this position by the base parameters.
+//! The largest standard deviation of a position is the square root of the largest eigenvalue of this matrix, over random
+//! postures. With the singular values s_1 >= .. >= s_L of the stacked Jacobian of m postures, the observability indices are
+//! [Sun, Hollerbach 2008]
 //! ```text
 //! O1 = (s_1 .. s_L)^(1/L) / sqrt(m)   O2 = s_L / s_1   O3 = s_L   O4 = s_L^2 / s_1   O5 = 1 / (1/s_1 + .. + 1/s_L)
 //! ```
-//! A robot may touch something on its way from one posture to the next: only the postures are free of contact.
+//! Not checked: the way from one posture to the next, on which a robot may touch something.
 
 use std::fmt::{self, Write};
 use std::path::Path;

@@ -1,9 +1,9 @@
-//! What the postures determine: each parameter by the width of its interval, and the poses at any posture within the limits of the
-//! joints by the covariance of the parameters.
+//! Finds out what the postures determine. A parameter is determined if its interval is narrow. Predicted poses are accurate
+//! enough if their errors, from the covariance of the parameters, are small at all postures within the joint limits.
 //!
-//! With the information N of the fitted parameters (inverse of their covariance), more postures with the Jacobian J and the noise
-//! s give N + J' J / s^2. So the interval after more postures is known before they are measured. The variance of a predicted
-//! component with the row j is j N^-1 j'.
+//! N: information matrix of the fitted parameters, the inverse of their covariance. More postures with the Jacobian J and the
+//! noise s give the information matrix N + J' J / s^2. So the intervals after more postures are known before these postures
+//! are measured. A component of a predicted pose with the row j of the Jacobian has the variance j N^-1 j'.
 
 use claims::{Claim, Figure, Outcome, Subject, Topic, significant};
 use identification::estimate::topics::{PARAMETERS, cannot_tell};

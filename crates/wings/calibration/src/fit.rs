@@ -1,9 +1,12 @@
 //! Fits the unknowns of a calibration by damped Gauss-Newton steps with the exact Jacobian.
 //!
-//! The noise of lengths and of angles is estimated apart: the squared residuals of a kind, divided by the number of its rows minus
-//! their leverages. Postures with large residuals get small weights first; then those that no normal distribution explains are
-//! left out and named. Errors of the geometry may have a weak prior: each has the expected value 0 and the same standard
-//! deviation s. For the base parameters y_i = x_i + sum_k beta_ik x_k the prior then has the covariance s^2 (1 + beta beta').
+//! The noise of lengths and the noise of angles are estimated separately. The variance of a kind is the sum of its squared
+//! residuals, divided by the number of its rows minus the sum of their leverages. Postures with large residuals first get
+//! small weights. Then postures whose residuals no normal distribution explains are left out and named.
+//!
+//! Errors of the geometry may have a weak prior. Each error x_k then has the expected value 0 and the same standard deviation
+//! s. A base parameter is y_i = x_i + sum_k beta_ik x_k, so the prior of the base parameters has the covariance s^2 (1 + beta
+//! beta').
 
 use nalgebra::{DMatrix, DVector};
 

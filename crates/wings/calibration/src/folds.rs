@@ -1,4 +1,5 @@
-//! The error on postures that were left out of the fit, and the choice of the prior by it.
+//! Computes the error of a fit on postures that were left out of it (folds, left out in turn), and chooses the prior with the
+//! smallest such error.
 
 use claims::Figure;
 

@@ -1,8 +1,10 @@
-//! Scales of joints (gear ratios): each that is not fitted is tested, and errors that show are tried by fitting them.
+//! Tests the scales of joints (gear ratios) that are not fitted. If a scale has a significant error, the fit is repeated with
+//! this scale.
 //!
-//! The derivative of the residuals by a scale, without the part that the fitted parameters explain, gives the estimate of the scale
-//! and its standard deviation. An error is named as a fault only if fitting it reduces the error on postures that were left out,
-//! beside errors of the geometry: without them, a scale may stand for an error of the geometry.
+//! The estimate of a scale and its standard deviation follow from the derivative of the residuals by the scale, after the part
+//! that the fitted parameters explain is projected out. An error of a scale is named as a fault only if errors of the geometry
+//! are fitted too, and if the fit of the scale reduces the error on postures that were left out. Without fitted errors of the
+//! geometry, a scale might only imitate an error of the geometry.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial, significant};
 use identification::estimate::topics::cannot_tell;

@@ -1,4 +1,5 @@
-//! A fit of some groups of parameters, with its error on postures that were left out.
+//! A level: the fit of some groups of parameters (frames, zeros, geometry, compliances), with its error on postures that were
+//! left out.
 
 use rist::Error;
 

@@ -1,8 +1,9 @@
-//! Finds mistakes in a table of postures: units, orders and signs. Each is tried by its correction and another fit.
+//! Finds mistakes in a table of postures: wrong units, orders and signs. For each possible mistake, the table is corrected and
+//! fitted again.
 //!
-//! The share of a fit is the median error of its postures, relative to the spread of the measured points (angles: to 1 rad). A
-//! mistake is named if its correction divides the share by at least [`CURED`]. Other mistakes that explain the table equally well
-//! are named too.
+//! The share of a fit is the median error over the postures, relative to the spread of the measured points (for angles:
+//! relative to 1 rad). A mistake is named if its correction divides the share by at least [`CURED`]. If other mistakes explain
+//! the table equally well, they are named too.
 
 use nalgebra::Vector3;
 use rist::Error;

@@ -1,9 +1,16 @@
 //! Finds the frames and the zeros from which the fit starts, without a guess by the user.
 //!
-//! For given zeros, the frames follow from linear equations. From A = R_B C R_T for each posture (A: measured orientation, C: last
-//! link) follow R_B and R_T as the null vector of A R_T' - R_B C = 0 [Shah 2013]. From points m = B C p follow N = R_B', u and p,
-//! since N m + u - R_C p = p_C is linear. Where only some components of a point are measured, several orientations of the base are
-//! tried. Zeros that are far off are found from several random starts; each ends by damped Gauss-Newton steps.
+//! The unknown frames are the frame of the base and the frame of the tool. If the zeros are given, linear equations give both
+//! frames.
+//!
+//! - Orientations: A = R_B C R_T for each posture. A: measured orientation; R_B, R_T: rotations of base and tool; C: rotation
+//!   of the last link, from the joint positions. R_B and R_T are the null vector of A R_T' - R_B C = 0 [Shah 2013].
+//! - Points: m = B C p for each posture. m: measured point; B, C: poses of the base and of the last link; p: the point in the
+//!   last link. With R_C, p_C the rotation and position of C, the equation N m + u - R_C p = p_C is linear in N = R_B', u and
+//!   p.
+//!
+//! If only some components of a point are measured, several orientations of the base are tried. If zeros are far off, several
+//! random starts find the zeros; each start ends with damped Gauss-Newton steps.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use random::Random;

@@ -1,4 +1,4 @@
-//! The torques that bend the joints of a robot at rest, and a calibration with them.
+//! Computes the holding torques, which bend the joints of a robot at rest, and calibrates a robot with these torques.
 
 use std::path::Path;
 

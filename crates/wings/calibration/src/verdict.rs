@@ -1,8 +1,10 @@
-//! The verdict on a calibration: claims on the table, on what it determines, and on the error on postures that were left out.
+//! Makes the verdict on a calibration: claims on the table of postures, on the parameters that the table determines, and on
+//! the error on postures that were left out of the fit.
 //!
-//! The error is compared with the spread of the measured points (angles: with 1 rad). Below 1 % it agrees with a robot of this
-//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros: if they predict worse, by a test of
-//! the squared errors posture by posture, zeros are recommended.
+//! The error is divided by the spread of the measured points (angles: by 1 rad). If the result is below 1 %, the fit agrees
+//! with the measurements. If it is above 5 %, something is wrong. A fit with more parameters than the zeros must not predict
+//! worse than the fit of the zeros. If it predicts worse, by a test of the squared errors of all postures, the verdict
+//! recommends the fit of the zeros.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,

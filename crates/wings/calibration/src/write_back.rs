@@ -1,4 +1,5 @@
-//! Writes a calibration back: joint origins of a URDF, the table of a YAML description, the kinematics of a UR, a table of zeros.
+//! Writes the result of a calibration into files: the joint origins of a URDF, the table of a YAML description, the file of
+//! kinematics of a UR, or a table of zeros.
 
 use random::Random;
 use rist::Error;

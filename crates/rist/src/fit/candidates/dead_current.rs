@@ -1,7 +1,8 @@
-//! Takes dead currents off the currents of a log: the first part of a current that gives no torque.
+//! Subtracts dead currents from the currents of a log. A dead current is the first part of a current, which gives no torque.
 //!
-//! A dead current is looked for among the faults of the fit. Those of all joints are taken off together, if one of them explains
-//! the residual better than any other fault, and if they lower the error on held-out data.
+//! The fit tests a dead current of each joint as one of its possible faults. Two conditions must hold before rist subtracts
+//! dead currents: the dead current of one joint explains the residual better than any other fault, and the subtraction lowers
+//! the error on held-out data. The significant dead currents of all joints are then subtracted together.
 
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
 use identification::estimate::digits::significant;
