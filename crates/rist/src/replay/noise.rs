@@ -5,7 +5,7 @@
 //! |---|---|
 //! | speed | a tenth of the RMS speed |
 //! | noise | median absolute deviation of r at samples above this speed |
-//! | low_speed | additional noise at the other samples, from the 95 % quantile of the part of abs(r) that dry friction does not explain |
+//! | low_speed | noise added at the other samples; from the 95 % quantile of abs(r) beyond dry friction |
 //! | dry | dry friction of the estimate |
 //!
 //! If a fitted log contains a short contact by accident, the median hardly changes.

@@ -6,7 +6,8 @@
 //! ```
 //! r: external torques without the torque of a load; e: their errors; S: standard deviations of e; P: standard deviations of a
 //! prior for F, from the largest forces and moments that are possible. A component of F is not determined if its standard
-//! deviation is more than a tenth of the one of the prior. The reason is that the link has fewer than six joints before it, or
+//! deviation is more than a tenth of its prior standard deviation. The reason is that the link has fewer than six joints before
+it, or
 //! that the posture is singular. If the contact is on another link, or at several places, the misfit is large.
 
 use nalgebra::{Matrix6, Vector6};
