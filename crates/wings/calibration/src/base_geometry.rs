@@ -79,7 +79,7 @@ impl GeometricBase {
     }
 }
 
-/// A number of random postures within the limits of the joints. Each measures what `like` measures.
+/// `count` random postures within the joint limits. Each has the same kind of measurement as the posture `like`.
 pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, count: usize) -> Vec<Posture> {
     let mut random = Random::new(SEED);
     let mut position = |k: &usize| {
@@ -87,7 +87,8 @@ pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, 
         let (low, high) = limits.unwrap_or((-FREE_RANGE, FREE_RANGE));
         random.between(low, high)
     };
-    // A torque that varies as much as at the given postures: a joint that gravity never loads has no compliance to be found.
+    // The torques of a random posture are invented, with the size of the torques at the given postures. So a joint that
+    // gravity never loads has no torque here either, and its compliance is not identifiable.
     let largest = |k: usize| problem.postures.iter().map(|p| p.torque[k].abs()).fold(0.0, f64::max);
     let sizes: Vec<f64> = (0..problem.chain.coordinates.len()).map(largest).collect();
     let least = ROUNDED_ZERO * sizes.iter().copied().fold(0.0, f64::max);

@@ -67,8 +67,9 @@ impl Prior {
         Prior { precision }
     }
 
-    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. For n held parameters y with the covariance C
-    /// and the precision P of the prior, the derivative of its logarithm by log s is y' P y + tr(P C) - n, at the fit.
+    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. y: the n fitted parameters that have a
+    /// prior; C: their covariance; P: precision of the prior; s: its standard deviation. The derivative of the logarithm of
+    /// the marginal likelihood by log s is y' P y + tr(P C) - n.
     pub(crate) fn is_narrow(&self, problem: &Problem, fit: &Fit) -> bool {
         let frames = problem.frames();
         let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| fit.unknowns.chain[k]);

@@ -19,10 +19,11 @@ use crate::parameter::{Parameter, ParameterNames};
 /// The scale of a joint.
 pub(crate) const GEAR: Topic = Topic("gear scale");
 
-/// Level of the test of all gear scales together, and chance with which a fault of the printed size shows.
+/// `GEAR_LEVEL`: error probability of the test of all gear scales together. `POWER`: probability with which the test detects
+/// an error of the printed size.
 const GEAR_LEVEL: f64 = 0.01;
 const POWER: f64 = 0.95;
-/// A scale is not said to agree if only a larger error than this would show.
+/// A claim that a scale agrees is made only if an error of this size, or a smaller one, would be detected.
 const LARGEST_GEAR: f64 = 0.1;
 /// Fitted scales must reduce the error on postures left out to this fraction.
 const CURED: f64 = 0.8;
@@ -133,7 +134,8 @@ pub(crate) fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level)
             }
         }
     };
-    // What an error of one scale does to the test of another is not said beside the fault.
+    // An error of one scale also disturbs the tests of other scales. So if there is a fault, the scales that were fitted with
+    // it get no claims of their own.
     let is_beside = |gear: &&TestedGear| fault.is_none() || !off.contains(&gear.parameter);
     let others: Vec<Claim> = gears.iter().filter(is_beside).map(claim).collect();
     fault.into_iter().chain(others).collect()

@@ -81,8 +81,9 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     best.0
 }
 
-/// Sets components of points that are not fitted to zero. They act like components of the base, so their value is free; but an error
-/// of an angle multiplies them, so the same value must be used for every table. `frames`: the fitted unknowns of the measurement.
+/// Sets those coordinates of points to zero that are not fitted. Such a coordinate has the same effect as the position of the
+/// base, so its value is arbitrary. But errors of angles are multiplied by this value, so every table must use the same value.
+/// `frames`: the fitted unknowns of the measurement.
 fn without_dropped(problem: &Problem, frames: &[usize], mut at: Unknowns) -> Unknowns {
     for (k, parameter) in problem.parameters.iter().enumerate() {
         if let (Parameter::Point { point, axis }, false) = (*parameter, frames.contains(&k)) {
