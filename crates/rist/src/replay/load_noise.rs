@@ -19,12 +19,13 @@ use crate::replay::run::load_start;
 
 /// Length of a window, s: the time in which the estimate of a load settles.
 const WINDOW_S: f64 = 5.0;
-/// Largest mass of a load that is possible, kg. It hardly matters, because a window determines a mass within a tenth of it.
+/// Largest possible mass of a load, kg. This value hardly matters, because a window determines the mass to a tenth of this
+/// value.
 const POSSIBLE_MASS_KG: f64 = 10.0;
-/// With less freedom than this, f is unknown and counts as 1.
+/// With fewer degrees of freedom than this, f is unknown and counts as 1.
 const LEAST_FREEDOM: f64 = 5.0;
 
-/// Estimates of no load in windows.
+/// Estimates of a load in windows of a log without a load.
 pub(crate) struct LoadNoise {
     window: Payload<f64, 0>,
     age: f64,
@@ -65,7 +66,8 @@ impl LoadNoise {
         self.age = 0.0;
     }
 
-    /// f times the period of these cycles, s: f of other cycles is this divided by their period. `None` if the windows are too few.
+    /// f times the period of these cycles, s. For cycles with another period, f is this product divided by the other period.
+    /// `None` if there are too few windows.
     pub(crate) fn time(&self) -> Option<f64> {
         (self.freedom > LEAST_FREEDOM).then(|| self.square / self.freedom * self.time / self.cycles)
     }

@@ -67,7 +67,7 @@ pub fn replay(
     Ok(replay)
 }
 
-/// What a run starts from.
+/// All that a replay needs before its first cycle.
 struct Start<'a> {
     cycles: cycles::CycleModel<'a>,
     noise: noise::Noise,
@@ -77,7 +77,7 @@ struct Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// Arguments and failures are those of [`replay`]. The period of the settings is that of no log.
+    /// Has the arguments of [`replay`], and fails like [`replay`]. The caller must set the period in the settings.
     fn new(
         model: &'a Model,
         (file, estimate): (&Path, &'a Estimate),

@@ -12,11 +12,11 @@ it, or
 
 use nalgebra::{Matrix6, Vector6};
 
-/// Standard deviation of the forces that are possible, N.
+/// Prior standard deviation of a force, N: the largest possible size.
 const POSSIBLE_FORCE: f64 = 1000.0;
-/// Standard deviation of the moments that are possible, N m.
+/// Prior standard deviation of a moment, N m: the largest possible size.
 const POSSIBLE_MOMENT: f64 = 300.0;
-/// A component is determined if less than this share of what is possible remains.
+/// A component is determined if its standard deviation is below this share of its prior standard deviation.
 const DETERMINED_SHARE: f64 = 0.1;
 
 /// Force and moment on a link, at the origin of its frame and in its axes.
@@ -26,8 +26,8 @@ pub struct ContactWrench {
     pub components: [Option<f64>; 6],
     /// Standard deviation of each component.
     pub sigma: [f64; 6],
-    /// Mean square of the normalised residual of the torques; about 1 if the contact is on this link. `None` without more joints
-    /// than components.
+    /// Mean square of the normalised residual of the torques. It is about 1 if the contact is on this link. `None` if there
+    /// are not more joints than determined components.
     pub misfit: Option<f64>,
 }
 
@@ -43,7 +43,7 @@ impl ContactWrench {
             information += column * column.transpose();
             right += column * (torques[j] / deviations[j]);
         }
-        // The matrix is positive definite, since all that is possible is finite.
+        // The matrix is positive definite, because the prior standard deviations are finite.
         let covariance = information.cholesky().map_or(Matrix6::identity() * f64::INFINITY, |found| found.inverse());
         let wrench = covariance * right;
         let sigma: [f64; 6] = std::array::from_fn(|c| covariance[(c, c)].sqrt());
