@@ -33,8 +33,8 @@ pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
 pub(crate) const LOAD_DECISION_S: f64 = 0.5;
 /// Time constant of the misfit of a new load, s.
 pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
-/// A load explains a contact only if the mean square of the normalised residual is at most this value. A real load gives about
-/// 1. A constant push of ten standard deviations gives some tens.
+/// A load explains a contact only if the mean square of the normalised residual is at most this value. The mean square is
+/// about one for a real load, and some tens for a constant push of ten standard deviations.
 pub(crate) const LARGEST_MISFIT: f64 = 4.0;
 /// Memory of the drift of friction, s. It is two minutes, because temperature changes friction within minutes.
 const DRIFT_MEMORY_S: f64 = 120.0;
