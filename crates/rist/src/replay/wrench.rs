@@ -4,11 +4,10 @@
 //! r = J' F + e          J: Jacobian of the link's frame (6 x n); F: force, then moment at its origin, in its axes
 //! cov(F) = inv(J S^-2 J' + P^-2)
 //! ```
-//! r: external torques without the torque of a load; e: their errors; S: standard deviations of e; P: standard deviations of a
-//! prior for F, from the largest forces and moments that are possible. A component of F is not determined if its standard
-//! deviation is more than a tenth of its prior standard deviation. The reason is that the link has fewer than six joints before
-it, or
-//! that the posture is singular. If the contact is on another link, or at several places, the misfit is large.
+//! r: external torques without the torque of a load; e: their errors; S: standard deviations of e; P: prior standard
+//! deviations of F, from the largest forces and moments that are possible. A component of F is not determined if its standard
+//! deviation is more than a tenth of its prior standard deviation. This happens if the link has fewer than six joints before
+//! it, or if the posture is singular. If the contact is on another link, or at several places, the misfit is large.
 
 use nalgebra::{Matrix6, Vector6};
 
