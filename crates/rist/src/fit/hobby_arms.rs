@@ -24,9 +24,9 @@ use crate::error::Error;
 
 /// Relative standard deviation of a gain from a data sheet.
 const GAIN_DEVIATION: f64 = 0.2;
-/// A robot is taken for an arm by the names of its joints if it has at least this many.
+/// A robot is recognised as an arm by the names of its joints only if it has at least this many joints.
 const MIN_NAMED_JOINTS: usize = 4;
-/// Positions that are whole numbers are counts if one is at least this.
+/// If all positions are whole numbers and one of these numbers is at least this value, the positions are counts.
 const MIN_COUNT: f64 = 300.0;
 /// Largest magnitude of a normalised position, per cent, with an allowance for rounding. Larger positions are degrees.
 const MAX_PERCENT: f64 = 100.5;
@@ -136,8 +136,9 @@ pub(super) fn complete(
     Ok(found)
 }
 
-/// The names of the arms that a robot may be: those whose name is in the name of the robot, and those whose joints have the names
-/// of at least four coordinates, which are all that the robot has. A numbered joint names no arm.
+/// The names of the arms that a robot may be. There are two cases: the name of the robot contains the name of the arm; or the
+/// robot has at least four coordinates, and all of them have the names of joints of the arm. Joint names that are only
+/// numbered do not count.
 pub(super) fn arms_like(robot: &Robot) -> Vec<String> {
     let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
     let letters =

@@ -21,8 +21,8 @@ const LARGEST_NORMALISED_RANGE: f64 = 200.5;
 /// Largest range of a joint in SI units, rad (m). A larger range indicates another unit.
 const LARGEST_RANGE_RAD_M: f64 = 12.6;
 
-/// Options that convert positions from `from` (-100 or 0) to 100 into SI units; `None` if a joint has no limits, or if ratios, offsets or scales are
-/// given.
+/// Options that convert normalised positions (`from` to 100, with `from` -100 or 0) into SI units. `None` if a joint has no
+/// limits, or if ratios, offsets or scales are given.
 fn options_of_shares(model: &Model, options: &Options, from: i32) -> Option<Options> {
     let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
     let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;

@@ -52,7 +52,7 @@ const LEAST_GAIN: f64 = 1e-6;
 /// Information that every parameter has before the first posture, as a share of the mean information of a posture.
 const FIRST_INFORMATION: f64 = 1e-8;
 
-/// What a number of postures determines.
+/// How well a number of postures determines the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Determined {
     /// Number of postures.
@@ -63,20 +63,21 @@ pub struct Determined {
     pub largest_sigma: f64,
 }
 
-/// Chosen postures, and what they determine.
+/// Chosen postures, and how well they determine the parameters.
 #[derive(Clone, Debug)]
 pub struct Design {
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Positions of the joints, rad (m), one row a posture.
+    /// Positions of the joints, rad (m), one row per posture.
     pub postures: Vec<Vec<f64>>,
     /// Number of base parameters.
     pub parameters: usize,
     /// The observability indices O1 to O5.
     pub indices: [f64; 5],
-    /// For each number of postures: designed ones, and as many at random. `None`: they do not determine all parameters.
+    /// For each number of postures: the result for designed postures, and for the same number of random postures. `None`: the
+    /// postures do not determine all parameters.
     pub curve: Vec<[Option<Determined>; 2]>,
-    /// What was checked for contact, and what was not.
+    /// Notes on which contacts were checked and which were not.
     pub notes: Vec<String>,
 }
 
@@ -245,7 +246,7 @@ impl Pool {
         DMatrix::from_rows(&rows)
     }
 
-    /// What postures determine; `None` if their Jacobian has not full rank.
+    /// How well postures determine the parameters. `None` if their Jacobian does not have full rank.
     fn determined(&self, of: &[usize]) -> Option<Determined> {
         let all: Vec<usize> = (0..self.first.nrows()).collect();
         if GeometricBase::of(&self.stacked(of), &all).ok()?.kept.len() < all.len() {

@@ -291,7 +291,7 @@ mod tests {
             .collect()
     }
 
-    /// Postures over the whole range determine all: nothing is said of parameters, and the answer is yes.
+    /// Postures over the whole range determine all parameters: no claim names a parameter, and the answer is yes.
     #[test]
     fn what_is_determined_is_not_doubted() {
         let found = found(4.0, MeasurementKind::Pose, 1e-4, 0);
@@ -301,8 +301,8 @@ mod tests {
         assert_eq!(found.verdict.trust, Trust::Yes, "{found}");
     }
 
-    /// Joints that hardly move: the error on postures left out is small and no yes follows. What is said to determine the
-    /// parameters does, when it is measured.
+    /// If joints hardly move, the error on postures left out is small, but the answer is not yes. The claims give a number of
+    /// further postures. With this number of further postures, all parameters are determined.
     #[test]
     fn what_is_not_determined_is_named_with_what_determines_it() {
         let little = found(0.04, MeasurementKind::Points(1), 3e-4, 0);
@@ -327,7 +327,7 @@ mod tests {
         }
     }
 
-    /// A prior that is narrower than what the data tell is named.
+    /// If the prior determines a parameter more than the data do, a claim names this parameter.
     #[test]
     fn a_prior_that_decides_is_named() {
         let found = found(4.0, MeasurementKind::Points(1), 2e-3, 0);

@@ -273,7 +273,7 @@ impl Fitter<'_> {
         self.problem.moved(at, &full)
     }
 
-    /// Values of the fitted parameters; those of frames are zero, since frames have no prior.
+    /// Values of the fitted parameters, for the prior. Parameters of frames count as zero, because frames have no prior.
     fn values(&self, at: &Unknowns) -> DVector<f64> {
         let frames = self.problem.frames();
         let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| at.chain[k]);

@@ -24,7 +24,8 @@ pub struct PredictionError {
 }
 
 impl PredictionError {
-    /// One number for the comparison of errors: lengths and angles relative to those of another fit, their geometric mean.
+    /// One number for the comparison with another fit: the geometric mean of two ratios, of the length errors and of the angle
+    /// errors of both fits.
     pub(crate) fn relative(&self, to: &PredictionError) -> f64 {
         let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
         let ratios = [ratio(self.length, to.length), ratio(self.angle, to.angle)];

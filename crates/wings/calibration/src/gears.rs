@@ -59,7 +59,8 @@ fn tested(problem: &Problem, level: &Level) -> Vec<TestedGear> {
     problem.parameters.iter().enumerate().filter_map(of).collect()
 }
 
-/// Fits the scales `gears` too, and again those of them that differ from zero by more than `limit` standard deviations.
+/// Fits the scales `gears` too. If the errors of some of these scales are below `limit` standard deviations, the fit is
+/// repeated with the other scales.
 fn fitted(problem: &Problem, level: &Level, gears: &[usize], limit: f64) -> Option<FittedGears> {
     let with = |gears: &[usize]| {
         let mut active: Vec<usize> = level.fit.active.iter().chain(gears).copied().collect();
@@ -224,7 +225,8 @@ mod tests {
         );
     }
 
-    /// Without errors of the geometry, a scale may stand for them: then it is no fault, and what would tell is said.
+    /// If errors of the geometry are not fitted, a scale may imitate them. So the scale is no fault, and the claim says that a
+    /// fit of the geometry would decide.
     #[test]
     fn a_scale_without_a_geometry_is_no_fault() {
         let wrong = found(5e-3, Calibrated::Zeros, &[]);

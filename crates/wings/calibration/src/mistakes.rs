@@ -39,7 +39,7 @@ pub struct Mistake {
     pub shares: [f64; 2],
 }
 
-/// The median error of the postures relative to the spread of what is measured.
+/// The median error of the postures, relative to the spread of the measurements (`spread`).
 pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
     let rows = problem.linearised(at);
     let spread = spread(problem);

@@ -23,7 +23,7 @@ const QUATERNION_NORM_SLACK: f64 = 0.01;
 const MAX_SHOWN_COLUMNS: usize = 30;
 
 rist::words! {
-    /// What a tool touched again and again, where nothing else is measured.
+    /// The object that the tool touched at every posture, for a table without other measurements.
     pub enum Touched {
         /// The same point at every posture.
         Point = "point" "the same point at every posture",

@@ -157,7 +157,7 @@ fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Opt
     Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
 }
 
-/// The errors of lengths and of angles on postures that were left out, compared with the spread of what is measured.
+/// Claims on the errors of lengths and of angles on postures that were left out, relative to the spread of the measurements.
 fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
     let errors = errors(problem, levels);
     let (Some(first), Some(last)) = (errors.first(), errors.last()) else { return Vec::new() };
@@ -194,7 +194,7 @@ fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
     kinds.into_iter().filter_map(claim).collect()
 }
 
-/// The fault that what is measured does not move with the robot.
+/// The fault that the measured points do not move with the robot.
 fn at_rest(subject: Subject, spread: f64, of_links: f64) -> Claim {
     let fault = format!(
         "what is measured moves by {} mm (root mean square) and the last link by {} mm: it is not on the robot that moves",

@@ -12,9 +12,9 @@ use crate::chain::{Chain, Convention, Placed};
 use crate::level::Level;
 use crate::parameter::{Letter, Parameter, ParameterGroup};
 
-/// Largest difference between the pose of a written description and that of the calibrated one, m and rad.
+/// Largest allowed difference between a pose of the written description and the pose of the calibrated robot, m and rad.
 const WRITTEN: f64 = 1e-9;
-/// Number of random postures at which they are compared.
+/// Number of random postures at which both poses are compared.
 const COMPARED: usize = 5;
 /// Links of a UR by their keys in the file of its kinematics.
 const UR_LINKS: [&str; 6] = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"];

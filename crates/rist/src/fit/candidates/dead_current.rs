@@ -11,7 +11,7 @@ use identification::estimate::topics::DEAD_CURRENT_TAKEN;
 use crate::error::Error;
 use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts};
 
-/// Rounds in which dead currents are fitted again after they were taken off.
+/// Number of rounds in which dead currents are subtracted and then fitted again.
 const ROUNDS: usize = 2;
 
 /// Proposes the dead currents of all joints. `None` if the options give some, or if another fault explains the residual better.
@@ -28,7 +28,8 @@ pub(crate) fn dead_currents(tried: &mut TriedVariant<'_>) -> Result<Option<Propo
     }
     let names = model.regressor().coordinates();
     let (mut options, mut found) = (tried.options.clone(), vec![(0.0, 0.0); names.len()]);
-    // A dead current is fitted with the others left in, so it is fitted again when these are taken off.
+    // The fit of one dead current does not subtract the dead currents of other joints. So after all are subtracted, each is
+    // fitted again.
     add_significant(&tried.fitted()?.faults, &mut found);
     for _ in 0..ROUNDS {
         options.transmission.dead_currents = Some(found.iter().map(|of| of.0).collect());
