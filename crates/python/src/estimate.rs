@@ -429,7 +429,7 @@ impl Estimate {
         slf.py().import("rist._plot")?.call_method1("estimate", (slf, log))
     }
 
-    /// The charts of the page, name and SVG.
+    /// The charts of the HTML page of this estimate: the name and the SVG text of each chart.
     #[pyo3(signature = (log=None))]
     fn _pictures<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Vec<(String, String)>> {
         let plot_data = self.plot_data(py, log)?;

@@ -151,7 +151,7 @@ artefact! {
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rist._plot")?.call_method1("motion", (slf,))
     }
-    /// The charts of the page, name and SVG.
+    /// The charts of the HTML page of this motion: the name and the SVG text of each chart.
     fn _pictures(&self) -> PyResult<Vec<(String, String)>> {
         Ok(self.page_with(None, self.shown()).or_error()?.1)
     }

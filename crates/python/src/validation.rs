@@ -43,7 +43,7 @@ artefact! {
         slf.py().import("rist._plot")?.call_method1("validation", (slf,))
     }
 
-    /// The charts of the page, name and SVG.
+    /// The charts of the HTML page of this validation: the name and the SVG text of each chart.
     fn _pictures(&self) -> Vec<(String, String)> {
         rist::page::page(&PageRequest { validation: Some(&self.inner), ..PageRequest::default() }).1
     }

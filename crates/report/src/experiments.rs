@@ -50,7 +50,8 @@ struct Experiment {
     gain: String,
 }
 
-/// Makes the section on a plan: sentences and table rows. Statements read from the file without a new proof are marked as such.
+/// Makes the page section on a plan: sentences, table rows and charts. With `proof`, the section has the sentences of this new
+/// proof. Without `proof`, it says that its numbers are from the plan file and that nobody proved them for this page.
 pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
@@ -64,7 +65,7 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
-    // If the file was edited after rist wrote it, the summary starts with a note.
+    // If the checksum of the plan file is wrong or missing, the summary starts with a warning (`origin`).
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
     let origin = origin(plan.checksum);
     PlanPart {
@@ -94,7 +95,8 @@ pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart
     }
 }
 
-/// Start of the summary if the file was edited after rist wrote it; otherwise empty.
+/// A warning before the summary, if the checksum in the first line of the plan file is missing or wrong. The checksum is wrong
+/// if somebody edited the file after rist wrote it. The text is empty if the checksum is right.
 fn origin(checksum: Checksum) -> String {
     checksum.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }

@@ -12,9 +12,9 @@
 //! | greatest log det F | divided by their noise | [Fedorov 1972] |
 //! | least sqrt(tr F tr F^-1) | not divided | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
-//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and among equal results
-//! the first is taken. So the result is independent of the number of threads. `certificate` bounds the distance of the plan from
-//! the best possible plan.
+//! The two criteria give different plans. The result does not depend on the number of threads, for two reasons: each start has
+//! a number and its own stream of random numbers, and among starts with equally good plans, the start with the lowest number
+//! wins. `certificate` bounds how much better the best possible plan can be.
 
 use numerics::information_matrix::{InformationFactor, InformationMatrix, WeightedRows};
 use numerics::interruption::Interruption;

@@ -1,8 +1,9 @@
 //! The properties of a robot that a simulation or a plan needs in addition to the model: from the robot's file, or defaults.
 //!
-//! [`crate::simulate::defaults`] lists the defaults. Some have no note, because no file states them: controller of 10 Hz; encoder
-//! quantum of 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the greatest acceleration
-//! takes. Drive gains are one if the file has none; the code that computes currents adds the notes on them.
+//! [`crate::simulate::defaults`] lists the defaults. If a default replaces a value that the file could give, a note says so.
+//! Three defaults have no note, because no file format has these values: a controller of 10 Hz; an encoder quantum of 1e-4 rad
+//! (m), with noise of half a quantum; a torque noise of 1 % of the effort A_kk a_max that the greatest acceleration takes. If
+//! the file has no drive gains, the gains are one; the code that computes currents adds a note on the gains.
 //!
 //! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. The friction torque changes its sign over
 //! velocities of w = 0.005 rad/s. In this range a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w (A: inertia

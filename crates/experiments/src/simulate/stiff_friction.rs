@@ -12,7 +12,7 @@ use numerics::positive_definite::solve_positive;
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// delta of ARS(2, 2, 2): weight of the first stage in the explicit part, 1 - 1 / (2 gamma).
 const DELTA: f64 = 1.0 - 0.5 / GAMMA;
-/// Greatest number of Newton steps in the solution for a velocity; after that the solution fails.
+/// Greatest number of Newton steps for the velocities after friction. If more would be needed, the integration fails.
 const MAX_NEWTON_STEPS: usize = 100;
 /// Greatest number of bisections that shorten one Newton step; they find the kink of a friction law.
 const MAX_BISECTIONS: usize = 60;
@@ -98,11 +98,17 @@ impl StiffStep {
     }
 }
 
-/// Applies friction during the time gamma h to the velocities `v`: solves A (v' - v) + gamma h G(v') = 0 for v' by Newton's
-/// method from `near`. A: inertia matrix; G: friction torque; h: length of the step.
+/// Applies friction during the time gamma h to the velocities `v`, and replaces `v` by the new velocities u, with
 ///
-/// The solution minimises 1/2 (v' - v)' A (v' - v) + gamma h integral G, which is convex. Each Newton step is shortened until
-/// this function decreases. Returns false if A is not positive definite, or without convergence.
+/// A (u - v) + gamma h G(u) = 0.
+///
+/// A: inertia matrix; G: friction torque; h: length of the integration step. Newton's method finds u, starting from `near`. The
+/// solution u minimises the convex function
+///
+/// f(u) = 1/2 (u - v)^T A (u - v) + gamma h sum_k (integral of G_k from 0 to u_k),   k: coordinate.
+///
+/// A Newton step that goes beyond the minimum of f along its direction is shortened to a point near this minimum. Returns false
+/// if the matrix of a Newton step is not positive definite, or if Newton's method does not converge.
 fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> bool {
     let n = v.len();
     let weight = GAMMA * felt.length;
@@ -123,7 +129,7 @@ fn slowed(inertia: &[f64], felt: &FrictionLoad, near: &[f64], v: &mut [f64]) -> 
             return false;
         }
         let turned: Vec<f64> = (0..n).map(|k| times(&step, k)).collect();
-        // The slope of the minimised function at the share `share` of the Newton step.
+        // The slope of f along the Newton step, at the share `share` of this step.
         let slope = |share: f64| -> f64 {
             let at = |k: usize| {
                 let friction = felt.friction[k].torque(v[k] + share * step[k], felt.tau[k]);

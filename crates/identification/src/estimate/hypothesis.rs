@@ -383,7 +383,7 @@ pub struct UndeterminedMechanics<'a> {
     pub rotors: &'a [usize],
     /// If the logs hold currents: the torque per current of each coordinate, N m/A (N/A). Otherwise empty.
     pub drives: &'a [f64],
-    /// What is known of the play of each coordinate; empty if nothing is.
+    /// The play of each coordinate, as far as it is known. Empty if no play is known.
     pub play: &'a [Backlash],
 }
 

@@ -4,14 +4,15 @@
 //! ```text
 //! q = theta - (b/2) s      s = tanh((tau - f) / (c T)), or sign(tau - f) for c = 0
 //! ```
-//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor; T:
-//! rms of tau - f; c: softness of the ends of the gap. At
-//! a change of s the logged position jumps by b. The low-pass of the positions makes a step of this jump, with a short velocity
-//! and acceleration. So s passes the same filter, and the column is
+//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor;
+//! T: rms of tau - f; c: softness of the ends of the gap. When s changes from -1 to 1, the logged position jumps by b. The
+//! low-pass of the positions smooths this jump, which gives a short velocity and acceleration. So s must pass the same filter,
+//! and the column of the regressor for b is
 //! ```text
 //! h = -1/2 (dY x/dq_k s + dY x/d(dq_k) ds/dt + dY x/d(ddq_k) d2s/dt2)
 //! ```
-//! Here tau is used and not Y x, because the acceleration of the jump would change the sign of Y x.
+//! Y x: torque of the fitted model without play. The sign s comes from tau and not from Y x, because the acceleration of the
+//! jump would change the sign of Y x.
 
 use linear_model::linear_model::Model;
 use linear_model::states::States;
@@ -24,7 +25,7 @@ use crate::signals::differences::Differences;
 const FILTER_ORDER: usize = 4;
 /// A gap is tested if each of its two sides carries the torque in at least this share of the samples.
 const LEAST_SHARE_OF_A_SIDE: f64 = 0.02;
-/// Rounds in which the side of a gap and the velocity of its link are computed from one another.
+/// Number of rounds of an iteration: the side of a gap gives the velocity of the link, and this velocity gives the side.
 const ROUNDS: usize = 3;
 /// Width of the gap whose torques are compared for a derivative, rad.
 const STEP_RAD: f64 = 1e-4;
@@ -33,12 +34,12 @@ const STEP_RAD: f64 = 1e-4;
 #[derive(Default)]
 pub(super) struct Sides(Vec<Option<Side>>);
 
-/// What is known of the gap of one coordinate.
+/// Width and softness of the gap of one coordinate, as far as they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Backlash {
-    /// Its width b, rad.
+    /// The width b of the gap, rad; 0 if it is not known.
     pub width: f64,
-    /// Softness c of its ends, as a share of the torque.
+    /// Softness c of the ends of the gap, as a share of the torque.
     pub softness: f64,
 }
 
@@ -50,9 +51,10 @@ struct Side {
 }
 
 impl Sides {
-    /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: what is known of them; with their widths the
-    /// friction has the velocity of the link. A gap whose torque has one sign only gets none, and no gap does if the samples
-    /// are too few for the band of the filter.
+    /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: width and softness of each gap, as far as
+    /// they are known. If the width of a gap is known, friction is computed with the velocity of the link instead of the
+    /// motor. A coordinate has no side if its torque has nearly always the same sign. No coordinate has a side if there are
+    /// too few samples for the filter.
     pub(super) fn of(model: &Model, states: &States, x: &[f64], gaps: &[Backlash]) -> Sides {
         let mut sides = Sides::at_velocities_of(model, states, x, gaps);
         if gaps.iter().all(|gap| gap.width == 0.0) {
@@ -126,8 +128,8 @@ impl Sides {
     }
 }
 
-/// The low-pass of the positions of a record, at the rate of these samples. `None` if nothing was filtered, or if the samples are
-/// too few.
+/// The low-pass that was applied to the positions of a record, at the rate of the samples of the record. `None` if the
+/// positions were not filtered, or if there are too few samples.
 fn filter(states: &States) -> Option<Butterworth> {
     let seconds = states.t.last().zip(states.t.first()).map_or(0.0, |(last, first)| last - first);
     let rate = states.len().saturating_sub(1) as f64 / seconds.max(f64::MIN_POSITIVE);

@@ -4,11 +4,11 @@
 //! ```text
 //! s = median |m| / 0.6745        m stands out where |m| > OUTLIER_SCALES s
 //! ```
-//! Friction that the model lacks causes outliers at every reversal. So a joint is reported only if there are few intervals, and
-//! if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB. So a part of e
-//! that dry friction in this range explains is no evidence, and it is removed:
+//! Friction that the model lacks causes outliers at every reversal. So the intervals of a joint are reported only if they are
+//! few, and if they cover a small share of the log. At low speed, dry friction may have any value between -FB and FB. A part
+//! of e that dry friction in this range explains is no evidence of a contact, so this part is removed:
 //! ```text
-//! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS      (s is that of e before)
+//! e <- the value nearest to zero of e - w f, -FB - d FS <= f <= FB - d FS      (s: from e before this step)
 //! FB = BREAKAWAY_RATIO FS; d: direction in the model, -1 to 1; w: slowness, 0 to 1 (online::band)
 //! ```
 

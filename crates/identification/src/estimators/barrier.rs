@@ -3,17 +3,19 @@
 //! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
 //!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
 //!
-//! A, z: the weighted data. y: the bodies P_j and rotor inertias y_k relative to their references, and the friction y_i with its
-//! standard deviation sd_i. gamma: weight of the barrier, gamma_0: full weight of the prior. Each Newton step has a line search
-//! that stays in the cone.
+//! A, z: rows and right-hand side of the weighted data. y: the unknowns. They are the pseudo-inertias P_j of the bodies and
+//! the rotor inertias y_k, both relative to reference values, and the friction parameters y_i. sd_i: standard deviation of the
+//! prior of y_i. gamma: weight of the barrier; gamma_0: full weight of the prior. Each Newton step has a line search that
+//! stays in the cone. The module `consistent` makes A, z and the reference values.
 //!
-//! Suboptimality bound: by how much 1/2 chi^2 of a solution y can exceed 1/2 chi^2 of any other x. It holds because chi^2 is
-//! convex and the gradient of the objective is zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
+//! The suboptimality bound limits chi^2(y)/2 - chi^2(x)/2, where y is the solution and x is any other point. The bound holds
+//! because chi^2 is convex, and because the gradient of the minimised function is zero at y. Let t be the sum of traces
+//! t(y) = sum tr P_j + sum y_k. The bound is
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2], evaluated for every x up to `LARGEST_BOUNDED_RATIO` times as large. A and
-//! the references are defined in `consistent`.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. It is evaluated for the worst x that is up to `LARGEST_BOUNDED_RATIO` times as
+//! large as y.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. If the torques are a thousand times larger than their
 //! noise, the rounding of these three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
@@ -56,18 +58,21 @@ pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.
 pub(crate) struct Problem {
-    /// A (`rows`), z (`right`) and A'A (`hessian`) of the weighted data. The columns are the scaled variables y.
+    /// A: the weighted rows of the data, one column per scaled variable y_i.
     pub rows: DMatrix<f64>,
+    /// z: the weighted right-hand side of the data.
     pub right: DVector<f64>,
+    /// A'A.
     pub hessian: DMatrix<f64>,
-    /// Column in y and standard deviation sd of each friction parameter that has a prior.
+    /// For each friction parameter with a prior: its index in y, and the standard deviation sd of the prior.
     pub friction: Vec<(usize, f64)>,
     /// gamma_0: full weight of the prior, nats per unit of log-determinant divergence.
     pub gamma: f64,
-    /// `bodies`: first of the ten columns of each body in y. `rotors`: column of each rotor inertia. `units`: the matrices
-    /// dP/dy_i of a body P.
+    /// For each body: the index in y of the first of its ten parameters.
     pub bodies: Vec<usize>,
+    /// For each rotor inertia: its index in y.
     pub rotors: Vec<usize>,
+    /// The pseudo-inertia P of a body is linear in the ten parameters y_i of this body. These are the ten derivatives dP/dy_i.
     pub units: [Matrix4<f64>; 10],
 }
 
@@ -101,7 +106,7 @@ impl Problem {
         (0..10).fold(Matrix4::zeros(), |sum, i| sum + self.units[i] * y[first + i])
     }
 
-    /// The objective at y, nats. `None` if y is outside the cone of consistent bodies.
+    /// The minimised function at y, nats. `None` if y is outside the cone of physically consistent bodies.
     fn value(&self, y: &DVector<f64>, gamma: f64) -> Option<f64> {
         let mut value = self.quadratic(y);
         value +=

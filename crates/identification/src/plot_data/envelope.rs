@@ -1,12 +1,15 @@
-//! A line over time with the resolution of a plot: the smallest and the largest value of each short span of time.
+//! A line over time with the resolution of a plot. A span is a group of successive samples, of which only the smallest and the
+//! largest value are stored.
 //!
-//! Initially each span is a single sample. When there are too many spans, neighbours are merged in pairs and the span length
-//! doubles. So the length of a signal need not be known in advance, and no peak is lost.
+//! At first, each span contains one sample. When the number of spans reaches its limit m, neighbouring spans are merged in
+//! pairs, and each span then contains up to twice as many samples. So a signal of any length fits, and no peak is lost.
 //!
-//! A gap of the log that is longer than two spans is kept. A line of duration D with at most m spans has fewer than m / 2 gaps
-//! longer than 2 D / m. So at least a quarter of the spans is removed even if only neighbours across shorter gaps are merged.
-//! If a value is missing (NaN), the spans keep their times, and a span without any value is a gap too. So lines with samples at
-//! the same times have equal spans.
+//! Two spans are not merged across a long gap of the log, so that the plot shows this gap. A gap is long if it exceeds 2 D / m,
+//! where D is the duration of the line. The line has fewer than m / 2 long gaps, because their total length is less than D. So
+//! each round of merging removes at least a quarter of the spans.
+//!
+//! A sample with a missing value (NaN) still belongs to a span. A span in which all values are missing is a gap of the plot. So
+//! two lines with samples at the same times have spans at the same times, even if one of the lines lacks values.
 
 /// Largest number of spans of a drawn line, about one per pixel. With enough samples, at least half of these spans are used.
 pub const DRAWN_SPANS: usize = 720;

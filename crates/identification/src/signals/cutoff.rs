@@ -353,7 +353,11 @@ mod tests {
             // The tolerance is a thousandth for the bisection, plus the effect of a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
-        // Fast motion that changes the position is not chatter, and neither is slow motion of any amplitude.
+        // Chatter is motion above 10 Hz with hardly any position energy, relative to the joint with the largest. So four cases:
+        // - 30 Hz with a tenth of the amplitude of the motion is not chatter: its position energy is too large.
+        // - 30 Hz with a fiftieth of this amplitude is chatter, also if all amplitudes are fifty times smaller.
+        // - 9 Hz is never chatter.
+        // - 60 Hz alone is not chatter: without a slower motion, its own position energy is the largest.
         assert!(rule(&[noisy(with(0.1, 30.0))], period).f95[0] > 29.0);
         assert!(rule(&[noisy(with(0.02, 30.0).iter().map(|x| x / 50.0).collect())], period).f95[0] < 1.1);
         assert!(rule(&[noisy(with(0.03, 9.0))], period).f95[0] > 1.1);

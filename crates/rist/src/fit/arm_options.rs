@@ -1,5 +1,5 @@
-//! Takes names, units, zeros and gains of a hobby arm for an identification or a log check, as `rist columns` proposes them from
-//! the data of its servos. What the options or the request give themselves is kept.
+//! Completes the options of an identification or a log check by the column names, units, zeros and gains of a hobby arm. `rist
+//! columns` proposes the same values, from the data of the servos. If the user gives a value, the value of the user is kept.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::fit::column_proposal::propose_columns;
 use crate::fit::hobby_arms::arms_like;
 use crate::request::{DoctorRequest, Request, SamplesRequest};
 
-/// What the data of an arm give for a log.
+/// The options and gains for a log that follow from the data of an arm.
 struct OfArm {
     options: Options,
     /// The gains as texts of a request, `joint=1.78+-0.36`.
@@ -42,7 +42,7 @@ fn of_arm(robot: &Robot, log: Option<&Path>, name: &str, options: Options) -> Re
     Ok(OfArm { options: filled(options, of_arm), gains, said })
 }
 
-/// The options `own`, with those of the arm where they say nothing.
+/// The options `own`, completed by the options of the arm for values that `own` does not give.
 fn filled(mut own: Options, of: Options) -> Options {
     fn fill<T>(own: &mut Option<T>, of: Option<T>) {
         if own.is_none() {
@@ -76,8 +76,8 @@ fn filled(mut own: Options, of: Options) -> Options {
 }
 
 impl SamplesRequest {
-    /// The request with the options and gains of the arm that it names, and the lines that were taken for the arm. `log`: the path
-    /// of the first log.
+    /// The request, completed by the options and gains of the arm that the request names. Also returns the printed lines with
+    /// the values that are used for the arm. `log`: the path of the first log.
     ///
     /// Fails if the arm is not known, or does not fit the robot or the log.
     pub fn with_arm(mut self, robot: &Robot, log: Option<&Path>) -> Result<(SamplesRequest, String), Error> {

@@ -1,13 +1,13 @@
-//! Recognises positions in per cent of half the joint range, from -100 to 100, or of the whole range, from 0 to 100. Libraries of
-//! hobby arms log them.
+//! Recognises normalised positions, which libraries of hobby arms log: positions in per cent of half the joint range, from
+//! -100 to 100, or of the whole range, from 0 to 100.
 //!
 //! With l and u the limits of a joint, and x the position of the log,
 //! ```text
 //! q = (l + u) / 2 + x (u - l) / 200      from -100
 //! q = l + x (u - l) / 100                from 0
 //! ```
-//! In the options of the transmission, this is a ratio 200 / (u - l), or 100 / (u - l), and an offset. The ratio would also change the torques. The
-//! logged torques are already joint torques, so `scales` cancel this change.
+//! In the options of the transmission, this equation is a ratio, 200 / (u - l) or 100 / (u - l), and an offset. The ratio
+//! would also change the torques. The logged torques are already joint torques, so `scales` cancel this change.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};
@@ -21,8 +21,8 @@ const LARGEST_NORMALISED_RANGE: f64 = 200.5;
 /// Largest range of a joint in SI units, rad (m). A larger range indicates another unit.
 const LARGEST_RANGE_RAD_M: f64 = 12.6;
 
-/// Options that convert positions from `from` (-100 or 0) to 100 into SI units; `None` if a joint has no limits, or if ratios, offsets or scales are
-/// given.
+/// Options that convert normalised positions (`from` to 100, with `from` -100 or 0) into SI units. `None` if a joint has no
+/// limits, or if ratios, offsets or scales are given.
 fn options_of_shares(model: &Model, options: &Options, from: i32) -> Option<Options> {
     let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
     let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;

@@ -1,7 +1,8 @@
-//! Checks trajectories from other sources: points in a CSV or a JointTrajectory, and the experiments of a plan.
+//! Checks two kinds of trajectories: points from another program (a CSV or a JointTrajectory), and the experiments of a plan.
 //!
-//! The interpolation between points is stated ([`Interpolation`]), and the motion between the points is bounded too. A limit
-//! that neither the description nor the request gives is not checked, and this is reported.
+//! The user gives the interpolation between the points ([`Interpolation`]); otherwise rist chooses the smoothest one that the
+//! points allow. A note names the interpolation. The proof covers the motion at the points and between them. A limit is not
+//! checked if neither the description nor the limits file of the user gives it. The result lists such limits.
 
 use std::path::Path;
 

@@ -6,8 +6,8 @@
 //! ```text
 //! rate(z) = (peaks / time) exp(-(z^b - u^b) / m)
 //! ```
-//! b = 2, m = 2 is a normal process [Rice 1945]; b < 2 has heavier tails. b and m are the most likely ones for the peaks. The log
-//! is minutes long and the wanted rate is one in an hour, so the tail is extrapolated.
+//! A normal process has b = 2 and m = 2 [Rice 1945]; with b < 2 the tails are heavier. b and m are estimated from the peaks by
+//! maximum likelihood. The log has minutes, but the accepted rate is about one alarm in an hour. So the tail is extrapolated.
 
 /// The peaks of a ratio above a level, during a time.
 #[derive(Clone, Debug, Default)]
@@ -20,29 +20,31 @@ pub(crate) struct Peaks {
     quiet: f64,
 }
 
-/// The level u, standard deviations: high enough that excursions are separate, low enough that a minute has some hundred of them.
+/// The level u, in standard deviations. It is so high that excursions above it are separate from each other, and so low that a
+/// minute has some hundred excursions.
 const LEVEL: f64 = 2.0;
 
 /// The exponents b that are compared.
 const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
 
-/// With fewer peaks than this, the tail is taken for that of a normal process.
+/// With fewer peaks than this, the tail of a normal process is assumed.
 const LEAST_PEAKS: usize = 5;
 
-/// A peak is a contact in a log that should have none if fewer peaks than this are expected above it, with b = 1 and the median of
-/// all peaks.
+/// The logs should have no contact. But a peak counts as a contact if noise would give fewer peaks than this above it. The
+/// expected number of peaks follows from the median of all peaks, with b = 1.
 const LEAST_EXPECTED_PEAKS: f64 = 1e-3;
 
-/// Smallest mean of z - u, standard deviations: that of a normal process at the level u = 2.
+/// Smallest assumed mean of z - u, in standard deviations. A normal process has this mean at the level u = 2.
 const LEAST_MEAN_EXCESS: f64 = 0.4;
 
-/// Noise makes a joint significant this often an hour: in one of a hundred contacts of .3 s.
+/// Number of times in an hour that noise alone may make a joint significant. Then it does so in one of a hundred contacts of
+/// 0.3 s.
 const SIGNIFICANT_PER_HOUR: f64 = 120.0;
 
 /// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
 
-/// The smallest threshold. Below, the peaks that were seen would already be alarms.
+/// The smallest threshold. With a smaller threshold, ordinary peaks of noise would be alarms.
 const LEAST_THRESHOLD: f64 = 3.0;
 
 impl Peaks {

@@ -1,4 +1,4 @@
-//! The result of a replay, as a table, as CSV and as JSON.
+//! The result of a replay (the observer of external torques, run over a log), as a table, as CSV and as JSON.
 
 use std::fmt;
 
@@ -56,11 +56,11 @@ impl ContactInterval {
 /// A load that the robot carries from a time on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CarriedLoad {
-    /// Time at which its torque began, s.
+    /// Time at which the torque of the load began, s.
     pub start: f64,
     /// Time at which it was distinguished from contact, s.
     pub found: f64,
-    /// Its parameters at the end of the interval. A mass of about zero: the load was put down.
+    /// The parameters of the load at the end of the interval. A mass of about zero means that the load was put down.
     pub load: Load<f64>,
 }
 
@@ -92,25 +92,28 @@ impl CarriedLoad {
     }
 }
 
-/// What the replay says of one joint.
+/// The result of a replay for one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointReplay {
     /// Standard deviation of the observer's torque at speed, N m (N).
     pub noise: f64,
-    /// RMS of the ratio without contact; 1 where the model fits this log as it fits the reference.
+    /// RMS of the ratio (external torque divided by its standard deviation) in cycles without contact. It is 1 if the model
+    /// fits this log as well as the logs in which the noise was measured.
     pub misfit: f64,
     /// Changes of FV, N m s/rad, FS and OFF, N m, since the identification.
     pub drift: [f64; 3],
-    /// Standard deviations of the changes; they include those of the estimate.
+    /// Standard deviations of the changes. They include the standard deviations of the parameters in the estimate.
     pub drift_sigma: [f64; 3],
-    /// Time in which the torque of the motor was at the limit of the effort, s. Its external torque is not known then.
+    /// Time during which the torque of the motor was at the effort limit, s. During this time, the external torque is not
+    /// known.
     pub saturated: f64,
 }
 
 /// The RMS ratio of a joint above which the model does not fit the robot any more.
 const LARGEST_MISFIT: f64 = 2.0;
 
-/// Standard deviations of a drift that is named. Three, because three numbers of every joint are tested.
+/// A drift is named if it exceeds this many standard deviations. The number is three and not two, because three parameters of
+/// every joint are tested.
 const SIGNIFICANT_DRIFT: f64 = 3.0;
 
 impl JointReplay {
@@ -145,9 +148,10 @@ pub struct ReplayedCycle {
     pub t: f64,
     /// External torque of each joint, N m (N). It contains the torque of the load.
     pub torque: Vec<f64>,
-    /// External torque of each joint without that of the load, N m (N).
+    /// External torque of each joint minus the torque of the load, N m (N).
     pub beyond: Vec<f64>,
-    /// For each joint, the external torque beyond that of the load from which contact is said, N m (N).
+    /// For each joint, the limit for a contact: contact is reported if the external torque minus the torque of the load
+    /// exceeds this value, N m (N).
     pub band: Vec<f64>,
     /// Whether there is contact.
     pub is_contact: bool,
@@ -170,7 +174,7 @@ pub struct Replay {
     pub alarms_per_hour: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
-    /// Whether the bands contain the uncertainty of the parameters: whether the estimate holds its covariance.
+    /// Whether the bands contain the uncertainty of the parameters. This needs an estimate with its covariance.
     pub has_covariance: bool,
     /// The link that carries the load.
     pub load_on: String,
@@ -208,7 +212,7 @@ impl Replay {
         }
     }
 
-    /// Sentences on the threshold, and on what the bands lack.
+    /// Sentences on the threshold, and on uncertainties that the bands do not contain.
     pub(crate) fn settings(&self) -> Vec<String> {
         let threshold = format!(
             "contact from {:.2} standard deviations; accepted false alarms an hour: {}; noise from {}",

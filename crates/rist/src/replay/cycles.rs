@@ -1,8 +1,9 @@
-//! The samples of a log as the observer takes them: momentum, known torque, and the rows of the regressor.
+//! Converts the samples of a log into cycles, the inputs of the observer: momentum, known torque, and the rows of the
+//! regressor.
 //!
-//! Nothing is filtered forward and backward, because a robot cannot do this while it runs. The acceleration, which only friction
-//! that depends on the load and the uncertainty of the parameters need, is the derivative of the velocity through the filter of the
-//! observer.
+//! No signal is filtered forward and backward, because a robot cannot do this while it runs. The acceleration is needed only
+//! for load-dependent friction and for the uncertainty of the parameters. It is the derivative of the velocity, after the
+//! filter of the observer.
 
 use identification::estimate::artefact::Estimate;
 use identification::signals::preparation::Preparation;
@@ -18,7 +19,7 @@ use crate::describe::evaluation::{Evaluation, ManyStates};
 use crate::describe::model::{Model, predicts};
 use crate::error::Error;
 
-/// The model of an estimate, with which the samples of logs become cycles.
+/// The model with the parameters of an estimate. It converts samples of logs to cycles.
 pub(crate) struct CycleModel<'a> {
     pub(crate) model: &'a Model,
     pub(crate) linear: LinearModel<'a>,
@@ -34,8 +35,8 @@ pub(crate) struct CycleModel<'a> {
     jacobian: Option<Evaluation>,
     /// Gain of the observer, 1/s.
     gain: f64,
-    /// For each joint, the speed below which friction changes its direction smoothly, because there the sign of a measured velocity
-    /// is noise, rad/s (m/s).
+    /// For each joint, the speed below which friction changes its direction smoothly, rad/s (m/s). Below this speed, the sign
+    /// of a measured velocity is only noise.
     pub(crate) slow: Vec<f64>,
     /// Limits of the torques by the description, N m (N); infinite where it has none.
     efforts: Vec<f64>,
@@ -56,7 +57,7 @@ pub(crate) struct JointCycle {
     pub(crate) momentum: f64,
     /// Torque of the motor minus friction plus b, N m (N).
     pub(crate) known: f64,
-    /// Whether the torque of the motor is at the limit of the description, so the true one is not known.
+    /// Whether the torque of the motor is at the effort limit of the description. The true torque is then not known.
     pub(crate) is_saturated: bool,
     /// Row of the regressor with friction, p entries.
     pub(crate) row: Vec<f64>,
@@ -175,9 +176,8 @@ impl<'a> CycleModel<'a> {
         failed.map_or(Ok(()), Err)
     }
 
-    /// Calls `take` with the cycle of one sample, which continues those that `memory` holds. `q`, `dq` and `tau`: position, velocity
-    /// and torque of the motor of each coordinate, SI units; `t`: time and usual
-    /// period, s.
+    /// Calls `take` with the cycle of one sample. The cycle continues the record whose values are in `memory`. `q`, `dq` and
+    /// `tau`: position, velocity and torque of the motor of each coordinate, SI units; `t`: time and usual period, s.
     pub(crate) fn sample(
         &self,
         (t, usual): (f64, f64),
@@ -300,8 +300,8 @@ impl<'a> CycleModel<'a> {
     }
 }
 
-/// A torque within this share of the limit of the effort is cut off by the drive. A torque above it shows that the description's
-/// limit is not the drive's.
+/// If a torque differs from the effort limit by less than this share of the limit, the drive probably cuts the torque off. A
+/// torque that is farther above the limit shows that the drive has another limit than the description.
 pub(crate) const SATURATED_WITHIN: f64 = 1e-3;
 
 /// Whether a torque is at the limit of the effort.
@@ -309,22 +309,23 @@ fn is_at(torque: f64, effort: f64) -> bool {
     (torque.abs() / effort - 1.0).abs() < SATURATED_WITHIN
 }
 
-/// What the cycles of a record pass on to those after them.
+/// Values that a cycle of a record passes on to the next cycle.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecordMemory {
     /// Velocities through the low-pass, rad/s (m/s).
     slow: Vec<f64>,
-    /// Time of the cycle before, s.
+    /// Time of the previous cycle, s.
     before: Option<f64>,
 }
 
 impl RecordMemory {
-    /// Whether the cycle before, if any, was before `t`, s.
+    /// Whether the time `t`, s, is later than the time of the previous cycle. True if there is no previous cycle.
     pub(crate) fn is_before(&self, t: f64) -> bool {
         self.before.is_none_or(|before| before < t)
     }
 
-    /// The time since the cycle before, s; zero at the first cycle and after a gap, where the observers begin again. `usual`: s.
+    /// The time since the previous cycle, s. It is zero at the first cycle and after a gap; there the observers start again.
+    /// `usual`: the usual period, s.
     fn period(&mut self, t: f64, usual: f64) -> f64 {
         let period = self.before.replace(t).map_or(0.0, |before| t - before);
         if period > LARGEST_PERIOD_RATIO * usual { 0.0 } else { period }

@@ -1,4 +1,4 @@
-//! The few directions of the parameters' error that move the torques most.
+//! Finds the few directions in which an error of the parameters changes the torques most.
 //!
 //! C = L L' is the covariance of the parameters, M = mean y'y / noise^2 over the rows y of the fitted logs. The eigenvectors V of
 //! L' M L with the largest eigenvalues give
@@ -6,8 +6,9 @@
 //! ```text
 //! G = L V sqrt(tr(M C) / tr(V' L' M L V))
 //! ```
-//! The factor gives G G' the variance that C has in the torques of the fitted logs, on average over their rows. After a fit by least
-//! squares all directions have similar shares, so a few of them have a part of the variance only.
+//! V has only a few directions, so without the square root G G' would cause only a part of the variance that C causes in the
+//! torques of the fitted logs. (After a fit by least squares, all directions have similar shares of the variance.) The square
+//! root scales G such that G G' and C cause the same variance, on average over the rows.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 

@@ -1,4 +1,5 @@
-//! What a replay and a generated monitor take from a model and its estimate.
+//! Inputs from a model and its estimate, for a replay and for a generated monitor. A replay runs the observer of external
+//! torques over a log. A monitor is the same computation as generated C code.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;
@@ -10,7 +11,7 @@ use crate::describe::model::Model;
 /// Contact ends after this time below half of the threshold, s. Pushes of a person last longer.
 pub(crate) const HOLD_S: f64 = 0.1;
 
-/// The name of the last link: the link with the most links before it, the first of several.
+/// The name of the last link: the link with the most links before it. If several links have this number, the first of them.
 pub(crate) fn last_link(model: &Model) -> String {
     let before = |link: &robot::Link| link.antecedent.map(|before| model.robot.link(before));
     let depth = |link: &robot::Link| std::iter::successors(before(link), |link| before(link)).count();
@@ -18,11 +19,13 @@ pub(crate) fn last_link(model: &Model) -> String {
     deepest.map_or(String::new(), |link| link.name.clone())
 }
 
-/// The covariance of all parameters of the linear model, in its order, as it is in torques; `None` if the estimate does not hold it.
+/// The covariance of all parameters of the linear model, in the order of the model, for the errors of predicted torques.
+/// `None` if the estimate has no covariance.
 ///
-/// The standard deviations of an estimate allow for faults that the data do not exclude, one parameter by another. Their covariance
-/// keeps the correlations, so errors that cancel in every torque no longer do. Torques follow from the covariance of white noise
-/// instead, times the median ratio of the variances for correlated residuals.
+/// In the covariance of an estimate, possible faults inflate the standard deviation of each parameter separately, while the
+/// correlations stay the same. With this covariance, errors of several parameters that cancel in every torque would no longer
+/// cancel. So the covariance for white noise is used for torques. It is multiplied by the median ratio of the variances for
+/// correlated and for white residuals.
 pub(crate) fn covariance(linear: &LinearModel, estimate: &Estimate) -> Option<DMatrix<f64>> {
     if estimate.covariance.is_empty() {
         return None;

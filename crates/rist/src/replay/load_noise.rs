@@ -1,13 +1,16 @@
-//! How much the noise of the observer moves the estimate of a load, from logs without a load.
+//! Measures the errors that the noise of the observer causes in an estimated load, from logs without a load.
 //!
-//! In windows of such a log, the parameters of a load are estimated although there is none. With R of the QR decomposition of the
-//! weighted rows, the estimates x = inv(R) z have
+//! The parameters x of a load are estimated in windows of such a log, although there is no load. R, z: triangle and right-hand
+//! side of the QR decomposition of the weighted rows, so x = inv(R) z. The ratio f of the squared errors to their expected
+//! value is
 //!
 //! ```text
 //! f = mean z'z / freedom          freedom = 10 - tr(inv(P) inv(R) inv(R)')
 //! ```
-//! f is 1 for independent errors. It is larger for correlated ones, and smaller where the noise of the velocity dominates, because r
-//! contains its derivative, which averages out. P: what is possible; it takes the freedom of parameters that a window does not show.
+//! P: covariance of a prior for the ten parameters, from the largest load that is possible. For a parameter that a window does
+//! not determine, the trace lowers the degrees of freedom by one. f is 1 for independent errors, and larger for correlated
+//! errors. f is smaller than 1 if the noise of the velocity dominates: the external torque r contains the derivative of this
+//! noise, and the derivative averages out.
 
 use online::{Band, Payload};
 
@@ -16,12 +19,13 @@ use crate::replay::run::load_start;
 
 /// Length of a window, s: the time in which the estimate of a load settles.
 const WINDOW_S: f64 = 5.0;
-/// Largest mass of a load that is possible, kg. It hardly matters, because a window determines a mass within a tenth of it.
+/// Largest possible mass of a load, kg. This value hardly matters, because a window determines the mass to a tenth of this
+/// value.
 const POSSIBLE_MASS_KG: f64 = 10.0;
-/// With less freedom than this, f is unknown and counts as 1.
+/// With fewer degrees of freedom than this, f is unknown and counts as 1.
 const LEAST_FREEDOM: f64 = 5.0;
 
-/// Estimates of no load in windows.
+/// Estimates of a load in windows of a log without a load.
 pub(crate) struct LoadNoise {
     window: Payload<f64, 0>,
     age: f64,
@@ -62,7 +66,8 @@ impl LoadNoise {
         self.age = 0.0;
     }
 
-    /// f times the period of these cycles, s: f of other cycles is this divided by their period. `None` if the windows are too few.
+    /// f times the period of these cycles, s. For cycles with another period, f is this product divided by the other period.
+    /// `None` if there are too few windows.
     pub(crate) fn time(&self) -> Option<f64> {
         (self.freedom > LEAST_FREEDOM).then(|| self.square / self.freedom * self.time / self.cycles)
     }

@@ -1,8 +1,9 @@
-//! Runs observer, load and drift over a log, cycle by cycle, as a robot runs them.
+//! Replays a log: computes the external torque of each joint (observer), the load, and the drift of friction, cycle by cycle,
+//! in the same way as a controller could do it while the robot runs.
 //!
-//! The noise of the observer is measured in logs without contact: those that the estimate was fitted to, unless others are given.
-//! With the covariance of the estimate it gives the band of the external torque, and with the accepted rate of false alarms the
-//! threshold of contact.
+//! The noise of the observer is measured in logs without contact. These are the logs to which the estimate was fitted, unless
+//! the user gives other logs. The noise and the covariance of the estimate give the band of the external torque: the values
+//! that occur without contact. The noise and the accepted rate of false alarms give the threshold of contact.
 
 mod alarm_rate;
 mod artefact;
@@ -66,7 +67,7 @@ pub fn replay(
     Ok(replay)
 }
 
-/// What a run starts from.
+/// All that a replay needs before its first cycle.
 struct Start<'a> {
     cycles: cycles::CycleModel<'a>,
     noise: noise::Noise,
@@ -76,7 +77,7 @@ struct Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// Arguments and failures are those of [`replay`]. The period of the settings is that of no log.
+    /// Has the arguments of [`replay`], and fails like [`replay`]. The caller must set the period in the settings.
     fn new(
         model: &'a Model,
         (file, estimate): (&Path, &'a Estimate),

@@ -1,4 +1,6 @@
-//! The numbers of the monitor in a generated file: those of a replay, with the friction that the file has.
+//! Computes the constants of a generated monitor (observer, contact and load in C): noise, thresholds and gains. A replay has
+//! the same constants. But a replay uses all friction terms of the estimate, and a generated file has only viscous friction,
+//! Coulomb friction and offset.
 
 use std::path::Path;
 
@@ -18,7 +20,7 @@ use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS};
 use crate::replay::run::{LARGEST_MISFIT, LOAD_DECISION_S, MISFIT_MEMORY_S, load_start};
 use crate::request::GenerateRequest;
 
-/// The numbers of the monitor, with the link of its load. `reference`: logs without contact.
+/// The name of the link that carries the load, and the constants of the monitor. `reference`: logs without contact.
 ///
 /// Fails for an estimate of experiments, if a log cannot be read, and if there is no such link.
 pub fn monitor(

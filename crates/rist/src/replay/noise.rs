@@ -1,13 +1,14 @@
-//! What an observer sees without contact: the bands of the joints and the peaks, from logs that the estimate was fitted to.
+//! Measures the noise of the observer without contact, in the logs to which the estimate was fitted: the constants of each
+//! joint, and the peaks. r: external torque of a joint, which is only noise in these logs.
 //!
 //! | constant of a joint | from |
 //! |---|---|
 //! | speed | a tenth of the RMS speed |
 //! | noise | median absolute deviation of r at samples above this speed |
-//! | low_speed | what the 95 % quantile of abs(r) beyond dry friction has more at the other samples |
+//! | low_speed | noise added at the other samples; from the 95 % quantile of abs(r) beyond dry friction |
 //! | dry | dry friction of the estimate |
 //!
-//! The median is not moved by a contact that the fitted logs contain by accident.
+//! If a fitted log contains a short contact by accident, the median hardly changes.
 
 use nalgebra::DMatrix;
 use online::{Band, NoiseScale, Order};
@@ -31,9 +32,10 @@ pub(crate) struct Noise {
     /// The factor G of the covariance, one row per parameter; no row without a covariance.
     pub(crate) factor: Vec<[f64; DIRECTIONS]>,
     pub(crate) peaks: Peaks,
-    /// The time of which one independent sample of r tells, s: the variance of a mean over a time t is that of r times this over t.
+    /// Correlation time of r, s. The mean of r over a time t has the variance of r, multiplied by the correlation time and
+    /// divided by t.
     correlation_time: f64,
-    /// The same for the estimate of a load ([`LoadNoise::time`]).
+    /// The correlation time for the estimate of a load, s ([`LoadNoise::time`]).
     load_time: f64,
 }
 
@@ -43,7 +45,8 @@ const LOW_SHARE_OF_SPEED: f64 = 0.1;
 const SMOOTH_SHARE_OF_SPEED: f64 = 0.02;
 /// Median absolute deviation of a unit normal number: 1 / 1.4826.
 const NORMAL_MAD: f64 = 0.674_489_750_196_082;
-/// With fewer samples at low speed, their deviation is unknown, and that at speed is added once more.
+/// With fewer samples at low speed than this, the noise at low speed is unknown. It is then assumed that low speed adds as
+/// much noise as there is at speed.
 const LEAST_LOW_SAMPLES: usize = 50;
 /// Memory of the scale of the noise, s: some hundred cycles.
 pub(crate) const SCALE_MEMORY_S: f64 = 0.5;
@@ -132,7 +135,8 @@ impl Noise {
         self.changes.iter().map(|&change| NoiseScale::new(change, SCALE_MEMORY_S)).collect()
     }
 
-    /// The ratio of the variance of a mean of errors to that of independent ones, for cycles with this period, s; at least 1.
+    /// For cycles with this period, s: the variance of a mean of correlated errors, divided by the variance of a mean of
+    /// independent errors. At least 1.
     pub(crate) fn correlation(&self, period: f64) -> f64 {
         (self.correlation_time / period).max(1.0)
     }
@@ -142,7 +146,8 @@ impl Noise {
         if self.load_time > 0.0 { self.load_time / period } else { 1.0 }
     }
 
-    /// The row y G of a joint: what a unit of each direction of the parameters' error adds to its torque, N m (N).
+    /// The row y G of a joint: for each direction of the error of the parameters, the torque error that one unit in this
+    /// direction causes, N m (N).
     pub(crate) fn shared(&self, row: &[f64]) -> [f64; DIRECTIONS] {
         let mut shared = [0.0; DIRECTIONS];
         for (y, factor) in row.iter().zip(&self.factor) {
@@ -273,8 +278,8 @@ fn band(series: &mut [(f64, f64)], unknown: Band<f64>) -> Band<f64> {
 /// A sample is fast if its slowness is below this.
 const FAST_BELOW: f64 = 0.5;
 
-/// At low speed the error of friction is not normal: it is large at reversals. So its deviation is that of a normal number with the
-/// same 95 % quantile of the absolute value, which a contact in few samples moves little.
+/// At low speed the error of friction is not normal: it is large at reversals. So its standard deviation is computed from this
+/// quantile of its absolute value, as for a normal variable. A contact in a few samples hardly changes this quantile.
 const LOW_SPEED_QUANTILE: f64 = 0.95;
 /// The 95 % quantile of the absolute value of a unit normal number.
 const LOW_SPEED_DEVIATIONS: f64 = 1.96;

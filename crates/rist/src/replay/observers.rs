@@ -1,4 +1,5 @@
-//! The observers of all joints, and those of the columns of a load and of friction, which pass the same filter.
+//! The observers of the external torques of all joints. The columns of a load and of friction pass the same filter, so that
+//! they can be compared with the external torques.
 
 use online::{Observer, Order};
 
@@ -9,11 +10,11 @@ use crate::replay::cycles::Cycle;
 pub(crate) struct Seen {
     /// External torque of the observer, N m (N).
     pub(crate) torque: f64,
-    /// Row of H: the torque -H x is that of a load with the parameters x.
+    /// Row of H. A load with the parameters x causes the external torque -H x.
     pub(crate) load: [f64; 10],
-    /// Speed and direction, as a torque would pass the observer.
+    /// Speed and direction of the joint, after the filter that a torque passes in the observer.
     pub(crate) friction: [f64; 2],
-    /// Slowness, in the same way.
+    /// Slowness of the joint, after the same filter.
     pub(crate) slowness: f64,
 }
 

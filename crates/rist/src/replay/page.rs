@@ -1,4 +1,4 @@
-//! The page of a replay.
+//! The HTML page of a replay (the observer of external torques, run over a log).
 
 use identification::plot_data::envelope::Envelope;
 use report::identification::Origin;

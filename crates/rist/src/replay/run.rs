@@ -1,4 +1,4 @@
-//! The loop over the cycles of a log: the same calls as in a controller.
+//! The loop of a replay over the cycles of a log. It makes the same calls as the loop of a controller.
 
 use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 
@@ -27,18 +27,19 @@ pub(crate) struct Settings {
     pub(crate) largest_load: f64,
 }
 
-/// Distance of a load's mass from the origin of its frame, m: standard deviation of what is possible.
+/// Prior standard deviation of the distance between the mass of a load and the origin of its frame, m.
 pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
-/// Time for which a contact lasts before it is taken for a load, s. Pushes and collisions are shorter.
+/// A contact must last this time, s, before it can count as a load. Pushes and collisions are shorter.
 pub(crate) const LOAD_DECISION_S: f64 = 0.5;
 /// Time constant of the misfit of a new load, s.
 pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
-/// Largest mean square of the normalised residual with which a load explains a contact; 1 is expected, and a constant push of ten
-/// standard deviations leaves some tens.
+/// A load explains a contact only if the mean square of the normalised residual is at most this value. The mean square is
+/// about one for a real load, and some tens for a constant push of ten standard deviations.
 pub(crate) const LARGEST_MISFIT: f64 = 4.0;
-/// Memory of the drift of friction, s: temperature changes friction within minutes.
+/// Memory of the drift of friction, s. It is two minutes, because temperature changes friction within minutes.
 const DRIFT_MEMORY_S: f64 = 120.0;
-/// Standard deviation of a drift that is possible, relative to the noise of the observer: a hundred times, so it hardly binds.
+/// Prior standard deviation of a drift, relative to the noise of the observer. It is so large that the prior has hardly any
+/// effect.
 const DRIFT_RELATIVE_TO_NOISE: f64 = 100.0;
 
 /// The state of a run.
@@ -58,7 +59,7 @@ pub(crate) struct Run {
     saturated: Vec<f64>,
 }
 
-/// Standard deviations of the parameters of the loads that are possible, up to a mass m, kg.
+/// Prior standard deviations of the ten parameters of a load with a mass of up to m, kg.
 pub(crate) fn load_start(m: f64) -> [f64; 10] {
     let (first, second) = (m * LOAD_DISTANCE_M, m * LOAD_DISTANCE_M * LOAD_DISTANCE_M);
     [second, second, second, second, second, second, first, first, first, m]
@@ -100,7 +101,7 @@ impl Run {
 
     /// Takes a cycle.
     pub(crate) fn step(&mut self, cycle: &Cycle) {
-        // After a gap nothing is known of a contact before it.
+        // After a gap of the log, it is not known whether an earlier contact still lasts.
         if cycle.period <= 0.0 {
             let Settings { threshold, significant, hold, .. } = self.settings;
             self.detector = ContactDetector::new(threshold, significant, hold);
@@ -157,7 +158,7 @@ impl Run {
         self.loads.begin(contact, cycle.period);
         for (j, joint) in cycle.joints.iter().enumerate() {
             let (band, seen) = (&bands[j], &self.observers.seen[j]);
-            // A torque that the drive cuts off is not the one that was measured or asked for.
+            // If the drive cuts a torque off, the true torque is neither the measured nor the commanded one.
             if joint.is_saturated {
                 self.saturated[j] += cycle.period;
                 continue;
@@ -171,7 +172,7 @@ impl Run {
             }
         }
         if self.loads.end() {
-            // The interval of contact that began with the load is no contact.
+            // The load first looked like a contact. So the last interval of contact is removed.
             let began = self.replay.contacts.pop().map_or(cycle.t, |contact| contact.start);
             let load = *self.loads.carried();
             self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load });
@@ -201,7 +202,7 @@ impl Run {
         }
     }
 
-    /// The result so far, with what is said of each joint.
+    /// The result so far, with the results of each joint.
     pub(crate) fn finish(mut self) -> Replay {
         let count = self.count.max(1) as f64;
         let bands = self.noise.bands.iter().zip(&self.drifts).zip(&self.squares).zip(&self.saturated);

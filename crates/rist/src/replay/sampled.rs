@@ -1,4 +1,4 @@
-//! A replay that takes a sample at a time, such as from a robot that runs.
+//! A replay (observer, load and drift of friction) that takes one sample at a time, for example from a running robot.
 
 use std::path::Path;
 
@@ -23,8 +23,8 @@ pub struct SampledReplay<'a> {
 }
 
 impl<'a> SampledReplay<'a> {
-    /// Starts without contact and without a load. `period`: time between samples, s. The other arguments and the failures are those
-    /// of [`crate::replay()`].
+    /// Starts without contact and without a load. `period`: time between samples, s. The other arguments are the arguments of
+    /// [`crate::replay()`]. Fails like [`crate::replay()`].
     pub fn new(
         model: &'a Model,
         (file, estimate): (&Path, &'a Estimate),

@@ -1,20 +1,21 @@
-//! The force and the moment of a contact on an assumed link.
+//! Estimates the force and the moment of a contact, if the touched link is known.
 //!
 //! ```text
 //! r = J' F + e          J: Jacobian of the link's frame (6 x n); F: force, then moment at its origin, in its axes
 //! cov(F) = inv(J S^-2 J' + P^-2)
 //! ```
-//! r: external torques without that of a load; S: their standard deviations; P: standard deviations of what is possible. A component
-//! of which more than a tenth of that remains is not determined: fewer than six joints before the link, or a singular posture. If the
-//! contact is on another link, or at several places, the misfit is large.
+//! r: external torques without the torque of a load; e: their errors; S: standard deviations of e; P: prior standard
+//! deviations of F, from the largest forces and moments that are possible. A component of F is not determined if its standard
+//! deviation is more than a tenth of its prior standard deviation. This happens if the link has fewer than six joints before
+//! it, or if the posture is singular. If the contact is on another link, or at several places, the misfit is large.
 
 use nalgebra::{Matrix6, Vector6};
 
-/// Standard deviation of the forces that are possible, N.
+/// Prior standard deviation of a force, N: the largest possible size.
 const POSSIBLE_FORCE: f64 = 1000.0;
-/// Standard deviation of the moments that are possible, N m.
+/// Prior standard deviation of a moment, N m: the largest possible size.
 const POSSIBLE_MOMENT: f64 = 300.0;
-/// A component is determined if less than this share of what is possible remains.
+/// A component is determined if its standard deviation is below this share of its prior standard deviation.
 const DETERMINED_SHARE: f64 = 0.1;
 
 /// Force and moment on a link, at the origin of its frame and in its axes.
@@ -24,8 +25,8 @@ pub struct ContactWrench {
     pub components: [Option<f64>; 6],
     /// Standard deviation of each component.
     pub sigma: [f64; 6],
-    /// Mean square of the normalised residual of the torques; about 1 if the contact is on this link. `None` without more joints
-    /// than components.
+    /// Mean square of the normalised residual of the torques. It is about 1 if the contact is on this link. `None` if there
+    /// are not more joints than determined components.
     pub misfit: Option<f64>,
 }
 
@@ -41,7 +42,7 @@ impl ContactWrench {
             information += column * column.transpose();
             right += column * (torques[j] / deviations[j]);
         }
-        // The matrix is positive definite, since all that is possible is finite.
+        // The matrix is positive definite, because the prior standard deviations are finite.
         let covariance = information.cholesky().map_or(Matrix6::identity() * f64::INFINITY, |found| found.inverse());
         let wrench = covariance * right;
         let sigma: [f64; 6] = std::array::from_fn(|c| covariance[(c, c)].sqrt());

@@ -1,4 +1,5 @@
-//! Requests of the steps that need only a description.
+//! The options (requests) of the commands that need only a robot description: `rist inspect` and `rist convert`, and the
+//! evaluation of regressors and torques at given states.
 
 use robot::convention::Convention;
 

@@ -1,4 +1,4 @@
-//! Requests for checking logs, estimates and motions.
+//! The options (requests) of the commands that check logs, estimates and motions.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The request for an exciting motion.
+//! The options (request) of `rist excite`, which searches an exciting motion and proves its limits.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::limits::LimitsFile;

@@ -1,4 +1,4 @@
-//! The choice of friction terms in a request: the user gives the terms, or they are chosen automatically.
+//! The option for the friction terms of an identification: the user gives the terms, or rist chooses them.
 
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! The request for generated source code of a robot.
+//! The options (request) of `rist generate`, which writes source code with functions of a robot.
 
 use std::path::PathBuf;
 

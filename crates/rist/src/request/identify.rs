@@ -1,4 +1,4 @@
-//! Requests for an identification, one per family of methods. Common fields are defined once and shared.
+//! The options of an identification: one struct (request) per family of methods. Common fields are defined once and shared.
 //!
 //! | method | request |
 //! |---|---|

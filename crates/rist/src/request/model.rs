@@ -1,4 +1,4 @@
-//! Options for reading a description.
+//! Options for reading a robot description.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! The request for planning experiments.
+//! The options (request) of `rist plan`, which chooses experiments for an identification.
 
 use experiments::excitation::limits::LimitsFile;
 use experiments::motion::profile::Profile;

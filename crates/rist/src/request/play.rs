@@ -1,4 +1,4 @@
-//! The request for playing a motion on a robot.
+//! The options (request) of `rist play`, which writes a motion as a file for the controller of a robot.
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;

@@ -1,4 +1,4 @@
-//! The request for a simulation.
+//! The options (request) of `rist simulate`.
 
 use std::path::PathBuf;
 

@@ -1,8 +1,10 @@
-//! Base geometric parameters: which errors of the geometry the measurements can determine, and which others are grouped into them.
+//! Finds the base geometric parameters: the errors of the geometry that the measurements can determine. The other errors are
+//! grouped into the base parameters.
 //!
-//! The Jacobian of the measurements is stacked over random postures. Its independent columns are found from left to right by the
-//! rule for base inertial parameters ([`modeling::independent_columns`]). A dropped parameter acts like a combination of kept
-//! ones at every posture, so its error is contained in theirs [Khalil, Dombre 2002, chapter 11].
+//! The Jacobian of the measurements is stacked over random postures. Its independent columns are found from left to right by
+//! the same method as for base inertial parameters ([`modeling::independent_columns`]). At every posture, a dropped parameter
+//! has the same effect as a combination of kept parameters. So the fitted errors of these kept parameters contain the error of
+//! the dropped parameter [Khalil, Dombre 2002, chapter 11].
 
 use modeling::independent_columns;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -77,7 +79,7 @@ impl GeometricBase {
     }
 }
 
-/// A number of random postures within the limits of the joints. Each measures what `like` measures.
+/// `count` random postures within the joint limits. Each has the same kind of measurement as the posture `like`.
 pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, count: usize) -> Vec<Posture> {
     let mut random = Random::new(SEED);
     let mut position = |k: &usize| {
@@ -85,7 +87,8 @@ pub(crate) fn random_postures(robot: &Robot, problem: &Problem, like: &Posture, 
         let (low, high) = limits.unwrap_or((-FREE_RANGE, FREE_RANGE));
         random.between(low, high)
     };
-    // A torque that varies as much as at the given postures: a joint that gravity never loads has no compliance to be found.
+    // The torques of a random posture are invented, with the size of the torques at the given postures. So a joint that
+    // gravity never loads has no torque here either, and its compliance is not identifiable.
     let largest = |k: usize| problem.postures.iter().map(|p| p.torque[k].abs()).fold(0.0, f64::max);
     let sizes: Vec<f64> = (0..problem.chain.coordinates.len()).map(largest).collect();
     let least = ROUNDED_ZERO * sizes.iter().copied().fold(0.0, f64::max);

@@ -1,4 +1,8 @@
-//! A kinematic calibration: from a table of postures to errors of the geometry, and what they are worth.
+//! Makes a kinematic calibration from a table of postures: fits the errors of the geometry, looks for mistakes in the table,
+//! and judges the fit by its errors on postures that were left out.
+//!
+//! Three fits (levels) follow each other, each with more parameters: the frames of base and tool alone, then also the zeros of
+//! the joints, then the geometry or the compliances, if the user asked for one of them.
 
 use std::path::Path;
 
@@ -38,7 +42,8 @@ pub struct Calibration {
     pub names: ParameterNames,
     /// Name of the measured link.
     pub tip: String,
-    /// The fits: frames alone, then zeros, then what was asked for.
+    /// The fits (levels): frames alone, then with zeros, then with the geometry or the compliances if the user asked for one
+    /// of them.
     pub levels: Vec<Level>,
     /// Mistakes in the table.
     pub mistakes: Vec<Mistake>,
@@ -88,7 +93,7 @@ fn named_tip(robot: &Robot, name: &str) -> Result<LinkId, Error> {
     })
 }
 
-/// The names that print parameters of a robot.
+/// The names of links, joints and coordinates that are needed to print parameters of a robot.
 pub(crate) fn names_of(robot: &Robot, points: usize) -> ParameterNames {
     ParameterNames {
         coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
@@ -160,7 +165,8 @@ pub fn calibrate_table(
     Ok(Calibration { problem, names, tip, levels, mistakes: found, left_out_rows, notes, verdict })
 }
 
-/// The postures for each other link that could have been measured: the ones with other joints before them.
+/// For each other link that could be the measured one: the same postures with this link as the measured link. Links with the
+/// same joints before them as the measured link are left out.
 fn other_tips<'a>(
     robot: &'a Robot,
     table: &Table,
@@ -228,7 +234,8 @@ fn fitted<'a>(
     }
     let first = start(problem, &of_zeros.kept, ZERO_STARTS);
     let corrections = request.options.clone().unwrap_or_default().corrections;
-    // A zero that is far off may stand for a reversed sign: then the table is compared with zeros near those of the description.
+    // If a fitted zero is far off, the real cause may be a reversed sign. Then the search for mistakes starts from the error
+    // of a fit whose zeros stay near the zeros of the description.
     let as_given = match far_zeros(problem, &first).is_empty() {
         true => share(problem, &first),
         false => share(problem, &start(problem, &of_zeros.kept, 0)),
@@ -240,7 +247,7 @@ fn fitted<'a>(
         Calibrated::Stiffness => Some("stiffness"),
     };
     let (mut levels, mut from): (Vec<Level>, _) = (Vec::new(), (first.clone(), FIRST_NOISE));
-    // The frames of a robot without errors start where its zeros are zero.
+    // The level of the frames alone describes a robot without errors, so its start has no zero errors.
     let nominal = start(problem, &base_of("frames")?.kept, 0);
     levels.push(Level::fitted(problem, "frames", base_of("frames")?, &(nominal, FIRST_NOISE))?);
     for what in ["zeros"].into_iter().chain(asked) {

@@ -1,18 +1,20 @@
-//! The postures that determine the geometric base parameters best.
+//! Chooses the postures that determine the geometric base parameters best (a design D).
 //!
-//! A posture r has the Jacobian J_r of its measurements by the base parameters, divided by their noise. The postures D are chosen
-//! among random ones within the limits of the joints and free of contact. They make the determinant of the information largest by
-//! exchange [Fedorov 1972, chapter 3]. With M the information of the others, a posture adds
+//! J_r: Jacobian of the measurements at posture r by the base parameters, divided by the noise of the measurements. The
+//! postures of D are chosen among random postures that are within the joint limits and free of contact. An exchange algorithm
+//! [Fedorov 1972, chapter 3] makes the determinant of the information matrix as large as possible. If M is the information
+//! matrix of the other postures of D, the posture r adds
 //! ```text
 //! ln det(I + J_r M^-1 J_r')   to   ln det(sum over D of J_r' J_r)
 //! ```
-//! The variance of a predicted position with the rows R is R (sum of J_r' J_r)^-1 R'. Its largest standard deviation is the square
-//! root of the largest eigenvalue, over random postures. With the singular values s_1 >= .. >= s_L of the stacked Jacobian of m
-//! postures, the observability indices are [Sun, Hollerbach 2008]
+//! The covariance of a predicted position is R (sum of J_r' J_r)^-1 R'. R: Jacobian of this position by the base parameters.
+//! The largest standard deviation of a position is the square root of the largest eigenvalue of this matrix, over random
+//! postures. With the singular values s_1 >= .. >= s_L of the stacked Jacobian of m postures, the observability indices are
+//! [Sun, Hollerbach 2008]
 //! ```text
 //! O1 = (s_1 .. s_L)^(1/L) / sqrt(m)   O2 = s_L / s_1   O3 = s_L   O4 = s_L^2 / s_1   O5 = 1 / (1/s_1 + .. + 1/s_L)
 //! ```
-//! A robot may touch something on its way from one posture to the next: only the postures are free of contact.
+//! Not checked: the way from one posture to the next, on which a robot may touch something.
 
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -50,7 +52,7 @@ const LEAST_GAIN: f64 = 1e-6;
 /// Information that every parameter has before the first posture, as a share of the mean information of a posture.
 const FIRST_INFORMATION: f64 = 1e-8;
 
-/// What a number of postures determines.
+/// How well a number of postures determines the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Determined {
     /// Number of postures.
@@ -61,20 +63,21 @@ pub struct Determined {
     pub largest_sigma: f64,
 }
 
-/// Chosen postures, and what they determine.
+/// Chosen postures, and how well they determine the parameters.
 #[derive(Clone, Debug)]
 pub struct Design {
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Positions of the joints, rad (m), one row a posture.
+    /// Positions of the joints, rad (m), one row per posture.
     pub postures: Vec<Vec<f64>>,
     /// Number of base parameters.
     pub parameters: usize,
     /// The observability indices O1 to O5.
     pub indices: [f64; 5],
-    /// For each number of postures: designed ones, and as many at random. `None`: they do not determine all parameters.
+    /// For each number of postures: the result for designed postures, and for the same number of random postures. `None`: the
+    /// postures do not determine all parameters.
     pub curve: Vec<[Option<Determined>; 2]>,
-    /// What was checked for contact, and what was not.
+    /// Notes on which contacts were checked and which were not.
     pub notes: Vec<String>,
 }
 
@@ -243,7 +246,7 @@ impl Pool {
         DMatrix::from_rows(&rows)
     }
 
-    /// What postures determine; `None` if their Jacobian has not full rank.
+    /// How well postures determine the parameters. `None` if their Jacobian does not have full rank.
     fn determined(&self, of: &[usize]) -> Option<Determined> {
         let all: Vec<usize> = (0..self.first.nrows()).collect();
         if GeometricBase::of(&self.stacked(of), &all).ok()?.kept.len() < all.len() {

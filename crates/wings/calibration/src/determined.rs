@@ -1,9 +1,9 @@
-//! What the postures determine: each parameter by the width of its interval, and the poses at any posture within the limits of the
-//! joints by the covariance of the parameters.
+//! Finds out what the postures determine. A parameter is determined if its interval is narrow. Predicted poses are accurate
+//! enough if their errors, from the covariance of the parameters, are small at all postures within the joint limits.
 //!
-//! With the information N of the fitted parameters (inverse of their covariance), more postures with the Jacobian J and the noise
-//! s give N + J' J / s^2. So the interval after more postures is known before they are measured. The variance of a predicted
-//! component with the row j is j N^-1 j'.
+//! N: information matrix of the fitted parameters, the inverse of their covariance. More postures with the Jacobian J and the
+//! noise s give the information matrix N + J' J / s^2. So the intervals after more postures are known before these postures
+//! are measured. A component of a predicted pose with the row j of the Jacobian has the variance j N^-1 j'.
 
 use claims::{Claim, Figure, Outcome, Subject, Topic, significant};
 use identification::estimate::topics::{PARAMETERS, cannot_tell};
@@ -24,8 +24,8 @@ pub(crate) const OTHER_LENGTHS: Topic = Topic("lengths within the limits of the 
 /// Angles at postures that were not measured.
 pub(crate) const OTHER_ANGLES: Topic = Topic("angles within the limits of the joints");
 
-/// A parameter is determined if its 95 % interval turns or moves the robot by at most this: rad, or this share of the spread of
-/// what is measured. Descriptions have errors of this size.
+/// A parameter is determined if a change by its 95 % interval turns the robot by at most this angle, rad, or moves it by at
+/// most this share of the spread of the measured points. Descriptions have errors of this size.
 const WIDE: f64 = 0.02;
 /// Largest 95 % interval of a predicted pose, rad, or as a share of the spread of the postures.
 const WIDE_POSE: f64 = 0.01;
@@ -42,7 +42,7 @@ const LITTLE_MOTION: f64 = 0.25;
 /// Largest number of names in a sentence.
 const NAMES: usize = 6;
 
-/// A fit whose parameters are looked at.
+/// A fit, for which the methods find out what its postures determine.
 pub(crate) struct Determination<'a> {
     /// The robot.
     pub robot: &'a Robot,
@@ -123,7 +123,7 @@ impl Determination<'_> {
         self.level.fit.active.iter().enumerate().filter_map(is_held).collect()
     }
 
-    /// Random postures within the limits that measure what the first one measures, linearised at the fit.
+    /// Random postures within the joint limits, with the kind of measurement of the first posture, linearised at the fit.
     fn elsewhere(&self, count: usize) -> Option<(Problem, Linearised)> {
         let like = self.problem.postures.first()?;
         let there = self.problem.with(random_postures(self.robot, self.problem, like, count));
@@ -152,7 +152,8 @@ impl Determination<'_> {
         format!("{} (+- {} {unit})", self.name(place), significant(1e3 * size, 3))
     }
 
-    /// What would determine the parameters that `is_open` finds in a covariance: further postures, if some number suffices.
+    /// The advice how many further postures are needed. `is_open`: whether parameters are undetermined with a given
+    /// covariance. The smallest number of further postures after which none is undetermined is named, if there is one.
     fn what_would_tell(&self, is_open: impl Fn(&DMatrix<f64>) -> bool) -> String {
         let suffices = |count: &usize| self.after(*count).is_some_and(|covariance| !is_open(&covariance));
         more_postures(FURTHER.into_iter().find(suffices))
@@ -184,8 +185,8 @@ impl Determination<'_> {
         if all.is_empty() { String::new() } else { format!("; of its range moves {}", all.join(", ")) }
     }
 
-    /// Parameters that these postures do not determine, although others would; parameters with wide intervals; parameters that the
-    /// prior decides.
+    /// Claims on three kinds of parameters: parameters that these postures do not determine, although other postures would;
+    /// parameters with wide intervals; parameters that the prior determines more than the data do.
     pub(crate) fn of_parameters(&self) -> Vec<Claim> {
         let fit = &self.level.fit;
         let mut claims = Vec::new();
@@ -224,7 +225,7 @@ impl Determination<'_> {
         (!of_kind.is_empty()).then(|| self.quantile() * sigma)
     }
 
-    /// Whether poses are known within the limits of the joints, and not only near the measured postures.
+    /// Claims whether poses are accurate anywhere within the joint limits, and not only near the measured postures.
     pub(crate) fn of_other_postures(&self) -> Vec<Claim> {
         let Some((there, rows)) = self.elsewhere(ELSEWHERE) else { return Vec::new() };
         let size = spread(self.problem).max(spread_of_links(&there));
@@ -290,7 +291,7 @@ mod tests {
             .collect()
     }
 
-    /// Postures over the whole range determine all: nothing is said of parameters, and the answer is yes.
+    /// Postures over the whole range determine all parameters: no claim names a parameter, and the answer is yes.
     #[test]
     fn what_is_determined_is_not_doubted() {
         let found = found(4.0, MeasurementKind::Pose, 1e-4, 0);
@@ -300,8 +301,8 @@ mod tests {
         assert_eq!(found.verdict.trust, Trust::Yes, "{found}");
     }
 
-    /// Joints that hardly move: the error on postures left out is small and no yes follows. What is said to determine the
-    /// parameters does, when it is measured.
+    /// If joints hardly move, the error on postures left out is small, but the answer is not yes. The claims give a number of
+    /// further postures. With this number of further postures, all parameters are determined.
     #[test]
     fn what_is_not_determined_is_named_with_what_determines_it() {
         let little = found(0.04, MeasurementKind::Points(1), 3e-4, 0);
@@ -326,7 +327,7 @@ mod tests {
         }
     }
 
-    /// A prior that is narrower than what the data tell is named.
+    /// If the prior determines a parameter more than the data do, a claim names this parameter.
     #[test]
     fn a_prior_that_decides_is_named() {
         let found = found(4.0, MeasurementKind::Points(1), 2e-3, 0);

@@ -1,9 +1,12 @@
 //! Fits the unknowns of a calibration by damped Gauss-Newton steps with the exact Jacobian.
 //!
-//! The noise of lengths and of angles is estimated apart: the squared residuals of a kind, divided by the number of its rows minus
-//! their leverages. Postures with large residuals get small weights first; then those that no normal distribution explains are
-//! left out and named. Errors of the geometry may have a weak prior: each has the expected value 0 and the same standard
-//! deviation s. For the base parameters y_i = x_i + sum_k beta_ik x_k the prior then has the covariance s^2 (1 + beta beta').
+//! The noise of lengths and the noise of angles are estimated separately. The variance of a kind is the sum of its squared
+//! residuals, divided by the number of its rows minus the sum of their leverages. Postures with large residuals first get
+//! small weights. Then postures whose residuals no normal distribution explains are left out and named.
+//!
+//! Errors of the geometry may have a weak prior. Each error x_k then has the expected value 0 and the same standard deviation
+//! s. A base parameter is y_i = x_i + sum_k beta_ik x_k, so the prior of the base parameters has the covariance s^2 (1 + beta
+//! beta').
 
 use nalgebra::{DMatrix, DVector};
 
@@ -64,8 +67,9 @@ impl Prior {
         Prior { precision }
     }
 
-    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. For n held parameters y with the covariance C
-    /// and the precision P of the prior, the derivative of its logarithm by log s is y' P y + tr(P C) - n, at the fit.
+    /// Whether a wider prior has a larger marginal likelihood at a fit with this prior. y: the n fitted parameters that have a
+    /// prior; C: their covariance; P: precision of the prior; s: its standard deviation. The derivative of the logarithm of
+    /// the marginal likelihood by log s is y' P y + tr(P C) - n.
     pub(crate) fn is_narrow(&self, problem: &Problem, fit: &Fit) -> bool {
         let frames = problem.frames();
         let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| fit.unknowns.chain[k]);
@@ -269,7 +273,7 @@ impl Fitter<'_> {
         self.problem.moved(at, &full)
     }
 
-    /// Values of the fitted parameters; those of frames are zero, since frames have no prior.
+    /// Values of the fitted parameters, for the prior. Parameters of frames count as zero, because frames have no prior.
     fn values(&self, at: &Unknowns) -> DVector<f64> {
         let frames = self.problem.frames();
         let value = |k: &usize| k.checked_sub(frames).map_or(0.0, |k| at.chain[k]);

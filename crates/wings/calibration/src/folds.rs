@@ -1,4 +1,5 @@
-//! The error on postures that were left out of the fit, and the choice of the prior by it.
+//! Computes the error of a fit on postures that were left out of it (folds, left out in turn), and chooses the prior with the
+//! smallest such error.
 
 use claims::Figure;
 
@@ -23,7 +24,8 @@ pub struct PredictionError {
 }
 
 impl PredictionError {
-    /// One number for the comparison of errors: lengths and angles relative to those of another fit, their geometric mean.
+    /// One number for the comparison with another fit: the geometric mean of two ratios, of the length errors and of the angle
+    /// errors of both fits.
     pub(crate) fn relative(&self, to: &PredictionError) -> f64 {
         let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?.max(f64::MIN_POSITIVE));
         let ratios = [ratio(self.length, to.length), ratio(self.angle, to.angle)];
@@ -74,15 +76,17 @@ impl ErrorSums {
 }
 
 impl ErrorSums {
-    /// Squared error of lengths relative to the mean square `to.length`, plus the same of angles.
+    /// Squared error of lengths divided by the mean square of `to.length`, plus squared error of angles divided by the mean
+    /// square of `to.angle`.
     fn normalised(&self, to: &ErrorSums) -> f64 {
         let ratio = |own: (f64, f64), to: (f64, f64)| if to.0 > 0.0 { own.0 * to.1 / to.0 } else { 0.0 };
         ratio(self.length, to.length) + ratio(self.angle, to.angle)
     }
 }
 
-/// Mean difference of the squared errors of two fits on the `used` postures, over its standard deviation: the squares of each posture
-/// are compared. Positive if the errors `own` are larger.
+/// Compares the squared errors of two fits posture by posture (paired test), over the `used` postures. Returns the mean
+/// difference of the squared errors, divided by the standard deviation of this mean. It is positive if the errors `own` are
+/// larger.
 pub(crate) fn paired(own: &[ErrorSums], other: &[ErrorSums], used: &[bool]) -> f64 {
     let rows: Vec<usize> = (0..used.len()).filter(|r| used[*r]).collect();
     let mut scale = ErrorSums::default();
@@ -141,9 +145,9 @@ impl Candidate<'_> {
         deviation.map(|deviation| Prior::new(self.problem, self.base, self.active, deviation))
     }
 
-    /// Fits the postures `rows` with the prior that predicts best. The error on postures left out hardly differs between narrow
-    /// priors where the noise is large, and a prior that is too narrow makes the intervals too small. So the prior is widened while
-    /// its marginal likelihood grows. Also returns its standard deviation.
+    /// Fits the postures `rows` with the prior that predicts best. If the noise is large, the error on postures left out is
+    /// nearly the same for all narrow priors. But a prior that is too narrow makes the intervals too small. So the prior is
+    /// then widened as long as its marginal likelihood grows. Also returns the standard deviation of the prior.
     fn fit(&self, rows: &[usize], start: &Unknowns, noise: Noise) -> (Fit, Option<f64>) {
         let mut deviation = self.deviation(rows, start, noise);
         let mut start = start.clone();

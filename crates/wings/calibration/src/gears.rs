@@ -1,8 +1,10 @@
-//! Scales of joints (gear ratios): each that is not fitted is tested, and errors that show are tried by fitting them.
+//! Tests the scales of joints (gear ratios) that are not fitted. If a scale has a significant error, the fit is repeated with
+//! this scale.
 //!
-//! The derivative of the residuals by a scale, without the part that the fitted parameters explain, gives the estimate of the scale
-//! and its standard deviation. An error is named as a fault only if fitting it reduces the error on postures that were left out,
-//! beside errors of the geometry: without them, a scale may stand for an error of the geometry.
+//! The estimate of a scale and its standard deviation follow from the derivative of the residuals by the scale, after the part
+//! that the fitted parameters explain is projected out. An error of a scale is named as a fault only if errors of the geometry
+//! are fitted too, and if the fit of the scale reduces the error on postures that were left out. Without fitted errors of the
+//! geometry, a scale might only imitate an error of the geometry.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial, significant};
 use identification::estimate::topics::cannot_tell;
@@ -17,10 +19,11 @@ use crate::parameter::{Parameter, ParameterNames};
 /// The scale of a joint.
 pub(crate) const GEAR: Topic = Topic("gear scale");
 
-/// Level of the test of all gear scales together, and chance with which a fault of the printed size shows.
+/// `GEAR_LEVEL`: error probability of the test of all gear scales together. `POWER`: probability with which the test detects
+/// an error of the printed size.
 const GEAR_LEVEL: f64 = 0.01;
 const POWER: f64 = 0.95;
-/// A scale is not said to agree if only a larger error than this would show.
+/// A claim that a scale agrees is made only if an error of this size, or a smaller one, would be detected.
 const LARGEST_GEAR: f64 = 0.1;
 /// Fitted scales must reduce the error on postures left out to this fraction.
 const CURED: f64 = 0.8;
@@ -56,7 +59,8 @@ fn tested(problem: &Problem, level: &Level) -> Vec<TestedGear> {
     problem.parameters.iter().enumerate().filter_map(of).collect()
 }
 
-/// Fits the scales `gears` too, and again those of them that differ from zero by more than `limit` standard deviations.
+/// Fits the scales `gears` too. If the errors of some of these scales are below `limit` standard deviations, the fit is
+/// repeated with the other scales.
 fn fitted(problem: &Problem, level: &Level, gears: &[usize], limit: f64) -> Option<FittedGears> {
     let with = |gears: &[usize]| {
         let mut active: Vec<usize> = level.fit.active.iter().chain(gears).copied().collect();
@@ -131,7 +135,8 @@ pub(crate) fn of_gears(problem: &Problem, names: &ParameterNames, level: &Level)
             }
         }
     };
-    // What an error of one scale does to the test of another is not said beside the fault.
+    // An error of one scale also disturbs the tests of other scales. So if there is a fault, the scales that were fitted with
+    // it get no claims of their own.
     let is_beside = |gear: &&TestedGear| fault.is_none() || !off.contains(&gear.parameter);
     let others: Vec<Claim> = gears.iter().filter(is_beside).map(claim).collect();
     fault.into_iter().chain(others).collect()
@@ -220,7 +225,8 @@ mod tests {
         );
     }
 
-    /// Without errors of the geometry, a scale may stand for them: then it is no fault, and what would tell is said.
+    /// If errors of the geometry are not fitted, a scale may imitate them. So the scale is no fault, and the claim says that a
+    /// fit of the geometry would decide.
     #[test]
     fn a_scale_without_a_geometry_is_no_fault() {
         let wrong = found(5e-3, Calibrated::Zeros, &[]);

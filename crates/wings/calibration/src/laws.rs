@@ -1,4 +1,4 @@
-//! Laws of a calibration, on simulated robots and on public measurements.
+//! Tests of properties that every calibration must have, on simulated robots and on public measurements.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

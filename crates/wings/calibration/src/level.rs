@@ -1,4 +1,5 @@
-//! A fit of some groups of parameters, with its error on postures that were left out.
+//! A level: the fit of some groups of parameters (frames, zeros, geometry, compliances), with its error on postures that were
+//! left out.
 
 use rist::Error;
 
@@ -27,9 +28,9 @@ pub struct Level {
     pub deviation: Option<f64>,
     /// Error on the fitted postures.
     pub fitted: PredictionError,
-    /// Error on postures left out in turn, wrong ones too.
+    /// Error on postures that are left out in turn. It includes postures that the fit of all postures leaves out as wrong.
     pub left_out: PredictionError,
-    /// The same error of each posture.
+    /// The errors of each posture when it was left out.
     pub(crate) each: Vec<ErrorSums>,
 }
 

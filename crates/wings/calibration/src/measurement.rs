@@ -1,4 +1,4 @@
-//! What was measured at the postures, and how a calibration predicts it.
+//! The measurements at the postures, and the values that a calibration predicts for these measurements.
 //!
 //! B: base of the robot in the frame of the measurements; C(q): last link in the base frame; R: orientation of the tool, and p_k:
 //! measured points, in the frame of the last link; a: fixed point (anchor) in the base frame; s: radius of a sphere.
@@ -7,7 +7,8 @@
 //! orientation   B C(q) R            (its residual is a rotation vector in the frame of the measurements)
 //! distance      |C(q) p_1 - a|      (of a sphere: minus s, measured as 0)
 //! ```
-//! A plane that is touched is z of the point, measured as 0; a touched point is x, y, z measured as 0.
+//! A robot may touch something at each posture instead of being measured. If it touches a plane, z of the point counts as
+//! measured, with the value 0. If it touches a fixed point, x, y and z count as measured, with the value 0.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 

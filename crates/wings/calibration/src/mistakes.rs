@@ -1,8 +1,9 @@
-//! Finds mistakes in a table of postures: units, orders and signs. Each is tried by its correction and another fit.
+//! Finds mistakes in a table of postures: wrong units, orders and signs. For each possible mistake, the table is corrected and
+//! fitted again.
 //!
-//! The share of a fit is the median error of its postures, relative to the spread of the measured points (angles: to 1 rad). A
-//! mistake is named if its correction divides the share by at least [`CURED`]. Other mistakes that explain the table equally well
-//! are named too.
+//! The share of a fit is the median error over the postures, relative to the spread of the measured points (for angles:
+//! relative to 1 rad). A mistake is named if its correction divides the share by at least [`CURED`]. If other mistakes explain
+//! the table equally well, they are named too.
 
 use nalgebra::Vector3;
 use rist::Error;
@@ -17,11 +18,12 @@ use robot::Robot;
 
 /// A correction must divide the share by this.
 const CURED: f64 = 3.0;
-/// A correction explains the table as well as the best one if its share is at most this multiple of the best.
+/// A correction explains the table as well as the best correction does if its share is at most this multiple of the best
+/// share.
 const AS_WELL: f64 = 1.5;
-/// Below this share, no mistake is searched: errors of a description have this size.
+/// If the share is below this value, no mistake is searched, because errors of a description have this size.
 const SMALL_SHARE: f64 = 0.004;
-/// Radians that count like the spread of the points.
+/// An angle of this size, rad, counts as much as a length that is equal to the spread of the points.
 pub(crate) const ANGLE_SPREAD: f64 = 1.0;
 
 /// A mistake in the table.
@@ -29,15 +31,15 @@ pub(crate) const ANGLE_SPREAD: f64 = 1.0;
 pub struct Mistake {
     /// What is wrong.
     pub fault: String,
-    /// The corrections that cure it, with those that were given.
+    /// The corrections that cure the mistake, together with the corrections that the user gave.
     pub corrections: TableCorrections,
-    /// The link that was measured, if it is another one than was taken.
+    /// The link that was really measured, if it is another link than the assumed one.
     pub tip: Option<String>,
     /// Shares of the error: before and after.
     pub shares: [f64; 2],
 }
 
-/// The median error of the postures relative to the spread of what is measured.
+/// The median error of the postures, relative to the spread of the measurements (`spread`).
 pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
     let rows = problem.linearised(at);
     let spread = spread(problem);
@@ -49,8 +51,9 @@ pub(crate) fn share(problem: &Problem, at: &Unknowns) -> f64 {
     if squares.is_empty() { 0.0 } else { squares.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt() }
 }
 
-/// Root mean square distance of the measured points from their mean (of distances: from the mean distance); of what is touched,
-/// of the poses of the last link, m.
+/// Spread of the measurements, m: the root mean square distance of the measured points from their mean. For measured
+/// distances: from the mean distance. If the tool touches something, so that nothing is measured, the positions of the last
+/// link are used.
 pub(crate) fn spread(problem: &Problem) -> f64 {
     let measured = |p: &crate::measurement::Posture| match (p.distance, p.points.first()) {
         (Some(distance), _) => Vector3::new(distance, 0.0, 0.0),
@@ -66,7 +69,7 @@ fn spread_of(all: Vec<Vector3<f64>>) -> f64 {
     (all.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / all.len().max(1) as f64).sqrt()
 }
 
-/// Root mean square distance of the positions of the last link from their mean, by the description, m.
+/// Root mean square distance of the positions of the last link from their mean, m. The positions follow from the description.
 pub(crate) fn spread_of_links(problem: &Problem) -> f64 {
     let nothing = vec![0.0; problem.chain.parameters.len()];
     let of_link = |p: &crate::measurement::Posture| problem.chain.pose(&p.q, &p.torque, &nothing).position;
@@ -116,15 +119,15 @@ fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, Table
     all
 }
 
-/// The share after frames and zeros are fitted from a start without guesses.
+/// The share of a fit of frames and zeros, whose start needs no initial guess.
 fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
     let is_rigid = |group| matches!(group, ParameterGroup::Frames | ParameterGroup::Zeros);
     let active = geometric_base(robot, problem, |p| is_rigid(p.group()))?.kept;
     Ok(share(problem, &start(problem, &active, 0)))
 }
 
-/// The mistakes that explain the table: none if `as_given`, the share without a correction, is small. `tips`: the same table for
-/// other measured links, each with the name of its link.
+/// The mistakes that explain the table. `as_given`: the share without any correction; if it is small, there are no mistakes.
+/// `tips`: the same table for other measured links, each with the name of the link.
 pub(crate) fn mistakes<'a>(
     robot: &Robot,
     problem: &Problem,

@@ -1,9 +1,9 @@
 //! Reads a table of postures with measurements: one row per posture, no clock needed.
 //!
-//! Joints are found like in logs. Measured points are the columns `x`, `y`, `z`, or `x1`, `y1`, `z1`, `x2` .. of several points,
-//! also as `position.x`, `px`, `marker1_x`. Orientations are `qx` .. `qw`, `roll pitch yaw`, `phix phiy phiz` (also roll, pitch
-//! and yaw), or `rx ry rz` (a rotation vector). `distance` is a distance from a fixed point. Units stand in brackets: `[mm]`,
-//! `[deg]`.
+//! The columns of the joints have the same names as in a log. A measured point has the columns `x`, `y`, `z`, also written
+//! `position.x` or `px`. Several points have `x1`, `y1`, `z1`, `x2` .., also written `marker1_x`. An orientation has the
+//! columns `qx` .. `qw`, `roll pitch yaw`, `phix phiy phiz` (also roll, pitch and yaw), or `rx ry rz` (a rotation vector).
+//! `distance` is a distance from a fixed point. A unit is in brackets after the name: `[mm]`, `[deg]`.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ const QUATERNION_NORM_SLACK: f64 = 0.01;
 const MAX_SHOWN_COLUMNS: usize = 30;
 
 rist::words! {
-    /// What a tool touched again and again, where nothing else is measured.
+    /// The object that the tool touched at every posture, for a table without other measurements.
     pub enum Touched {
         /// The same point at every posture.
         Point = "point" "the same point at every posture",

@@ -1,4 +1,4 @@
-//! A calibration as text and as JSON.
+//! Writes the result of a calibration as text and as JSON.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The request for a calibration, and the registration of this wing.
+//! The options (request) of `rist calibrate`, and the registration of this wing (optional package).
 
 use rist::request::Request;
 use rist::wings::Wing;

@@ -1,9 +1,16 @@
 //! Finds the frames and the zeros from which the fit starts, without a guess by the user.
 //!
-//! For given zeros, the frames follow from linear equations. From A = R_B C R_T for each posture (A: measured orientation, C: last
-//! link) follow R_B and R_T as the null vector of A R_T' - R_B C = 0 [Shah 2013]. From points m = B C p follow N = R_B', u and p,
-//! since N m + u - R_C p = p_C is linear. Where only some components of a point are measured, several orientations of the base are
-//! tried. Zeros that are far off are found from several random starts; each ends by damped Gauss-Newton steps.
+//! The unknown frames are the frame of the base and the frame of the tool. If the zeros are given, linear equations give both
+//! frames.
+//!
+//! - Orientations: A = R_B C R_T for each posture. A: measured orientation; R_B, R_T: rotations of base and tool; C: rotation
+//!   of the last link, from the joint positions. R_B and R_T are the null vector of A R_T' - R_B C = 0 [Shah 2013].
+//! - Points: m = B C p for each posture. m: measured point; B, C: poses of the base and of the last link; p: the point in the
+//!   last link. With R_C, p_C the rotation and position of C, the equation N m + u - R_C p = p_C is linear in N = R_B', u and
+//!   p.
+//!
+//! If only some components of a point are measured, several orientations of the base are tried. If zeros are far off, several
+//! random starts find the zeros; each start ends with damped Gauss-Newton steps.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use random::Random;
@@ -74,8 +81,9 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     best.0
 }
 
-/// Sets components of points that are not fitted to zero. They act like components of the base, so their value is free; but an error
-/// of an angle multiplies them, so the same value must be used for every table. `frames`: the fitted unknowns of the measurement.
+/// Sets those coordinates of points to zero that are not fitted. Such a coordinate has the same effect as the position of the
+/// base, so its value is arbitrary. But errors of angles are multiplied by this value, so every table must use the same value.
+/// `frames`: the fitted unknowns of the measurement.
 fn without_dropped(problem: &Problem, frames: &[usize], mut at: Unknowns) -> Unknowns {
     for (k, parameter) in problem.parameters.iter().enumerate() {
         if let (Parameter::Point { point, axis }, false) = (*parameter, frames.contains(&k)) {

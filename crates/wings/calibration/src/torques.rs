@@ -1,4 +1,4 @@
-//! The torques that bend the joints of a robot at rest, and a calibration with them.
+//! Computes the holding torques, which bend the joints of a robot at rest, and calibrates a robot with these torques.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use rist::{Error, Estimate, KnownLoad, Model};
 use crate::calibrate::{Calibration, calibrate, chain_of};
 use crate::request::{CalibrateRequest, Calibrated};
 
-/// Calibrates the robot of a model like [`calibrate`]. Stiffness needs torques: those of the estimate, or of the bodies of the
-/// description.
+/// Calibrates the robot of a model like [`calibrate`]. Compliances need holding torques. The estimate gives these torques;
+/// without an estimate, the bodies of the description give them.
 pub fn calibrate_model(
     model: &Model,
     estimate: Option<&Estimate>,

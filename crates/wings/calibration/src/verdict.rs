@@ -1,8 +1,10 @@
-//! The verdict on a calibration: claims on the table, on what it determines, and on the error on postures that were left out.
+//! Makes the verdict on a calibration: claims on the table of postures, on the parameters that the table determines, and on
+//! the error on postures that were left out of the fit.
 //!
-//! The error is compared with the spread of the measured points (angles: with 1 rad). Below 1 % it agrees with a robot of this
-//! kind, above 5 % something is wrong. More parameters than zeros must predict better than zeros: if they predict worse, by a test of
-//! the squared errors posture by posture, zeros are recommended.
+//! The error is divided by the spread of the measured points (angles: by 1 rad). If the result is below 1 %, the fit agrees
+//! with the measurements. If it is above 5 %, something is wrong. A fit with more parameters than the zeros must not predict
+//! worse than the fit of the zeros. If it predicts worse, by a test of the squared errors of all postures, the verdict
+//! recommends the fit of the zeros.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
@@ -32,19 +34,19 @@ const LOOPS: Topic = Topic("loops");
 /// Joints that stand still.
 const MOTION: Topic = Topic("motion");
 
-/// Largest error of a good calibration, relative to the spread of what is measured; above [`LARGE_SHARE`] it is a fault.
+/// Largest error of a good calibration, relative to the spread of the measurements. An error above [`LARGE_SHARE`] is a fault.
 const SMALL_SHARE: f64 = 0.01;
 const LARGE_SHARE: f64 = 0.05;
-/// Errors whose ratio is below this are the same.
+/// Two errors count as equal if their ratio is below this value.
 const SAME: f64 = 1.01;
 /// Quantile of a one-sided test of 95 %.
 const ONE_SIDED: f64 = 1.645;
-/// What is measured does not move if its spread is below this share of the spread of the last link.
+/// The measured points count as being at rest if their spread is below this share of the spread of the last link.
 const AT_REST: f64 = 0.02;
 /// A joint stands still if its positions spread less than this, rad (m).
 const STILL: f64 = 1e-4;
 
-/// Whether a calibration can be used.
+/// The verdict on a calibration: the trust in it, with the claims and the reasons.
 pub struct CalibrationVerdict {
     /// Level of trust in the fit that was asked for.
     pub trust: Trust,
@@ -64,7 +66,7 @@ pub(crate) fn shown(error: &PredictionError) -> String {
     part(error.length, "mm").into_iter().chain(part(error.angle, "mrad")).collect::<Vec<_>>().join(", ")
 }
 
-/// The verdict on the last of the levels.
+/// The verdict on the last level, which is the fit that the user asked for.
 pub(crate) fn verdict(
     robot: &Robot,
     problem: &Problem,
@@ -103,13 +105,14 @@ pub(crate) fn verdict(
     CalibrationVerdict { trust, reasons, next, recommended, claims }
 }
 
-/// The error of each level on those postures left out that the last fit uses.
+/// The error of each level on postures that were left out in turn. Postures that the last level leaves out as wrong do not
+/// count.
 pub(crate) fn errors(problem: &Problem, levels: &[Level]) -> Vec<PredictionError> {
     let Some(last) = levels.last() else { return Vec::new() };
     levels.iter().map(|level| level.left_out_on(problem, &last.fit.used)).collect()
 }
 
-/// The level with the smallest error on postures that were left out; of equal ones the first.
+/// The level with the smallest error on postures that were left out. If several levels have this error, the first of them.
 fn best(problem: &Problem, levels: &[Level]) -> usize {
     let errors = errors(problem, levels);
     let Some(first) = errors.first() else { return 0 };
@@ -154,7 +157,7 @@ fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Opt
     Some(Claim::new(Subject::whole(COMPARISON), Outcome::Contradicted { fault, remedy, trial }))
 }
 
-/// The errors of lengths and of angles on postures that were left out, compared with the spread of what is measured.
+/// Claims on the errors of lengths and of angles on postures that were left out, relative to the spread of the measurements.
 fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
     let errors = errors(problem, levels);
     let (Some(first), Some(last)) = (errors.first(), errors.last()) else { return Vec::new() };
@@ -191,7 +194,7 @@ fn of_prediction(problem: &Problem, levels: &[Level]) -> Vec<Claim> {
     kinds.into_iter().filter_map(claim).collect()
 }
 
-/// The fault that what is measured does not move with the robot.
+/// The fault that the measured points do not move with the robot.
 fn at_rest(subject: Subject, spread: f64, of_links: f64) -> Claim {
     let fault = format!(
         "what is measured moves by {} mm (root mean square) and the last link by {} mm: it is not on the robot that moves",
@@ -238,7 +241,8 @@ fn of_outliers(problem: &Problem, level: &Level) -> Option<Claim> {
     (!lines.is_empty()).then(|| Claim::new(Subject::whole(OUTLIERS), Outcome::Assumed { what, by: "the fit".into() }))
 }
 
-/// Joints of the chain that follow from several coordinates: those of a parallelogram. The lengths of the loop are not calibrated.
+/// A claim on the joints of the chain that follow from several coordinates (joints of a parallelogram): the lengths of their
+/// loop keep the nominal values, because they are not calibrated.
 fn of_loops(robot: &Robot, problem: &Problem) -> Option<Claim> {
     let follows = |j: &&robot::LinkId| robot.link(**j).joint.variable.terms.len() > 1;
     let joints = problem.chain.links.iter().filter(follows).map(|j| robot.link(*j).joint.name.clone());

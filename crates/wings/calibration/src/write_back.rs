@@ -1,4 +1,5 @@
-//! Writes a calibration back: joint origins of a URDF, the table of a YAML description, the kinematics of a UR, a table of zeros.
+//! Writes the result of a calibration into files: the joint origins of a URDF, the table of a YAML description, the file of
+//! kinematics of a UR, or a table of zeros.
 
 use random::Random;
 use rist::Error;
@@ -11,9 +12,9 @@ use crate::chain::{Chain, Convention, Placed};
 use crate::level::Level;
 use crate::parameter::{Letter, Parameter, ParameterGroup};
 
-/// Largest difference between the pose of a written description and that of the calibrated one, m and rad.
+/// Largest allowed difference between a pose of the written description and the pose of the calibrated robot, m and rad.
 const WRITTEN: f64 = 1e-9;
-/// Number of random postures at which they are compared.
+/// Number of random postures at which both poses are compared.
 const COMPARED: usize = 5;
 /// Links of a UR by their keys in the file of its kinematics.
 const UR_LINKS: [&str; 6] = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"];

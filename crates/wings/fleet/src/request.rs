@@ -1,4 +1,5 @@
-//! The requests of the fleet wing (optional package): adding logs to sums, and comparing sums.
+//! The options (requests) of the commands of the fleet wing (optional package): adding logs to sums (triangles added over
+//! logs), and comparing sums.
 
 use rist::Options;
 use rist::request::{METHOD, Range, Request, RowsRequest};

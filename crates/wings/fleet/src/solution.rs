@@ -1,4 +1,5 @@
-//! Estimates parameters from sums. The result equals the result of `identify` for the same logs, but needs no rows.
+//! Estimates parameters from sums (triangles added over logs, see `accumulator`). The rows of the logs are not needed, but the
+//! result equals the result of `identify` for the same logs.
 //!
 //! Values, residuals and the error on held-out blocks equal the results of `estimate::identify`. A standard deviation combines
 //! two, as in `estimators::replicate_deviation`. The first is from the blocks (`block_deviation`), scaled by Student's t such

@@ -1,5 +1,6 @@
-//! Reads the logs of a fleet and adds them up. Each log is read once and replaced by a few triangles (R of QR decompositions),
-//! which can be merged, solved and compared.
+//! Reads the logs of a fleet of robots, and makes sums of them. Each log is read once, and a few triangles (R of the QR
+//! decompositions of its rows) replace the log. Sums are the added triangles of several logs. Sums can be merged, solved for
+//! the parameters, and compared.
 
 use std::path::{Path, PathBuf};
 
@@ -56,11 +57,11 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
     Ok(Accumulator::new(settings))
 }
 
-/// Adds a log to the sums. `anyway`: adds the log even if the log check (`rist doctor`) finds that it does not belong to the
-/// description.
+/// Adds a log to the sums.
 ///
-/// Fails, and adds nothing, if the sums belong to another model, if the log cannot be used or does not belong to the description,
-/// or if the sums already contain it.
+/// Fails, and adds nothing, in four cases: the sums belong to another model; the log cannot be used; the sums already contain
+/// the log; or the log check (`rist doctor`) finds that the log does not belong to the description. With `anyway`, the log
+/// check is skipped.
 pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
     check_sums(model, sums)?;
     Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
@@ -74,7 +75,8 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
 
 /// Reads logs on several threads and adds them up. The number of threads does not change the result.
 ///
-/// Fails at the first log that cannot be used, or if no log can be used.
+/// Fails at the first log that cannot be used. With `skip_broken` in the request, such a log is left out, and the result names
+/// it. The function then fails only if no log can be used.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
     request.check()?;
     accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
@@ -150,7 +152,8 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
     Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
 }
 
-/// The triangles (R of QR decompositions) of one log. The log is checked first, unless `anyway` is set.
+/// The triangles (R of QR decompositions) of one log. Unless `anyway` is set, the log check first tests whether the log belongs
+/// to the description; the function fails if it does not.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
     if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {

@@ -1,4 +1,4 @@
-//! The verdict on an estimate from sums.
+//! Makes the verdict on an estimate that was computed from sums (triangles added over logs) instead of from logs.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::verdict::{Evidence, Verdict};

@@ -1,4 +1,5 @@
-//! SDF beside the URDF of the same robot, and what is refused or noted.
+//! Tests of the SDF reader. An SDF and a URDF of the same robot give the same robot. Unsupported elements are refused, or a
+//! note names them.
 
 #[path = "../../../robot/tests/recursion/mod.rs"]
 mod recursion;

@@ -346,8 +346,11 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: ZRota
     ZRotation { cos, sin }
 }
 
-/// The vector (cos, sin), moved towards `to` by [`SHIFT_SHARE`]. For a vector of usual length, this shift is below the accuracy
-/// of the orientation. For a very short vector, it exceeds the rounding, which could otherwise make O_4 unreachable.
+/// Adds [`SHIFT_SHARE`] times the unit vector `to` to the vector (cos, sin), which gives the direction of theta_6. `to` is the
+/// direction at which the origin O_4 of frame 4 is within reach.
+///
+/// If (cos, sin) is not short, the shift changes the orientation by less than rounding does. If (cos, sin) is very short, its
+/// direction is mostly rounding, which could put O_4 out of reach. The shift is larger than this rounding and prevents this.
 fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: ZRotation) -> [Expr; 2] {
     let share = g.constant(SHIFT_SHARE);
     [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {

@@ -1,4 +1,4 @@
-//! The request that selects the formulas of a robot.
+//! The options (request) of `rist derive`, which writes functions of a robot as formulas.
 
 use rist::request::{Request, function_names};
 use rist::wings::Wing;

@@ -1,4 +1,5 @@
-//! The request for the prediction of an identification, and the registration of this wing.
+//! The options (request) of `rist visibility`, which predicts an identification, and the registration of this wing (optional
+//! package).
 
 use rist::request::{FrictionChoice, Range, Request};
 use rist::wings::{PointReader, Wing, terms_without_torque};

@@ -1,4 +1,4 @@
-//! A file of a package, and the data for the templates.
+//! A file of a package (a folder that runs an identified model), and the data that the templates of such files need.
 
 use logs::Effort;
 use rist::describe::source::{IdentifiedValues, Language};

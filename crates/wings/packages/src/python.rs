@@ -1,4 +1,5 @@
-//! Writes a function as Python, with numbers alone: an assignment for each operation.
+//! Writes a function as Python code with one assignment for each operation. The code computes with plain numbers, without
+//! NumPy.
 
 use expr::{Algebra, Expr, Function, Node, Symbol};
 

@@ -1,4 +1,4 @@
-//! The request for a package.
+//! The options (request) for a package: a folder with an identified model that runs on a robot.
 
 use rist::Options;
 use rist::request::Request;

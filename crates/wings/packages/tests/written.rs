@@ -1,5 +1,5 @@
-//! Tests of the packages: compilers accept their files, and their torques are those of the library. Late states, states that are no
-//! numbers and limits have the effects that each README says.
+//! Tests of the packages: compilers accept the files, and the torques are equal to the torques of the library. Late states,
+//! NaN states and torque limits have the effects that the README of each package describes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

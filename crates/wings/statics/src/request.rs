@@ -1,4 +1,5 @@
-//! The request for a log of a force-torque sensor, and the registration of this wing.
+//! The options (request) of `rist wrench`, for a log of a force-torque sensor, and the registration of this wing (optional
+//! package).
 
 use rist::request::Request;
 use rist::wings::Wing;

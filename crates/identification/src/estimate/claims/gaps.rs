@@ -9,12 +9,12 @@ use crate::estimate::play::Backlash;
 /// Widths of a gap, rad (0.5, 1 and 2 degrees), and softnesses of its ends, from which the tests of play start.
 const START_WIDTHS_RAD: [f64; 3] = [0.0087, 0.0175, 0.035];
 const SOFTNESSES: [f64; 2] = [0.0, 0.2];
-/// Rounds in which the side of a gap and its width are computed from one another.
+/// Number of rounds of an iteration: the width of a gap gives its side, and the side gives the width.
 const PLAY_ROUNDS: usize = 2;
 
-/// Repeats the tests of play for joints at which something happens where their torque changes its sign. The side of a gap depends
-/// on its width, because the width changes the velocity of the link. So the tests start from several widths and softnesses, and go
-/// on with the fitted width. `again`: tests hypotheses with these gaps. n: number of coordinates.
+/// Repeats the tests of play for joints whose first test shows an effect when the torque changes its sign. The side of a gap
+/// depends on the width of the gap, because the width changes the velocity of the link. So the tests start from several widths
+/// and softnesses, and continue with the fitted width. `again`: tests hypotheses with given gaps. n: number of coordinates.
 pub(super) fn settle_play(
     found: &mut [HypothesisTest],
     n: usize,

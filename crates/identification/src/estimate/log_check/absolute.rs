@@ -1,7 +1,8 @@
 //! Detects torques that were logged without their sign: |tau| in place of tau.
 //!
-//! A torque that is never negative may be right, for example that of a joint that always carries weight. It lacks its sign if the
-//! nominal torque takes both signs, and if signs s_i = +-1 of the samples exist with which the description explains it:
+//! A torque that is never negative may be right, for example if a joint always carries weight in the same direction. The sign
+//! is missing if two conditions hold: the nominal torque has both signs, and the description explains the torque after each
+//! sample i got a sign s_i = +-1:
 //! ```text
 //! s_i |tau_i| = a T_i + b dq_i + c direction_i + d + e_i      s_i: sign of the right-hand side, from the previous pass
 //! ```

@@ -8,8 +8,9 @@
 //! ([`crate::estimators::payload`]). The equation is solved for X and phi_L by normal equations, for many intervals with s =
 //! 1.
 //!
-//! The load is reported if it multiplies the relative error by less than `NAMED_ERROR_RATIO`. No other fault is explained so well
-//! by the ten columns of a load during an interval. For a load during the whole log, X is nominal and only friction is fitted.
+//! The load is reported if the fit with the load has a relative error below `NAMED_ERROR_RATIO` times the error without the
+//! load. No other fault is explained so well by the ten columns of a load during an interval. To test a load that the robot
+//! carries during the whole log, X has the nominal values, and only friction and the load are fitted.
 
 use linear_model::linear_model::Model;
 use linear_model::standard_map::StandardMap;

@@ -1,7 +1,8 @@
-//! Takes dead currents off the currents of a log: the first part of a current that gives no torque.
+//! Subtracts dead currents from the currents of a log. A dead current is the first part of a current, which gives no torque.
 //!
-//! A dead current is looked for among the faults of the fit. Those of all joints are taken off together, if one of them explains
-//! the residual better than any other fault, and if they lower the error on held-out data.
+//! The fit tests a dead current of each joint as one of its possible faults. Two conditions must hold before rist subtracts
+//! dead currents: the dead current of one joint explains the residual better than any other fault, and the subtraction lowers
+//! the error on held-out data. The significant dead currents of all joints are then subtracted together.
 
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
 use identification::estimate::digits::significant;
@@ -10,7 +11,7 @@ use identification::estimate::topics::DEAD_CURRENT_TAKEN;
 use crate::error::Error;
 use crate::fit::search::{Evidence, Proposal, TriedVariant, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts};
 
-/// Rounds in which dead currents are fitted again after they were taken off.
+/// Number of rounds in which dead currents are subtracted and then fitted again.
 const ROUNDS: usize = 2;
 
 /// Proposes the dead currents of all joints. `None` if the options give some, or if another fault explains the residual better.
@@ -27,7 +28,8 @@ pub(crate) fn dead_currents(tried: &mut TriedVariant<'_>) -> Result<Option<Propo
     }
     let names = model.regressor().coordinates();
     let (mut options, mut found) = (tried.options.clone(), vec![(0.0, 0.0); names.len()]);
-    // A dead current is fitted with the others left in, so it is fitted again when these are taken off.
+    // The fit of one dead current does not subtract the dead currents of other joints. So after all are subtracted, each is
+    // fitted again.
     add_significant(&tried.fitted()?.faults, &mut found);
     for _ in 0..ROUNDS {
         options.transmission.dead_currents = Some(found.iter().map(|of| of.0).collect());

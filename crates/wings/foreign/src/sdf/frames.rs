@@ -1,6 +1,7 @@
-//! The frames of a model: links, joints and frames, each with its pose relative to another of them.
+//! The frames of an SDF model: the frames of links and joints, and the elements `<frame>`. The file gives the pose of each
+//! frame relative to another frame.
 //!
-//! With T_f the pose of frame f in the frame of the model, and f given relative to g: T_f = T_g gTf.
+//! T_f: pose of frame f in the frame of the model; gTf: pose of f in frame g, as the file gives it. Then T_f = T_g gTf.
 
 use std::collections::BTreeMap;
 
