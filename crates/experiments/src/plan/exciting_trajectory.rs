@@ -1,8 +1,7 @@
 //! The motion of one experiment of a plan: a fast joint moves, possibly with slow joints; the other joints are locked.
 //!
 //! A swing moves the fast joint between two positions A and B with the period T. Its acceleration is +a on [0, T/4), -a on
-//! [T/4, 3T/4), +a on [3T/4, T) (bang-bang profile). With the stroke L = |B - A|, the peak velocity is v_peak and the frequency
-//! f_P:
+//! [T/4, 3T/4), +a on [3T/4, T) (bang-bang profile). Stroke L = |B - A|, peak velocity v_peak and frequency f_P are:
 //!
 //! L = a T^2 / 16,   v_peak = 4 L / T,   f_P = 1/T = sqrt(a/L) / 4.
 //!

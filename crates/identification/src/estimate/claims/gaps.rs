@@ -3,7 +3,8 @@
 
 use logs::Error;
 
-use crate::estimate::claims::hypotheses::{Hypothesis, HypothesisTest};
+use crate::estimate::claims::hypothesis_test::HypothesisTest;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::play::Backlash;
 
 /// Widths of a gap, rad (0.5, 1 and 2 degrees), and softnesses of its ends, from which the tests of play start.

@@ -20,6 +20,7 @@ mod claims_of_log;
 mod claims_of_prediction;
 mod gaps;
 pub mod hypotheses;
+mod hypothesis_test;
 mod noise;
 pub mod purposes;
 mod sigma_inflation;
