@@ -103,8 +103,20 @@ impl Noise {
         let of_count = |square: f64| (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
         let changes = squares.into_iter().map(of_count).collect();
         let (peaks, correlation_time, load_time) = (Peaks::default(), 0.0, 0.0);
-        let mut noise = Noise { bands, changes, factor, peaks, correlation_time, load_time };
-        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(n, BATCH_TIME_CONSTANTS / gain));
+        let noise = Noise { bands, changes, factor, peaks, correlation_time, load_time };
+        noise.with_peaks(cycles, logs, (order, gain), hold)
+    }
+
+    /// Adds the peaks and the correlation times, which need the bands. The arguments are those of [`Noise::measure`].
+    fn with_peaks(
+        mut self,
+        cycles: &CycleModel,
+        logs: &[LogSource],
+        (order, gain): (Order<f64>, f64),
+        hold: f64,
+    ) -> Result<Noise, Error> {
+        let noise = &self;
+        let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(cycles.n(), BATCH_TIME_CONSTANTS / gain));
         let mut load = LoadNoise::new();
         for log in logs {
             let mut scales = noise.scales();
@@ -125,9 +137,9 @@ impl Noise {
             means.end();
             load.end();
         }
-        (noise.peaks, noise.correlation_time) = (peaks, means.correlation_time());
-        noise.load_time = load.time().unwrap_or(noise.correlation_time);
-        Ok(noise)
+        (self.peaks, self.correlation_time) = (peaks, means.correlation_time());
+        self.load_time = load.time().unwrap_or(self.correlation_time);
+        Ok(self)
     }
 
     /// The scales of the noise of all joints, at their start.
