@@ -47,6 +47,8 @@ type Answers = Receiver<Result<Option<Answer>, rist::Error>>;
 /// - order: Filter of the observer [default: 'first']
 /// - load_on: Link or frame that carries a load [default: the last link]
 /// - largest_load: Largest mass of a load, kg [default: 10.0]
+/// - wrench_on: Link or frame on which the force and the moment of each contact are computed, at its origin and
+///   in its axes
 /// - anyway: Take the numbers even of an estimate whose verdict is no [default: False]
 #[pyclass(frozen, module = "rist")]
 pub struct Monitor {
@@ -57,7 +59,7 @@ pub struct Monitor {
 #[pymethods]
 impl Monitor {
     #[new]
-    #[pyo3(signature = (model, estimate, period, **options), text_signature = "(model, estimate, period, *, reference=None, alarms=1.0, observer_gain=50.0, order='first', load_on=None, largest_load=10.0, anyway=False)")]
+    #[pyo3(signature = (model, estimate, period, **options), text_signature = "(model, estimate, period, *, reference=None, alarms=1.0, observer_gain=50.0, order='first', load_on=None, largest_load=10.0, wrench_on=None, anyway=False)")]
     fn new(
         model: &Bound<'_, PyAny>,
         estimate: &Estimate,

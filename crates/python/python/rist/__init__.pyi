@@ -994,6 +994,7 @@ def replay(
     order: Literal["first", "second"] = "first",
     load_on: str | None = None,
     largest_load: float = 10.0,
+    wrench_on: str | None = None,
     anyway: bool = False,
 ) -> dict[str, Any]:
     """Contact, loads and drift of friction in a log, cycle by cycle, as a robot would find them.
@@ -1014,6 +1015,8 @@ def replay(
     - order: Filter of the observer [default: 'first']
     - load_on: Link or frame that carries a load [default: the last link]
     - largest_load: Largest mass of a load, kg [default: 10.0]
+    - wrench_on: Link or frame on which the force and the moment of each contact are computed, at its origin and
+      in its axes
     - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
 class Monitor:
     """Observer of the external torque, load and drift, a sample at a time, as a robot runs them."""
@@ -1030,6 +1033,7 @@ class Monitor:
         order: Literal["first", "second"] = "first",
         load_on: str | None = None,
         largest_load: float = 10.0,
+        wrench_on: str | None = None,
         anyway: bool = False,
     ) -> None:
         """Observer of the external torque, load and drift, a sample at a time, as a robot runs them.
@@ -1047,6 +1051,8 @@ class Monitor:
         - order: Filter of the observer [default: 'first']
         - load_on: Link or frame that carries a load [default: the last link]
         - largest_load: Largest mass of a load, kg [default: 10.0]
+        - wrench_on: Link or frame on which the force and the moment of each contact are computed, at its origin and
+          in its axes
         - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
     def step(self, t: float, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> dict[str, Any] | None:
         """Takes a sample. t: s; q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
