@@ -51,7 +51,8 @@ pub fn calibrate<'py>(
     let (inner, estimate) = (&used.get().inner, estimate.map(|estimate| &estimate.inner));
     let Some(postures) = postures else {
         let designed = work(py, None, |_| {
-            let missing = || rist::Error::new("give the postures that were measured, or the number to choose in [design]");
+            let missing =
+                || rist::Error::new("give the postures that were measured, or the number to choose in [design]");
             let directory = inner.path.parent().unwrap_or(Path::new(""));
             design(&inner.robot, directory, &request, request.design.ok_or_else(missing)?)
         })?;

@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use rist::replay::{ReplayedCycle, SampledReplay, reference_logs};
+use rist::replay::{ContactInterval, ReplayedCycle, SampledReplay, reference_logs};
 use rist::request::ReplayRequest;
 
 use crate::arrays::{RowMajor, array};
@@ -25,7 +25,7 @@ type Sample = (f64, [Vec<f64>; 3]);
 /// The answer to a sample that was used.
 struct Answer {
     cycle: ReplayedCycle,
-    last_joint: Option<usize>,
+    contact: Option<ContactInterval>,
     load: Option<rist::replay::CarriedLoad>,
     changes: usize,
 }
@@ -85,8 +85,8 @@ impl Monitor {
             for (t, [q, dq, tau]) in samples {
                 let cycle = replay.step(t, [&q, &dq, &tau]).map(Option::<&ReplayedCycle>::cloned);
                 let answer = cycle.map(|cycle| {
-                    let (last_joint, loads) = (replay.last_joint(), replay.loads());
-                    cycle.map(|cycle| Answer { cycle, last_joint, load: loads.last().cloned(), changes: loads.len() })
+                    let (contact, loads) = (replay.contact().cloned(), replay.loads());
+                    cycle.map(|cycle| Answer { cycle, contact, load: loads.last().cloned(), changes: loads.len() })
                 });
                 if answers.send(answer).is_err() {
                     break;
@@ -100,9 +100,9 @@ impl Monitor {
     /// Takes a sample. t: s; q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
     ///
     /// Returns a dict: t; torque and beyond, the external torque with and without that of the load, and band, the limit of beyond
-    /// without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; mass (kg); sigma, of the mass;
-    /// parameters of the load; changes, how often the load has changed. None if the sample is not used: NaN, or a time that does
-    /// not increase.
+    /// without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; wrench, the force and moment on
+    /// `wrench_on`, None for a component that is not determined; mass (kg); sigma, of the mass; parameters of the load; changes, how
+    /// often the load has changed. None if the sample is not used: NaN, or a time that does not increase.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -118,14 +118,16 @@ impl Monitor {
             ends.0.send(sample).map_err(|_| ended())?;
             ends.1.recv().map_err(|_| ended())?
         });
-        let Some(Answer { cycle, last_joint, load, changes }) = answer.or_error()? else { return Ok(None) };
+        let Some(Answer { cycle, contact, load, changes }) = answer.or_error()? else { return Ok(None) };
         let dict = PyDict::new(py);
         dict.set_item("t", cycle.t)?;
         for (name, values) in [("torque", &cycle.torque), ("beyond", &cycle.beyond), ("band", &cycle.band)] {
             dict.set_item(name, array(py, &[values.len()], values)?)?;
         }
         dict.set_item("contact", cycle.is_contact)?;
-        dict.set_item("last_joint", last_joint.map(|joint| self.coordinates[joint].as_str()))?;
+        dict.set_item("last_joint", contact.as_ref().map(|contact| self.coordinates[contact.last_joint].as_str()))?;
+        let wrench = contact.and_then(|contact| contact.wrench);
+        dict.set_item("wrench", wrench.map(|wrench| PyList::new(py, wrench.components)).transpose()?)?;
         let load = load.filter(rist::replay::CarriedLoad::is_held);
         dict.set_item("mass", load.as_ref().map_or(0.0, |load| load.mass().0))?;
         dict.set_item("sigma", load.as_ref().map(|load| load.mass().1))?;

@@ -1058,9 +1058,9 @@ class Monitor:
         """Takes a sample. t: s; q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
 
         Returns a dict: t; torque and beyond, the external torque with and without that of the load, and band, the limit of beyond
-        without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; mass (kg); sigma, of the mass;
-        parameters of the load; changes, how often the load has changed. None if the sample is not used: NaN, or a time that does
-        not increase."""
+        without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; wrench, the force and moment on
+        `wrench_on`, None for a component that is not determined; mass (kg); sigma, of the mass; parameters of the load; changes, how
+        often the load has changed. None if the sample is not used: NaN, or a time that does not increase."""
     @property
     def coordinates(self) -> list[str]:
         """Names of the coordinates, in the order of q."""

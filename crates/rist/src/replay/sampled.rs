@@ -8,7 +8,7 @@ use logs::LogSource;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::replay::Start;
-use crate::replay::artefact::{CarriedLoad, ReplayedCycle};
+use crate::replay::artefact::{CarriedLoad, ContactInterval, ReplayedCycle};
 use crate::replay::cycles::{CycleModel, RecordMemory};
 use crate::replay::run::Run;
 use crate::request::ReplayRequest;
@@ -72,10 +72,10 @@ impl<'a> SampledReplay<'a> {
         &self.run.replay.loads
     }
 
-    /// The last joint with a significant torque in the present contact; this joint or a later one moves the touched link.
-    pub fn last_joint(&self) -> Option<usize> {
+    /// The present contact, since it began; `None` without contact.
+    pub fn contact(&self) -> Option<&ContactInterval> {
         let is_contact = self.run.replay.series.last().is_some_and(|cycle| cycle.is_contact);
-        self.run.replay.contacts.last().filter(|_| is_contact).map(|contact| contact.last_joint)
+        self.run.replay.contacts.last().filter(|_| is_contact)
     }
 
     /// Names of the coordinates, in the order of `q`.
