@@ -16,7 +16,7 @@ pub struct Push {
     /// First and last time, s.
     pub from: f64,
     pub to: f64,
-    /// A constant force on the link, in its frame, N.
+    /// A constant force that the link exerts, in its frame, N.
     pub force: [f64; 3],
     /// If given, the force is scaled so that its largest joint torque at the beginning is this, N m.
     pub largest: Option<f64>,

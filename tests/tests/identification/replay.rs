@@ -86,7 +86,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
         }
     }
 
-    // The force and the moment on the last link, at its origin: six joints determine them; three determine at most three.
+    // The force and the moment on the last link, at its origin: six joints determine them; three determine at most three. The link
+    // exerts the force of the scene, so the force on it has the other sign.
     let on = |link: &str| {
         let request = ReplayRequest { wrench_on: Some(link.into()), ..ReplayRequest::default() };
         let reference = std::slice::from_ref(&known.1);
@@ -95,7 +96,7 @@ fn pushes_and_loads_are_found_and_told_apart() {
         found.contacts[1].wrench.clone().unwrap()
     };
     let wrench = on("wrist_3");
-    for (c, truth) in [20.0, 20.0, 0.0, -2.0, 2.0, 0.0].into_iter().enumerate() {
+    for (c, truth) in [-20.0, -20.0, 0.0, 2.0, -2.0, 0.0].into_iter().enumerate() {
         let (value, sigma) = (wrench.components[c].unwrap(), wrench.sigma[c]);
         // Four standard deviations, and an eighth of the push for the delay of the filter after two time constants.
         assert!((value - truth).abs() < 4.0 * sigma + if c < 3 { 2.5 } else { 0.25 }, "{wrench:?}");
