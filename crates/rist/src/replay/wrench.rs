@@ -18,7 +18,7 @@ const POSSIBLE_MOMENT: f64 = 300.0;
 /// A component is determined if its standard deviation is below this share of its prior standard deviation.
 const DETERMINED_SHARE: f64 = 0.1;
 
-/// Force and moment on a link, at the origin of its frame and in its axes.
+/// Force and moment that the environment exerts on a link, at the origin of its frame and in its axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactWrench {
     /// Force, N, then moment, N m; `None` for a component that the torques do not determine.
