@@ -30,7 +30,7 @@ pub(crate) struct Settings {
 /// Prior standard deviation of the distance between the mass of a load and the origin of its frame, m.
 pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
 /// A contact must last this time, s, before it can count as a load. Pushes and collisions are shorter.
-pub(crate) const LOAD_DECISION_S: f64 = 0.5;
+pub(crate) const LOAD_DECISION_S: f64 = 1.5;
 /// Time constant of the misfit of a new load, s.
 pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
 /// A load explains a contact only if the mean square of the normalised residual is at most this value. The mean square is
