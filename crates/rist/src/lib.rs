@@ -56,12 +56,12 @@ pub use describe::model::Model;
 pub use describe::source::generate;
 pub use describe::states_file::evaluate;
 pub use error::{Error, ErrorKind, Step};
-pub use fit::arm_options::proposed_arm;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{LogCheck, examine};
 pub use fit::experiments::{
     ExperimentLogs, identify_experiments, identify_experiments_in_loop, identify_gains_of_rows, identify_paper_rows,
 };
+pub use fit::hobby_arms::proposed_arm;
 pub use fit::samples::{Identification, identify, identify_essential, identify_loaded};
 pub use fit::validation::{Validation, predicted_torques, validate};
 pub use fit::verdict::{Trust, Verdict};

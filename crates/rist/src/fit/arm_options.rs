@@ -8,7 +8,6 @@ use robot::Robot;
 
 use crate::error::Error;
 use crate::fit::column_proposal::propose_columns;
-use crate::fit::hobby_arms::arms_like;
 use crate::request::{DoctorRequest, Request, SamplesRequest};
 
 /// The options and gains for a log that follow from the data of an arm.
@@ -109,14 +108,4 @@ impl DoctorRequest {
         }
         Ok((self, found.said))
     }
-}
-
-/// A sentence that proposes the data of the hobby arms whose joints have the names of this robot; `None` if there are none.
-pub fn proposed_arm(robot: &Robot) -> Option<String> {
-    let arms = arms_like(robot);
-    let first = arms.first()?;
-    Some(format!(
-        "robot and joints have the names of {}: [arm={first}] takes the units, zeros and gains of the servos",
-        arms.join(", ")
-    ))
 }

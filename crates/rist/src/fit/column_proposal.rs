@@ -9,8 +9,7 @@ use serde_json::{Value, json};
 
 use crate::describe::model::coordinates as coordinates_of;
 use crate::error::Error;
-use crate::fit::arm_options::proposed_arm;
-use crate::fit::hobby_arms::{DriveProposal, complete};
+use crate::fit::hobby_arms::{DriveProposal, complete, proposed_arm};
 
 /// Number of rows that are read. Some seconds of a log are enough to recognise a signal.
 const READ_ROWS: usize = 20_000;

@@ -135,9 +135,19 @@ pub(super) fn complete(
     Ok(found)
 }
 
+/// A sentence that proposes the data of the hobby arms whose joints have the names of this robot; `None` if there are none.
+pub fn proposed_arm(robot: &Robot) -> Option<String> {
+    let arms = arms_like(robot);
+    let first = arms.first()?;
+    Some(format!(
+        "robot and joints have the names of {}: [arm={first}] takes the units, zeros and gains of the servos",
+        arms.join(", ")
+    ))
+}
+
 /// The names of the arms that a robot may be: those whose name is in the name of the robot. If there are none, those whose joints
 /// have the names of all coordinates, at least four. A numbered joint names no arm.
-pub(super) fn arms_like(robot: &Robot) -> Vec<String> {
+fn arms_like(robot: &Robot) -> Vec<String> {
     let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
     let letters =
         |text: &str| text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();

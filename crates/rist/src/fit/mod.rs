@@ -9,7 +9,7 @@ pub(crate) mod drive_gains;
 pub(crate) mod effects;
 pub mod experiments;
 pub mod gravity_direction;
-mod hobby_arms;
+pub(crate) mod hobby_arms;
 pub mod load;
 pub(crate) mod loaded_logs;
 pub(crate) mod motion_range;
