@@ -15,7 +15,6 @@
 use online::{Band, Payload};
 
 use crate::replay::observers::Seen;
-use crate::replay::run::load_start;
 
 /// Length of a window, s: the time in which the estimate of a load settles.
 const WINDOW_S: f64 = 5.0;
@@ -24,6 +23,15 @@ const WINDOW_S: f64 = 5.0;
 const POSSIBLE_MASS_KG: f64 = 10.0;
 /// With fewer degrees of freedom than this, f is unknown and counts as 1.
 const LEAST_FREEDOM: f64 = 5.0;
+
+/// Prior standard deviation of the distance between the mass of a load and the origin of its frame, m.
+const LOAD_DISTANCE_M: f64 = 0.2;
+
+/// Prior standard deviations of the ten parameters of a load with a mass of up to m, kg.
+pub(crate) fn load_start(m: f64) -> [f64; 10] {
+    let (first, second) = (m * LOAD_DISTANCE_M, m * LOAD_DISTANCE_M * LOAD_DISTANCE_M);
+    [second, second, second, second, second, second, first, first, first, m]
+}
 
 /// Estimates of a load in windows of a log without a load.
 pub(crate) struct LoadNoise {

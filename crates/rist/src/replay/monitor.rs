@@ -15,9 +15,10 @@ use crate::error::Error;
 use crate::replay::cycles::CycleModel;
 use crate::replay::directions::DIRECTIONS;
 use crate::replay::inputs::{HOLD_S, covariance, last_link};
+use crate::replay::load_noise::load_start;
 use crate::replay::noise::SCALE_MEMORY_S;
 use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS};
-use crate::replay::run::{LARGEST_MISFIT, LOAD_DECISION_S, MISFIT_MEMORY_S, load_start};
+use crate::replay::run::{LARGEST_MISFIT, LOAD_DECISION_S, MISFIT_MEMORY_S};
 use crate::request::GenerateRequest;
 
 /// The name of the link that carries the load, and the constants of the monitor. `reference`: logs without contact.

@@ -5,7 +5,7 @@ use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseSc
 use crate::replay::artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::DIRECTIONS;
-use crate::replay::load_noise;
+use crate::replay::load_noise::{self, load_start};
 use crate::replay::noise::{Noise, SETTLING_TIME_CONSTANTS, square};
 use crate::replay::observers::Observers;
 use crate::replay::wrench::ContactWrench;
@@ -27,8 +27,6 @@ pub(crate) struct Settings {
     pub(crate) largest_load: f64,
 }
 
-/// Prior standard deviation of the distance between the mass of a load and the origin of its frame, m.
-pub(crate) const LOAD_DISTANCE_M: f64 = 0.2;
 /// A contact must last this time, s, before it can count as a load. Pushes and collisions are shorter.
 pub(crate) const LOAD_DECISION_S: f64 = 1.5;
 /// Time constant of the misfit of a new load, s.
@@ -57,12 +55,6 @@ pub(crate) struct Run {
     count: usize,
     /// Time in which the torque of a joint was at its limit, s.
     saturated: Vec<f64>,
-}
-
-/// Prior standard deviations of the ten parameters of a load with a mass of up to m, kg.
-pub(crate) fn load_start(m: f64) -> [f64; 10] {
-    let (first, second) = (m * LOAD_DISTANCE_M, m * LOAD_DISTANCE_M * LOAD_DISTANCE_M);
-    [second, second, second, second, second, second, first, first, first, m]
 }
 
 impl Run {
