@@ -17,19 +17,19 @@ mod observers;
 mod page;
 mod run;
 mod sampled;
+mod start;
 mod wrench;
 
 use std::path::{Path, PathBuf};
 
 use logs::LogSource;
-use online::Order;
 
 use identification::estimate::artefact::Estimate;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::replay::inputs::{HOLD_S, covariance, last_link};
-use crate::request::{ObserverOrder, ReplayRequest, Request};
+use crate::replay::start::Start;
+use crate::request::ReplayRequest;
 
 pub use artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
 pub use directions::DIRECTIONS;
@@ -65,56 +65,6 @@ pub fn replay(
     replay.alarms_per_hour = request.alarms;
     replay.has_covariance = !estimate.covariance.is_empty();
     Ok(replay)
-}
-
-/// All that a replay needs before its first cycle.
-struct Start<'a> {
-    cycles: cycles::CycleModel<'a>,
-    noise: noise::Noise,
-    settings: run::Settings,
-    /// The link that carries a load.
-    link: String,
-}
-
-impl<'a> Start<'a> {
-    /// Has the arguments of [`replay`], and fails like [`replay`]. The caller must set the period in the settings.
-    fn new(
-        model: &'a Model,
-        (file, estimate): (&Path, &'a Estimate),
-        reference: &[LogSource],
-        request: &ReplayRequest,
-    ) -> Result<Start<'a>, Error> {
-        request.check()?;
-        model.check_estimate(file, estimate)?;
-        crate::fit::verdict::refuse_estimate(
-            file,
-            estimate,
-            request.anyway,
-            "not replayed ([anyway=true] replays it)",
-        )?;
-        let gain = request.observer_gain;
-        let order = match request.order {
-            ObserverOrder::First => Order::First(gain),
-            ObserverOrder::Second => Order::Second(gain),
-        };
-        let link = request.load_on.clone().unwrap_or_else(|| last_link(model));
-        let mut cycles = cycles::CycleModel::new(model, estimate, &link, gain)?;
-        if let Some(link) = &request.wrench_on {
-            cycles.evaluate_jacobian(link)?;
-        }
-        let covariance = covariance(&cycles.linear, estimate);
-        let noise = noise::Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
-        let settings = run::Settings {
-            order,
-            gain,
-            period: f64::INFINITY,
-            threshold: noise.peaks.threshold(request.alarms),
-            significant: noise.peaks.significant(),
-            hold: HOLD_S,
-            largest_load: request.largest_load,
-        };
-        Ok(Start { cycles, noise, settings, link })
-    }
 }
 
 /// The logs in which the noise of the observer is measured: `given`, or if empty the logs of the estimate. Fails if one is not

@@ -7,10 +7,10 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::replay::Start;
 use crate::replay::artefact::{CarriedLoad, ContactInterval, ReplayedCycle};
 use crate::replay::cycles::{CycleModel, RecordMemory};
-use crate::replay::run::Run;
+use crate::replay::run::{Run, Settings};
+use crate::replay::start::Start;
 use crate::request::ReplayRequest;
 
 /// Observer, load and drift, with the state of all samples so far.
@@ -38,7 +38,7 @@ impl<'a> SampledReplay<'a> {
             )));
         }
         let Start { cycles, noise, settings, .. } = Start::new(model, (file, estimate), reference, request)?;
-        let run = Run::new(&cycles, noise, String::new(), crate::replay::run::Settings { period, ..settings });
+        let run = Run::new(&cycles, noise, String::new(), Settings { period, ..settings });
         Ok(SampledReplay { cycles, run, memory: RecordMemory::default(), period })
     }
 
