@@ -14,7 +14,7 @@ use rist::request::ReplayRequest;
 
 use crate::arrays::{RowMajor, array};
 use crate::call::Call;
-use crate::error::{OrError, error};
+use crate::error::OrError;
 use crate::estimate::Estimate;
 use crate::model::Model;
 use crate::work::work;
@@ -93,7 +93,7 @@ impl Monitor {
                 }
             }
         });
-        let coordinates = work(model.py(), None, |_| start.recv().unwrap_or_else(|_| Err(ended())))?;
+        let coordinates = work(model.py(), None, move |_| start.recv().unwrap_or_else(|_| Err(ended())))?;
         Ok(Monitor { coordinates, ends: Mutex::new((send, receive)) })
     }
 
