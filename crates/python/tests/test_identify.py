@@ -127,7 +127,7 @@ def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
         said = program("identify", MODELS / "ur5.urdf", path).stderr.splitlines()[0]
         said = re.sub(r"--lock (\S+), with", lambda flag: f"lock={literal(flag[1])}, with", said)
         assert said == f"rist: {message(path)}"
-    assert "no option `cutof` (did you mean cutoff=?); there are backlash, consistent, covariance, cutoff" in message(csv, cutof=3)
+    assert "no option `cutof` (did you mean cutoff=?); there are arm, backlash, consistent, covariance, cutoff" in message(csv, cutof=3)
     assert message(csv, cutoff="fast") == "identify: cutoff= is \"fast\"; expected is a number"
     assert "there is no friction term `stribek`; there are viscous" in message(csv, friction="stribek")
     assert "one of none, joint" in message(csv, weights="hubert")
