@@ -21,7 +21,7 @@ const WINDOW_S: f64 = 5.0;
 /// Largest possible mass of a load, kg. This value hardly matters, because a window determines the mass to a tenth of this
 /// value.
 const POSSIBLE_MASS_KG: f64 = 10.0;
-/// With fewer degrees of freedom than this, f is unknown and counts as 1.
+/// With fewer degrees of freedom than this, f is unknown. The correlation time of the torques then replaces it.
 const LEAST_FREEDOM: f64 = 5.0;
 
 /// Prior standard deviation of the distance between the mass of a load and the origin of its frame, m.

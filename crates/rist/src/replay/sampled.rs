@@ -56,12 +56,13 @@ impl<'a> SampledReplay<'a> {
                 )));
             }
         }
+        // The cycle before is no longer the present one, also if this sample is not used.
+        self.run.replay.series.clear();
         let is_usable = t.is_finite() && [q, dq, tau].concat().iter().all(|x| x.is_finite());
         if !is_usable || !self.memory.is_before(t) {
             self.memory = RecordMemory::default();
             return Ok(None);
         }
-        self.run.replay.series.clear();
         let run = &mut self.run;
         self.cycles.sample((t, self.period), [q, dq, tau], &mut self.memory, &mut |cycle| run.step(cycle))?;
         Ok(self.run.replay.series.last())
