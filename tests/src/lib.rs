@@ -69,6 +69,21 @@ pub fn text_of(file: &str) -> String {
     std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
+/// The lines of a Markdown text inside of fences that open with exactly this line, for example "```sh".
+pub fn fenced<'a>(text: &'a str, opening: &str) -> Vec<&'a str> {
+    let mut is_inside = None;
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        match (is_inside, line.starts_with("```")) {
+            (None, true) => is_inside = Some(line == opening),
+            (Some(_), true) => is_inside = None,
+            (Some(true), false) => lines.push(line),
+            _ => {}
+        }
+    }
+    lines
+}
+
 /// All files below a folder, sorted by name, without build output and without hidden folders (except `.ci` and `.cargo`).
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));

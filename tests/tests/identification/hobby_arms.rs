@@ -162,8 +162,9 @@ fn the_guide_to_servos_runs_as_printed() {
     let (_, log) = arm(&here, "arm.urdf", &WX250S[..4], 0.1);
     dynamixel(here.join("dxl.csv"), &log, &[XM430_GAIN * XM430_COUNT; 4]);
     let guide = tests::text_of("docs/how-to/record-on-servos.md");
-    let commands: Vec<&str> = guide.lines().filter_map(|line| line.strip_prefix("rist ")).collect();
-    assert!(commands.len() >= 3, "{commands:?}");
+    let commands: Vec<&str> =
+        tests::fenced(&guide, "```").into_iter().filter_map(|line| line.strip_prefix("rist ")).collect();
+    assert_eq!(commands.len(), 4, "{commands:?}");
     for command in commands {
         rist_done(&here, command);
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use tests::joint_log::{swinging, unlike};
 use tests::program::{done, folder, rist, rist_in_pipe, run};
-use tests::{model_path, text_of, workspace};
+use tests::{fenced, model_path, text_of, workspace};
 
 /// Each command in the `console` blocks of a text, with the lines of its output.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
@@ -43,8 +43,7 @@ fn matches(shown: &[String], lines: &[&str]) -> bool {
 /// For each command `rist ..` in blocks of the kind `sh`: its arguments without the comment, and whether the comment mentions
 /// exit code 1.
 fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
-    let blocks = text.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
-    let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("rist "));
+    let lines = fenced(text, "```sh").into_iter().filter_map(|line| line.strip_prefix("rist "));
     let words = |line: &str| {
         let (command, comment) = line.split_once('#').unwrap_or((line, ""));
         (command.split_whitespace().map(str::to_string).collect(), comment.contains("exit code 1"))
