@@ -95,6 +95,11 @@ void PREFIX_start(PREFIX_monitor *m);
 
 /* Takes the measured state of a cycle: q, dq, torque of the motors tau, and the time since the cycle before, s. Made for RATE Hz. */
 int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[LENGTH], const PREFIX_real dq[LENGTH], const PREFIX_real tau[LENGTH], PREFIX_real period);
+
+/* The load that would explain the present contact, before it is decided whether the contact is a load: its parameters and their
+   standard deviations. For a program that knows that a gripper has just closed. Returns 0 without contact, just after its
+   beginning, and after the decision for a load; x and sigma are not written then. */
+int PREFIX_load_candidate(const PREFIX_monitor *m, PREFIX_real x[10], PREFIX_real sigma[10]);
 ";
 
 impl Monitor {

@@ -263,6 +263,15 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     return status | (m->is_contact ? UPPER_CONTACT : 0);
 }
 
+int PREFIX_load_candidate(const PREFIX_monitor *m, PREFIX_real x[10], PREFIX_real sigma[10])
+{
+    real inverse[TEN][TEN];
+    const int is_tested = m->load.phase == 1 && m->load.age >= SETTLING;
+    if (is_tested)
+        estimate_load(&m->load.current, x, sigma, inverse);
+    return is_tested;
+}
+
 #undef N
 #undef TEN
 #undef D

@@ -4,6 +4,9 @@
 //! starts. The load has changed if three conditions hold: contact lasts for a decision time, the new load explains the torques,
 //! and the motion determines its mass. Then the former estimate is dropped. If contact ends earlier, the former load is kept.
 //! If the robot is at rest, a person who leans on it cannot be distinguished from a load; if it moves, this is possible.
+//!
+//! The estimate under test is available from the settling time on ([`LoadMonitor::candidate`]). It is the load if the contact is
+//! one. A program that knows that a gripper has just closed need not wait for the decision.
 
 use crate::contact::Contact;
 use crate::payload::{Load, Payload};
@@ -42,8 +45,10 @@ pub struct LoadMonitor<R, const D: usize> {
     carried: Load<R>,
     /// inv(R) of the carried load.
     inverse: [[R; 10]; 10],
+    /// The load of `current` at the end of the last update.
+    tested: Load<R>,
     /// Parameters of `current` at the beginning of the update.
-    candidate: [R; 10],
+    predicted: [R; 10],
     phase: Phase,
     /// Whether a load has been found so far. Before that, noise is not taken for a small load.
     has_load: bool,
@@ -62,7 +67,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
             current: empty,
             carried: none,
             inverse: [[R::ZERO; 10]; 10],
-            candidate: [R::ZERO; 10],
+            tested: none,
+            predicted: [R::ZERO; 10],
             phase: Phase::Free,
             has_load: false,
             age: R::ZERO,
@@ -74,6 +80,13 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
     /// The load that the robot carries.
     pub fn carried(&self) -> &Load<R> {
         &self.carried
+    }
+
+    /// The load that would explain the present contact, and the mean square of its normalised residual, 1 if it is a load. `None`
+    /// without contact, in the settling time, and after a decision for a load.
+    pub fn candidate(&self) -> Option<(&Load<R>, R)> {
+        let is_tested = self.phase == Phase::Testing && self.age >= self.decision.settling;
+        is_tested.then_some((&self.tested, self.misfit))
     }
 
     /// The torque -H x of the carried load, for one row of H.
@@ -107,7 +120,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         }
         self.age = self.age + period;
         self.period = period;
-        self.candidate = self.current.parameters();
+        self.predicted = self.current.parameters();
     }
 
     /// Takes the torque of one joint; arguments as of [`Payload::push`]. `joints`: number of joints.
@@ -116,7 +129,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
             return;
         }
         if self.phase == Phase::Testing {
-            let explained = self.candidate.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h);
+            let explained = self.predicted.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h);
             let normalised = (torque - explained) / deviation;
             let share = self.period / (self.decision.memory + self.period) / R::of(joints as f64);
             let square = normalised * normalised;
@@ -130,6 +143,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
     /// Ends an update. Returns whether the load has changed in this update; then [`LoadMonitor::carried`] is the new load.
     pub fn end(&mut self) -> bool {
         let load = self.current.load();
+        self.tested = load;
         let is_explained = self.age > self.decision.time && self.misfit < self.decision.largest_misfit;
         // A load whose mass the motion does not determine yet would be wrong in another posture.
         let is_explained = is_explained && load.is_determined[9];
@@ -176,6 +190,7 @@ mod tests {
         let mut detector = crate::ContactDetector::new(6.0, 3.0, 0.1);
         let mut random = Random::new(2);
         let mut changes = std::vec::Vec::new();
+        let mut early = std::vec::Vec::new();
         for k in 0..1500 {
             let t = 0.01 * f64::from(k);
             let rows: [[f64; 10]; 3] = std::array::from_fn(|j| {
@@ -191,7 +206,11 @@ mod tests {
             for (row, torque) in rows.iter().zip(torques) {
                 monitor.push(row, torque, 0.05, &[], 3);
             }
-            if monitor.end() {
+            let is_changed = monitor.end();
+            if let Some((load, misfit)) = monitor.candidate() {
+                early.push((k, load.parameters[9], load.sigma[9], misfit));
+            }
+            if is_changed {
                 changes.push((k, monitor.carried().parameters[9], monitor.carried().sigma[9]));
             }
         }
@@ -199,6 +218,14 @@ mod tests {
         assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
         // Only one random sequence is tested, so the limit is four standard deviations. The ten columns are waves of similar
         // frequency. After the decision time of one second they leave a standard deviation of 0.15 kg.
+        // Half a second after the load appeared, its mass is available; the mean square is 1 for the load.
+        let (_, half, half_sigma, misfit) = *early.iter().find(|(k, ..)| *k == 350).expect("a candidate");
+        assert!((half - 2.0).abs() < 4.0 * half_sigma && misfit < 2.0, "{half} {half_sigma} {misfit}");
+        // Outside of contact and after the decision there is no candidate.
+        assert!(
+            early.iter().all(|(k, ..)| (300..up).contains(k) || (900..down).contains(k) || *k >= 1200),
+            "{early:?}"
+        );
         assert!((mass - 2.0).abs() < 4.0 * sigma && left.abs() < 4.0 * of_left && sigma < 0.2, "{changes:?}");
     }
 }

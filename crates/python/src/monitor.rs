@@ -27,6 +27,8 @@ struct Answer {
     cycle: ReplayedCycle,
     contact: Option<ContactInterval>,
     load: Option<rist::replay::CarriedLoad>,
+    /// Mass of the candidate and its standard deviation, kg.
+    candidate: Option<(f64, f64)>,
     changes: usize,
 }
 
@@ -86,7 +88,9 @@ impl Monitor {
                 let cycle = replay.step(t, [&q, &dq, &tau]).map(Option::<&ReplayedCycle>::cloned);
                 let answer = cycle.map(|cycle| {
                     let (contact, loads) = (replay.contact().cloned(), replay.loads());
-                    cycle.map(|cycle| Answer { cycle, contact, load: loads.last().cloned(), changes: loads.len() })
+                    let candidate = replay.candidate().map(|load| (load.parameters[9], load.sigma[9]));
+                    let (load, changes) = (loads.last().cloned(), loads.len());
+                    cycle.map(|cycle| Answer { cycle, contact, load, candidate, changes })
                 });
                 if answers.send(answer).is_err() {
                     break;
@@ -102,7 +106,8 @@ impl Monitor {
     /// Returns a dict: t; torque and beyond, the external torque with and without that of the load, and band, the limit of beyond
     /// without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; wrench, the force and moment on
     /// `wrench_on`, None for a component that is not determined; mass (kg); sigma, of the mass; parameters of the load; changes, how
-    /// often the load has changed. None if the sample is not used: NaN, or a time that does not increase.
+    /// often the load has changed; candidate, the mass and its sigma that would explain the present contact as a load, else None.
+    /// None if the sample is not used: NaN, or a time that does not increase.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -118,7 +123,7 @@ impl Monitor {
             ends.0.send(sample).map_err(|_| ended())?;
             ends.1.recv().map_err(|_| ended())?
         });
-        let Some(Answer { cycle, contact, load, changes }) = answer.or_error()? else { return Ok(None) };
+        let Some(Answer { cycle, contact, load, candidate, changes }) = answer.or_error()? else { return Ok(None) };
         let dict = PyDict::new(py);
         dict.set_item("t", cycle.t)?;
         for (name, values) in [("torque", &cycle.torque), ("beyond", &cycle.beyond), ("band", &cycle.band)] {
@@ -133,6 +138,7 @@ impl Monitor {
         dict.set_item("sigma", load.as_ref().map(|load| load.mass().1))?;
         dict.set_item("parameters", load.map(|load| PyList::new(py, load.load.parameters)).transpose()?)?;
         dict.set_item("changes", changes)?;
+        dict.set_item("candidate", candidate)?;
         Ok(Some(dict))
     }
 

@@ -437,6 +437,7 @@ def test_a_monitor_takes_a_sample_at_a_time(ur5, log, csv):
     for key in ("torque", "beyond", "band"):
         assert np.allclose([cycle[key] for cycle in cycles], held[key], rtol=1e-6, atol=1e-6), key
     assert not any(cycle["contact"] for cycle in cycles) and cycles[-1]["changes"] == 0
+    assert all(cycle["candidate"] is None for cycle in cycles)
     assert monitor.step(t[-1] + 1, q[-1] * np.nan, dq[-1], tau[-1]) is None
     assert monitor.step(t[-1] + 2, q[-1], dq[-1], tau[-1])["contact"] is False
     with pytest.raises(rist.Error, match="dq has 5 numbers: 6 are expected"):

@@ -28,6 +28,7 @@ mod monitor_on_cortex;
 mod obeyed_remedies;
 mod panda;
 mod plan_verdict;
+mod positions_beyond_limits;
 mod possible_bodies;
 mod postures;
 mod random_situations;

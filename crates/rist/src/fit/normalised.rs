@@ -1,13 +1,13 @@
-//! Recognises normalised positions, which libraries of hobby arms log: positions in per cent of half the joint range, from
-//! -100 to 100, or of the whole range, from 0 to 100.
+//! Recognises positions in another form than rad and m by the limits of the description: normalised positions, which libraries
+//! of hobby arms log, and mm.
 //!
-//! With l and u the limits of a joint, and x the position of the log,
+//! With l and u the limits of a joint, and x a position of the log that is normalised from a to b,
 //! ```text
-//! q = (l + u) / 2 + x (u - l) / 200      from -100
-//! q = l + x (u - l) / 100                from 0
+//! q = l + (x - a) (u - l) / (b - a)      a, b: -100, 100; 0, 100; -1, 1; 0, 1 (often the gripper alone)
+//! q = x / 1000                           mm
 //! ```
-//! In the options of the transmission, this equation is a ratio, 200 / (u - l) or 100 / (u - l), and an offset. The ratio
-//! would also change the torques. The logged torques are already joint torques, so `scales` cancel this change.
+//! In the options of the transmission, this equation is a ratio, (b - a) / (u - l) or 1000, and an offset. The ratio would also
+//! change the torques. The logged torques are already joint torques, so `scales` cancel this change.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{AS_WELL_RATIO, LogCheck};
@@ -16,31 +16,74 @@ use identification::estimate::options::Options;
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// Largest range of a normalised position in a log, per cent, with an allowance for rounding.
-const LARGEST_NORMALISED_RANGE: f64 = 200.5;
-/// Largest range of a joint in SI units, rad (m). A larger range indicates another unit.
-const LARGEST_RANGE_RAD_M: f64 = 12.6;
+/// The forms that are tried: normalised positions from and to, and mm.
+const FORMS: [Fault; 5] = [
+    Fault::Normalised(-100, 100),
+    Fault::Normalised(0, 100),
+    Fault::Normalised(-1, 1),
+    Fault::Normalised(0, 1),
+    Fault::Millimetres,
+];
+/// A position is beyond the limits if it exceeds them by this share of the range between them. Limits of descriptions are often
+/// a little too narrow.
+const BEYOND_SHARE: f64 = 0.2;
+/// A normalised position may exceed its form by this share of the range, for rounding.
+const ROUNDING_SHARE: f64 = 0.0025;
 
-/// Options that convert normalised positions (`from` to 100, with `from` -100 or 0) into SI units. `None` if a joint has no
-/// limits, or if ratios, offsets or scales are given.
-fn options_of_shares(model: &Model, options: &Options, from: i32) -> Option<Options> {
-    let limits: Option<Vec<(f64, f64)>> = model.robot.coordinates.iter().map(|c| c.limits.position).collect();
-    let limits = limits.filter(|all| all.iter().all(|(low, high)| high > low && (high - low).is_finite()))?;
+/// How far a joint exceeds limits, as a share of the range between them.
+fn excess((low, high): (f64, f64), (least, most): (f64, f64)) -> f64 {
+    (low - least).max(most - high) / (high - low)
+}
+
+/// Ratio and offset that convert a form into SI units: q = x / ratio + offset. `None` if the log has positions outside of the
+/// form.
+fn conversion(form: Fault, limits: (f64, f64), positions: (f64, f64), is_prismatic: bool) -> Option<(f64, f64)> {
+    let (ratio, offset) = match form {
+        Fault::Normalised(from, to) => {
+            let ratio = f64::from(to - from) / (limits.1 - limits.0);
+            (ratio, limits.0 - f64::from(from) / ratio)
+        }
+        _ if !is_prismatic => return None,
+        _ => (1e3, 0.0),
+    };
+    let allowed = if form == Fault::Millimetres { BEYOND_SHARE } else { ROUNDING_SHARE };
+    let converted = (positions.0 / ratio + offset, positions.1 / ratio + offset);
+    (excess(limits, converted) <= allowed).then_some((ratio, offset))
+}
+
+/// Options that convert the positions of these joints from a form into SI units. `None` if a joint has no limits or positions
+/// outside of the form, or if ratios, offsets or scales are given.
+fn converting(
+    model: &Model,
+    options: &Options,
+    log_check: &LogCheck,
+    (form, joints): (Fault, &[usize]),
+) -> Option<Options> {
     let mut options = options.clone();
     let transmission = &mut options.transmission;
     if transmission.ratios.is_some() || transmission.offsets.is_some() || transmission.scales.is_some() {
         return None;
     }
-    let ratios: Vec<f64> = limits.iter().map(|(low, high)| f64::from(100 - from) / (high - low)).collect();
-    let zero = |(low, high): &(f64, f64)| if from == 0 { *low } else { 0.5 * (low + high) };
-    transmission.offsets = Some(limits.iter().map(zero).collect());
-    transmission.scales = Some(ratios.clone());
-    transmission.ratios = Some(ratios);
+    let n = log_check.joints.len();
+    let (mut ratios, mut offsets) = (vec![1.0; n], vec![0.0; n]);
+    for &k in joints {
+        let limits = limits_of(model, k)?;
+        let is_prismatic = model.regressor().is_prismatic(k);
+        (ratios[k], offsets[k]) = conversion(form, limits, log_check.joints[k].positions, is_prismatic)?;
+    }
+    (transmission.offsets, transmission.scales, transmission.ratios) =
+        (Some(offsets), Some(ratios.clone()), Some(ratios));
     Some(options)
 }
 
-/// Replaces the findings of a log check by "positions are normalised", if this explains the log. `again`: checks the log with
-/// other options.
+/// The limits of a coordinate, if they are finite and in order.
+fn limits_of(model: &Model, k: usize) -> Option<(f64, f64)> {
+    model.robot.coordinates[k].limits.position.filter(|(low, high)| high > low && (high - low).is_finite())
+}
+
+/// Replaces the findings of a log check by "positions are normalised" or "in mm", if positions are beyond the limits and this
+/// explains the log. If the torques do not show the form, adds the finding that the positions are beyond the limits. `again`:
+/// checks the log with other options.
 ///
 /// Fails if a log cannot be read.
 pub(super) fn look_for_shares(
@@ -49,20 +92,40 @@ pub(super) fn look_for_shares(
     log_check: &mut LogCheck,
     again: impl Fn(&Options) -> Result<LogCheck, Error>,
 ) -> Result<(), Error> {
-    let is_far = log_check.joints.iter().any(|joint| joint.range > LARGEST_RANGE_RAD_M);
-    if !is_far || !log_check.is_gross() || log_check.joints.iter().any(|joint| joint.range > LARGEST_NORMALISED_RANGE) {
+    let n = log_check.joints.len();
+    let is_beyond = |k: &usize| {
+        limits_of(model, *k).is_some_and(|limits| excess(limits, log_check.joints[*k].positions) > BEYOND_SHARE)
+    };
+    let beyond: Vec<usize> = (0..n).filter(is_beyond).collect();
+    if beyond.is_empty() {
         return Ok(());
     }
-    let mut best: Option<(i32, Options, LogCheck)> = None;
-    for from in [-100, 0] {
-        let Some(shares) = options_of_shares(model, options, from) else { return Ok(()) };
-        let found = again(&shares)?;
-        let is_better = best.as_ref().is_none_or(|(_, _, best)| found.unexplained() < best.unexplained());
-        if is_better && !found.is_gross() {
-            best = Some((from, shares, found));
+    let mut best: Option<(Fault, Vec<usize>, Options, LogCheck)> = None;
+    // All joints are tried first. The joints beyond their limits alone must explain the log clearly better than all joints.
+    for joints in [(0..n).collect(), beyond.clone()] {
+        let bar = best.as_ref().map_or(f64::INFINITY, |(.., check)| check.unexplained() / AS_WELL_RATIO);
+        let mut least = bar;
+        for form in FORMS {
+            let Some(options) = converting(model, options, log_check, (form, &joints)) else { continue };
+            let found = again(&options)?;
+            if found.unexplained() < least && !found.is_gross() {
+                least = found.unexplained();
+                best = Some((form, joints.clone(), options, found));
+            }
+        }
+        if beyond.len() == n {
+            break;
         }
     }
-    let Some((from, shares, found)) = best else { return Ok(()) };
+    // Without a contradiction in the torques, a form must explain them clearly better.
+    let needed = if log_check.is_gross() { f64::INFINITY } else { log_check.unexplained() / AS_WELL_RATIO };
+    let Some((form, joints, shares, found)) = best.filter(|(.., found)| found.unexplained() < needed) else {
+        if !log_check.is_gross() {
+            let found: Vec<Finding> = beyond.iter().map(|&k| beyond_limits(model, log_check, k)).collect();
+            log_check.findings.extend(found);
+        }
+        return Ok(());
+    };
     let left = [log_check.unexplained(), found.unexplained()];
     let others = log_check.findings.iter().filter_map(|f| f.tried).map(|tried| tried[1]).reduce(f64::min);
     if others.is_some_and(|other| other * AS_WELL_RATIO < left[1]) {
@@ -70,7 +133,9 @@ pub(super) fn look_for_shares(
     }
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
-    let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised(from), Vec::new(), evidence, remedy) };
+    let names = |joints: &[usize]| joints.iter().map(|&k| log_check.joints[k].coordinate.clone()).collect();
+    let named = if joints.len() == n { Vec::new() } else { names(&joints) };
+    let finding = Finding { tried: Some(left), ..Finding::of(form, named, evidence, remedy) };
     // Findings that are not gross (they allow an estimate) are in the new check again. Findings that other bodies also explain
     // are dropped, since they would need another check.
     let explanation = std::iter::once(finding).chain(found.findings).collect();
@@ -82,4 +147,24 @@ pub(super) fn look_for_shares(
         }
     }
     Ok(())
+}
+
+/// The finding that the positions of joint k are beyond the limits of the description, and the torques do not show why.
+fn beyond_limits(model: &Model, log_check: &LogCheck, k: usize) -> Finding {
+    let joint = &log_check.joints[k];
+    let unit = if model.regressor().is_prismatic(k) { "m" } else { "rad" };
+    let (low, high) = limits_of(model, k).unwrap_or_default();
+    let evidence =
+        format!("the description has limits of {low} and {high} {unit}; the torques do not show which is wrong");
+    let remedy = format!(
+        "correct the limits, or give the unit of this position in the header ({}_deg, _mm), or, if it is normalised, ratios, \
+         offsets and scales of `transmission`",
+        joint.coordinate
+    );
+    Finding::of(
+        Fault::BeyondLimits(joint.positions.0, joint.positions.1),
+        vec![joint.coordinate.clone()],
+        evidence,
+        remedy,
+    )
 }

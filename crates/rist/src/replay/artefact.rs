@@ -62,7 +62,12 @@ pub struct CarriedLoad {
     pub found: f64,
     /// The parameters of the load at the end of the interval. A mass of about zero means that the load was put down.
     pub load: Load<f64>,
+    /// The estimate [`EARLY_S`] after `start`, when it was still under test; `None` if the log has a gap there.
+    pub early: Option<Load<f64>>,
 }
+
+/// Time after the start of a load at which [`CarriedLoad::early`] is taken, s.
+pub const EARLY_S: f64 = 0.5;
 
 impl CarriedLoad {
     /// Mass, kg, and its standard deviation.

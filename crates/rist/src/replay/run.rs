@@ -1,8 +1,8 @@
 //! The loop of a replay over the cycles of a log. It makes the same calls as the loop of a controller.
 
-use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
+use online::{Contact, ContactDetector, Drift, Load, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 
-use crate::replay::artefact::{CarriedLoad, ContactInterval, JointReplay, Replay, ReplayedCycle};
+use crate::replay::artefact::{CarriedLoad, ContactInterval, EARLY_S, JointReplay, Replay, ReplayedCycle};
 use crate::replay::cycles::{Cycle, CycleModel};
 use crate::replay::directions::DIRECTIONS;
 use crate::replay::load_noise::{self, load_start};
@@ -47,6 +47,8 @@ pub(crate) struct Run {
     observers: Observers,
     detector: ContactDetector<f64>,
     loads: LoadMonitor<f64, DIRECTIONS>,
+    /// The candidate of the present contact, [`EARLY_S`] after it began.
+    early: Option<Load<f64>>,
     drifts: Vec<Drift<f64>>,
     scales: Vec<NoiseScale<f64>>,
     pub(crate) replay: Replay,
@@ -80,6 +82,7 @@ impl Run {
             observers: Observers::new(n, settings.order),
             detector: ContactDetector::new(settings.threshold, settings.significant, settings.hold),
             loads: LoadMonitor::new(Payload::new(start, noise.load_correlation(settings.period)), decision),
+            early: None,
             scales: noise.scales(),
             drifts: noise.bands.iter().map(drift).collect(),
             replay: Replay::new(log, regressor.coordinates().to_vec(), units.collect(), settings.threshold),
@@ -163,11 +166,19 @@ impl Run {
                 self.drifts[j].push(seen.friction[0], seen.friction[1], beyond[j], deviation);
             }
         }
-        if self.loads.end() {
+        let is_changed = self.loads.end();
+        match (self.loads.candidate(), self.replay.contacts.last()) {
+            (Some((load, _)), Some(contact)) if cycle.t - contact.start >= EARLY_S => {
+                self.early.get_or_insert(*load);
+            }
+            _ if contact.begins => self.early = None,
+            _ => {}
+        }
+        if is_changed {
             // The load first looked like a contact. So the last interval of contact is removed.
             let began = self.replay.contacts.pop().map_or(cycle.t, |contact| contact.start);
             let load = *self.loads.carried();
-            self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load });
+            self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load, early: self.early.take() });
         }
         if let Some(last) = self.replay.loads.last_mut() {
             last.load = *self.loads.carried();
@@ -192,6 +203,11 @@ impl Run {
                 interval.wrench = Some(ContactWrench::new(cycle.jacobian, beyond, deviations));
             }
         }
+    }
+
+    /// The load that would explain the present contact; see [`LoadMonitor::candidate`].
+    pub(crate) fn candidate(&self) -> Option<&Load<f64>> {
+        self.loads.candidate().map(|(load, _)| load)
     }
 
     /// The result so far, with the results of each joint.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
 use logs::LogSource;
+use online::Load;
 
 use crate::describe::model::Model;
 use crate::error::Error;
@@ -71,6 +72,12 @@ impl<'a> SampledReplay<'a> {
     /// The changes of the load so far, in the order of time. The last one has the parameters of the load that is carried.
     pub fn loads(&self) -> &[CarriedLoad] {
         &self.run.replay.loads
+    }
+
+    /// The load that would explain the present contact, before it is decided whether it is a load; see
+    /// [`online::LoadMonitor::candidate`].
+    pub fn candidate(&self) -> Option<&Load<f64>> {
+        self.run.candidate()
     }
 
     /// The present contact, since it began; `None` without contact.

@@ -40,7 +40,7 @@ pub fn claims_of_log(log_check: &LogCheck, faults: &[HypothesisTest]) -> Vec<Cla
     claims.extend([signs(log_check), common_scale(log_check), zeros(log_check, turned)].concat());
     claims.extend(claims_of_columns(log_check));
     claims.extend(turned.map(|turned| turned_zero(turned, &log_check.joints[turned.joint].coordinate)));
-    let stands = |j: &&JointCheck| j.range < STANDSTILL_RANGE;
+    let stands = |j: &&JointCheck| j.range() < STANDSTILL_RANGE;
     let still: Vec<&str> = log_check.joints.iter().filter(stands).map(|j| j.coordinate.as_str()).collect();
     claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }

@@ -33,8 +33,13 @@ pub enum Fault {
     Velocity,
     /// The log is of another robot: no tested fault makes the description predict the torques.
     OtherRobot,
-    /// Positions are normalised to the range of each joint: to 100, from this number (-100 or 0).
-    Normalised(i32),
+    /// Positions are normalised to the range of the joint, from the first to the second number: -100 to 100, 0 to 100, -1 to 1
+    /// or 0 to 1.
+    Normalised(i32, i32),
+    /// Positions of a prismatic joint are in mm.
+    Millimetres,
+    /// Positions are far beyond the limits of the description. The numbers are the smallest and the largest position, rad (m).
+    BeyondLimits(f64, f64),
     /// Something is wrong, and no tested remedy corrects it.
     Unidentified,
     /// The load of a link changes: during an interval of the log, the load differs from the load in the rest of the log.
@@ -83,7 +88,8 @@ pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque column
 impl Fault {
     /// Whether the fault is gross, that is, makes estimates from the log unusable.
     pub fn is_gross(self) -> bool {
-        !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
+        let is_allowed = matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_));
+        !(is_allowed || matches!(self, Fault::BeyondLimits(..) | Fault::Of(Hypothesis::Late(_), _)))
     }
 }
 
@@ -170,7 +176,14 @@ impl Finding {
             Fault::Velocity => format!("the velocity of {of} is not the slope of its position"),
             Fault::OtherRobot => "this log is not of the described robot".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
-            Fault::Normalised(from) => normalised(from),
+            Fault::Normalised(from, to) if self.joints.is_empty() => {
+                format!("the positions are normalised: {from} to {to} of the range of each joint")
+            }
+            Fault::Normalised(from, to) => format!("the position of {of} is normalised: {from} to {to} of its range"),
+            Fault::Millimetres => format!("the position of {of} is in mm"),
+            Fault::BeyondLimits(low, high) => {
+                format!("{of} moves from {} to {}, beyond its limits", significant(low), significant(high))
+            }
             Fault::ChangedLoad { log, from, to, mass } => {
                 let log = log.map_or(String::new(), |log| format!(" in log {log}"));
                 let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
@@ -199,11 +212,6 @@ impl fmt::Display for Finding {
         let instead = if self.instead > 0 { "or else " } else { "" };
         write!(f, "{instead}{}: {}; {}", self.statement(), self.evidence, self.remedy)
     }
-}
-
-/// Positions that are normalised to the range of each joint, from this number, in words.
-fn normalised(from: i32) -> String {
-    format!("the positions are normalised: {from} to 100 of the range of each joint")
 }
 
 /// The additional mass of a load in words, with a leading comma; empty if unknown.

@@ -111,7 +111,7 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
             share: partial.map(|p| p.share()),
             explained: partial.and_then(|p| explained(samples, &rows, j, &p)),
             friction: own_friction(regressor, &samples.kept, &rows, j),
-            range: samples.range[j].1 - samples.range[j].0,
+            positions: samples.range[j],
             velocity_lag: samples.velocity_lag(j),
             velocity_lag_deviation: samples.velocity_lag_deviation(j),
             acceleration: samples.acceleration(j),

@@ -26,8 +26,8 @@ pub struct JointCheck {
     pub explained: Option<f64>,
     /// Friction, fitted to the torques of this joint alone; `None` if it cannot be determined.
     pub friction: Option<JointFriction>,
-    /// Range of the positions of the joint, rad (m).
-    pub range: f64,
+    /// Smallest and largest position of the joint in the log, rad (m).
+    pub positions: (f64, f64),
     /// Lag of the velocity behind the derivative of the position, s. `None` if the joint hardly moves, or if the velocity is
     /// another signal.
     pub velocity_lag: Option<f64>,
@@ -98,6 +98,11 @@ pub struct LogCheck {
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointCheck {
+    /// Range of the positions of the joint, rad (m).
+    pub(crate) fn range(&self) -> f64 {
+        self.positions.1 - self.positions.0
+    }
+
     /// Whether torque or motion of the joint clearly has the wrong sign: friction is negative, and a meaningful slope is
     /// negative too.
     pub(super) fn runs_back(&self) -> bool {

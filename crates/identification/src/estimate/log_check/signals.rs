@@ -138,7 +138,7 @@ impl DiagnosisInput<'_> {
         let judged: Vec<_> = log_check.joints.iter().filter_map(|j| Some((j, j.friction?))).collect();
         let drives: Vec<_> = judged
             .iter()
-            .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > SMALLEST_EXAMINED_RANGE)
+            .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range() > SMALLEST_EXAMINED_RANGE)
             // In a short motion, negative friction alone is weak evidence.
             .filter(|(j, _)| !log_check.is_short || j.slope.is_none() || j.runs_back())
             .collect();
