@@ -23,8 +23,8 @@ const INSTANTS_PER_HARMONIC: usize = 32;
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
 /// Least number of instants per period at which the distance barrier is evaluated.
 const MIN_INSTANTS_PER_PERIOD: usize = 200;
-/// Least distance of bodies above its bound at the start of a descent. Unit: the reserve of their gap, the additional distance
-/// that a search keeps.
+/// Least distance of two bodies minus its bound at the start of a descent, in multiples of the reserve of the pair (additional
+/// distance that a search keeps).
 const INITIAL_RESERVES: f64 = 2.0;
 
 /// Intermediate results of the distance computation at each instant, which make the next evaluation faster.

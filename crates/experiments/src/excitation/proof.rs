@@ -350,8 +350,8 @@ pub(crate) mod tests {
 
     impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // At an instant (width zero) nothing is wide. The exact ranges need more than 20 000 enclosures; a proof of loose
-            // limits needs less than 100 000.
+            // The enclosures are made wider in proportion to the width of the interval, so at an instant (width zero) they stay
+            // exact. The exact ranges need more than 20 000 enclosures; a proof of loose limits needs less than 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()
