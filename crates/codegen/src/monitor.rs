@@ -1,8 +1,8 @@
 //! The monitor of a generated C file. It estimates the external torque, contact and the load, with one call per cycle.
 //!
-//! The text is in online.c. The text has the operations of the crate `online` in the same order, with the state in a struct of
-//! the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the same file,
-//! and reads the constants X and F of the file.
+//! The text is in online.c. The C code performs the operations of the crate `online` in the same order, and keeps its state in
+//! a struct of the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the
+//! same file, and reads the constants X and F of the file.
 
 /// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +17,8 @@ pub struct Monitor {
     pub gain: f64,
     /// Rate of the control loop, Hz.
     pub rate: f64,
-    /// A ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the
-    /// variance for independent errors.
+    /// Ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the variance
+    /// for independent errors.
     pub correlation: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,

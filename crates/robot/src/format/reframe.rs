@@ -150,7 +150,8 @@ struct Normal {
 }
 
 impl Normal {
-    /// The placement of a frame: along this normal, then by theta about the other axis and by r along the other axis.
+    /// The placement of a frame: along this common normal to the axis of the frame, then by theta about this axis and by r
+    /// along this axis.
     fn placement(&self, theta: f64, r: f64) -> ModifiedDh {
         ModifiedDh {
             gamma: computed_angle(self.gamma),

@@ -1,7 +1,7 @@
 //! Reads a robot from URDF and converts it to Khalil-Kleinfinger frames.
 //!
-//! repair.rs and text.rs check the text and keep line numbers, urdf-rs reads it, tree.rs builds the tree of moving links, and [`jointed`]
-//! makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
+//! repair.rs and text.rs check the text and keep line numbers. The library urdf-rs reads the text, tree.rs builds the tree of
+//! moving links, and [`jointed`] makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
 //!
 //! Joints with `<mimic>` follow another joint (mimic.rs).
 //!

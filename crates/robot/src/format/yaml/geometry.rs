@@ -1,11 +1,12 @@
-//! Writes errors of the geometry into the table of a YAML description; comments, order and spacing stay.
+//! Writes errors of the geometry (from a calibration) into the table of a YAML description; comments, order and spacing stay.
 //!
-//! A number gets the sum, and an expression gets the error as a term: `q1 + pi/2` becomes `q1 + pi/2 + 0.002`. The angle beta of
-//! Hayati has no key. It becomes a fixed link before its link, because with gamma = pi/2 and theta = -pi/2
+//! A number is replaced by its sum with the error, and an expression gets the error as a term: `q1 + pi/2` becomes
+//! `q1 + pi/2 + 0.002`. The angle beta of Hayati has no key. It becomes a fixed link before the link with this error, because
+//! with gamma = pi/2 and theta = -pi/2
 //! ```text
 //! Ry(beta) = Rz(gamma) Rx(beta) Rz(theta)
 //! ```
-//! The six other letters could describe the same pose. But the axes are nearly parallel, so b and r would be kilometres.
+//! The six other parameters could describe the same pose. But the axes are nearly parallel, so b and r would be kilometres.
 
 use std::ops::Range;
 
@@ -68,7 +69,8 @@ impl Table<'_> {
             .ok_or_else(|| self.source.whole(format!("the file has no link {}", self.robot.link(j).label)))
     }
 
-    /// The row with a letter of a link. In a table with frames at the far ends, alpha and d stand in the row of its antecedent.
+    /// The row of the table that contains the parameter `letter` of link j. In a table with frames at the far ends, alpha and d
+    /// stand in the row of the antecedent of the link.
     fn row_of(&self, j: LinkId, letter: &str) -> Result<&Node, Error> {
         if !self.convention.is_far(letter) {
             return self.row(j);
