@@ -90,8 +90,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
     }
 
     // Force and moment at the origin of the last link: the torques of six joints determine all six components; the torques of
-    // three joints determine at most three. The estimated wrench is the one that the link exerts, so it has the opposite sign
-    // of the force that acts on the link in the scene.
+    // three joints determine at most three. The result is the wrench that acts on the link. In the scene, the force is the one
+    // that the link exerts, so the result has the opposite sign.
     let on = |link: &str| {
         let request = ReplayRequest { wrench_on: Some(link.into()), ..ReplayRequest::default() };
         let reference = std::slice::from_ref(&known.1);

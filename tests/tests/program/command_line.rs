@@ -413,7 +413,8 @@ fn lint_looks_into_meshes() {
         rist(&here, &["lint", "arm.urdf"])
     };
     let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
-    // From 0.4 to the wall at 0.2; a box of 0.2 x 0.1 x 0.1 is 0.245 across.
+    // The centre of mass is at x = 0.4 m, the face of the box at x = 0.2 m. The diagonal of the box (0.2 x 0.1 x 0.1 m) is
+    // 0.245 m.
     let said =
         "l: the centre of mass lies outside the hull of the collision meshes: by 0.200 m, of meshes 0.245 m across";
     assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);

@@ -234,7 +234,7 @@ impl ExcitingMotion {
         artefact::write(ArtefactKind::Motion, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads motion.yaml from its text. `file`: its name for messages.
+    /// Reads motion.yaml from its text. `file`: name of the file, for error messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
         let motion: ExcitingMotion = artefact::read(ArtefactKind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;

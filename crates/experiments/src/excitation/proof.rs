@@ -338,7 +338,7 @@ pub(crate) mod tests {
                     let place = usize::from(row.limit == LimitKind::Power);
                     let there = drive(motion.at(row.time_s)[joint])[place];
                     let free = if place == 0 { 0.4 } else { 0.0 };
-                    // Tolerance: rounding of the time, with values of hundreds.
+                    // Tolerance: the time in the row is rounded, and the values are some hundreds.
                     assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
                 }
             }

@@ -36,7 +36,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     read_urdf_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from a URDF text, with options. Otherwise it is the same as [`read_urdf`].
+/// Reads a robot from a URDF text as [`read_urdf`] does, with options.
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     no_values(source, options.values)?;

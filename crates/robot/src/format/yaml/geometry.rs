@@ -92,7 +92,7 @@ impl Table<'_> {
             .map_or_else(|| self.source.whole(message.clone()), |row| self.source.at(row, message.clone()))
     }
 
-    /// Adds x, rad or m, to a letter of a link.
+    /// Adds x (rad or m) to the parameter `letter` (gamma .. r) of link j.
     fn add(&mut self, j: LinkId, letter: &str, x: f64) -> Result<(), Error> {
         let key = self.convention.key(letter).ok_or_else(|| self.refused(j, letter))?;
         let row = self.row_of(j, letter)?;
@@ -120,7 +120,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The bytes of a number or of an expression without its quotes.
+    /// The range of bytes in the text that a number, or an expression without its quotes, occupies.
     fn scalar(&self, node: &Node) -> Result<Range<usize>, Error> {
         let range = place(self.text, node);
         let rest = &self.text[range.start..];
@@ -139,7 +139,7 @@ impl Table<'_> {
         is_there.ok_or_else(|| self.source.at(node, message))
     }
 
-    /// A new entry of a row, before its antecedent.
+    /// The edit that inserts the entry `text` into a row, before the key `antecedent`.
     fn new_entry(&self, row: &Node, text: &str) -> (Range<usize>, String) {
         let NodeValue::Map(entries) = &row.content else { return (0..0, String::new()) };
         let key = entries.iter().map(|(key, _)| key).find(|key| key.text == "antecedent");
@@ -150,7 +150,7 @@ impl Table<'_> {
         (at..at, format!("{text}{between}"))
     }
 
-    /// Puts a fixed link with the angle beta before a link.
+    /// Inserts a fixed link with the angle beta between link j and its antecedent.
     fn add_beta(&mut self, j: LinkId, errors: &GeometryErrors) -> Result<(), Error> {
         let (link, row) = (self.robot.link(j), self.row(j)?);
         let number_of = |value: &crate::Value| value.number(&self.robot.symbols);
@@ -182,7 +182,7 @@ impl Table<'_> {
     }
 
     fn written(mut self) -> String {
-        // From the end, so that the places before stay valid.
+        // The edits are made from the end of the text, so that earlier positions stay valid.
         self.edits.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));
@@ -237,7 +237,8 @@ links:
             );
         assert_eq!(written, wanted);
         assert_eq!(read_yaml(&written, "a.yaml").unwrap().links.len(), 4);
-        // Other tables have no key for beta, and the first alpha of a table with far frames is that of the base.
+        // Other tables have no key for beta. In a table with frames at the far ends, alpha of the first link would stand in a
+        // row of the base, which does not exist.
         for (table, errors, word) in [
             ("craig", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0], "beta1"),
             ("craig", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0], "b1"),
