@@ -1,5 +1,5 @@
-//! Tests the MJCF reader: torques must equal those of an independent Newton-Euler recursion for every form of a model; unsuitable
-//! models are refused; data that are not read get notes.
+//! Tests the MJCF reader: the torques must equal the torques of an independent Newton-Euler recursion for every form of a
+//! model; unsuitable models are refused; data that are not read get notes.
 
 mod recursion;
 

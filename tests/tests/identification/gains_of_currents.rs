@@ -92,8 +92,8 @@ fn gains_and_parameters_err_by_what_they_say() {
     }
 }
 
-/// An expected gain is weighted by its standard deviation. If this standard deviation equals that of the gain from the log alone,
-/// the combination has half the variance.
+/// An expected gain is weighted by its standard deviation. If this standard deviation equals the standard deviation of the gain
+/// from the log alone, the combination has half the variance.
 #[test]
 fn an_expected_gain_counts_by_its_deviation() {
     let [_, _, of_data, _] = errors(0.9, None);

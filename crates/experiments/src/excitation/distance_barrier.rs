@@ -13,7 +13,7 @@ use crate::excitation::gap_proof::{GapCache, Surroundings};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::near_gaps::NearGaps;
 
-/// The distance barrier acts on two solids whose distance is less than this above its bound, m.
+/// The distance barrier acts on two solids whose distance exceeds its lower bound by less than this value, m.
 const BARRIER_RANGE_M: f64 = 0.05;
 /// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, a body
 /// with the acceleration a deviates by up to a dt^2 / 8 from the interpolated distance. Example: in the highest of eight

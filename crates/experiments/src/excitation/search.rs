@@ -104,7 +104,7 @@ const REDRAWN_JOINTS: usize = 2;
 const MAX_DRAWS_PER_START: usize = 60;
 /// Greatest number of times that a drawn motion is scaled down.
 const MAX_SHRINKS_PER_DRAW: usize = 12;
-/// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
+/// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this value.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
 /// For a start of a robot with bodies. This number limits both the random centres that are tested and the motions that are
 /// tried about collision-free centres. After that, a descent searches the centre, because such a robot has hardly any

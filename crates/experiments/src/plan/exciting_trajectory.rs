@@ -17,7 +17,7 @@
 //! q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), c: centre of the motion. Therefore the friction of the
 //! moving joint is orthogonal to its acceleration at odd harmonics.
 //!
-//! The equation numbers are those of [Vandanjon, Gautier, Desbats 1995, section 3.2].
+//! The equation numbers refer to [Vandanjon, Gautier, Desbats 1995, section 3.2].
 
 use std::ops::Range;
 
