@@ -38,7 +38,8 @@ fn currents(arm: &TapeRobot) -> Log {
 }
 
 /// Mean squares over the draws, in this order: error of the gain of q2, divided by its standard deviation; errors of the
-/// parameters, divided by theirs; variance of the gain; e' C^-1 e / p for all parameters (e: errors, C: covariance, p: number).
+/// parameters, divided by their standard deviations; variance of the gain; e' C^-1 e / p for all parameters (e: errors, C:
+/// covariance, p: number).
 ///
 /// The noise has the correlation `rho` between samples. If `expected` is given, an expected gain is drawn with this standard
 /// deviation.

@@ -64,8 +64,8 @@ fn urdf(name: &str, joints: &[ArmJoint]) -> String {
     text + "</robot>"
 }
 
-/// Writes the description of an arm into a folder; returns its model, and a log at 50 Hz. `friction`: viscous friction of each
-/// joint, N m s/rad, and as many N m of Coulomb friction.
+/// Writes the description of an arm into a folder; returns its model, and a log at 50 Hz. `friction`: one number for all
+/// joints. It is both the viscous friction, N m s/rad, and the Coulomb friction, N m.
 fn arm(here: &Path, file: &str, joints: &[ArmJoint], friction: f64) -> (Model, JointLog) {
     std::fs::write(here.join(file), urdf(file.trim_end_matches(".urdf"), joints)).unwrap();
     let model = Model::read(here.join(file)).unwrap();
@@ -123,8 +123,8 @@ fn round_trip(here: &Path, model: &Model, command: &str) {
     let truth = model.nominal_parameters().unwrap();
     for (found, truth) in estimate.parameters.iter().zip(&truth) {
         let Some((x, sigma)) = found.value.zip(found.sigma) else { continue };
-        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. Both are allowed
-        // for by two per cent of the value.
+        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. The two per cent
+        // of the value in the tolerance allow for both.
         assert!(
             (x - truth).abs() < 5.0 * sigma + 0.02 * truth.abs(),
             "{command}: {}: {x} +- {sigma}, {truth}",

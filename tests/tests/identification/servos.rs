@@ -191,8 +191,8 @@ fn identified_as_proposed(model: &Model, path: &std::path::Path, arm: &str) {
     let truth = TapeRobot::new(tests::model(ROBOT)).truth;
     for (value, truth) in found.estimate.parameters.iter().zip(&truth) {
         let (x, sigma) = (value.value.unwrap(), value.sigma.unwrap());
-        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. Both are allowed
-        // for by half a per cent of the value.
+        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. The half per
+        // cent of the value in the tolerance allows for both.
         assert!((x - truth).abs() < 5.0 * sigma + 5e-3 * truth.abs(), "{arm}: {}: {x} +- {sigma}, {truth}", value.id);
     }
 }
