@@ -103,7 +103,7 @@ fn stiffness_is_found_with_an_estimate() {
     let compliances = parameters(stiff, "compliance");
     assert_eq!(compliances.len(), 3, "{}", run.out);
     for ((name, value, interval), truth) in compliances.into_iter().zip(COMPLIANCES) {
-        // Twice the 95 % interval, and 2 % for the error of the identified torques.
+        // Tolerance: twice the half width of the 95 % interval, plus 2 % for the error of the identified torques.
         assert!((value - truth).abs() < 2.0 * interval + 0.02 * truth, "{name} {value} {truth} {}", run.out);
         assert!(interval < 0.2 * truth, "{name} {interval}");
     }
