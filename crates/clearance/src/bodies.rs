@@ -56,8 +56,8 @@ impl BodyShape {
     }
 }
 
-/// All bodies of a robot: first those of the base, then those of each link in order. `directory`: folder of the description, in
-/// which meshes are searched.
+/// All bodies of a robot: first the bodies of the base, then the bodies of each link in order. `directory`: folder of the
+/// description, in which meshes are searched.
 pub fn bodies(robot: &Robot, directory: &Path) -> Vec<FileLink> {
     let mut found = carried("base", None, &robot.base.collisions, &[], directory);
     for (j, link) in robot.links.iter().enumerate() {

@@ -190,8 +190,8 @@ impl Clearance {
         along
     }
 
-    /// The distance of the two bodies of a gap for the link poses `poses`. Also a lower bound of it, while each coordinate moves
-    /// by at most its value in `spread` (`None`: no motion).
+    /// The distance of the two bodies of a gap for the link poses `poses`. Also a lower bound of this distance, while each
+    /// coordinate moves by at most its value in `spread` (`None`: no motion).
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> GapRange {
         let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];

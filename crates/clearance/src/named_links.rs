@@ -1,4 +1,4 @@
-//! Checks that the links and pairs of links named in the rules exist.
+//! Checks that the links, and the pairs of links, exist that the user names in the rules for distances.
 
 use robot::JointKind;
 

@@ -11,7 +11,7 @@ use crate::separation::{apart_along, separation};
 use crate::solid::Core;
 use robot::vector::{minus, norm};
 
-/// Two bodies count as touching if their distance is less than this, m.
+/// Two bodies count as touching if their distance is less than this value, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
 /// A pair with a mesh counts as near if its distance is less than this value, m. The meshes of the two sides of a joint are
 /// some tenths of a millimetre apart at every angle, and no motion can increase this distance.

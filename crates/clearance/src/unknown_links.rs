@@ -1,4 +1,4 @@
-//! Lists links of unknown shape as not checked.
+//! Adds links of unknown shape to the list of what is not checked.
 
 use crate::clearance::Clearance;
 use claims::{LeftOut, LeftOutTopic};

@@ -143,12 +143,12 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool,
     source
 }
 
-/// C text that defines the macro `MUL_ADD`.
+/// C text that defines the macro `MUL_ADD(a, b, c)` = a b + c.
 ///
-/// The definition of `MUL_ADD`, a b + c. For clang it is this expression with contraction allowed: clang fuses it if this is
-/// faster on the target. clang does not get `fmaf`: if errno may be set, as on processors without an operating system, `fmaf`
-/// is a library call, which may compute with doubles. Other compilers get `fma` only if one of the macros tested here says that
-/// `fma` is one instruction.
+/// For clang the definition is this expression with contraction allowed: clang fuses product and sum if this is faster on the
+/// target. clang does not get `fmaf`: if errno may be set, as on processors without an operating system, `fmaf` is a library
+/// call, which may compute with doubles. Other compilers get `fma` only if one of the macros tested here says that `fma` is one
+/// instruction.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
 #if defined(__clang__)

@@ -28,7 +28,8 @@ pub(crate) struct ControllerText<'a> {
 }
 
 impl<'a> ControllerText<'a> {
-    /// Finds the functions that the controllers of `module` call. `None` if it has no controllers or lacks such a function.
+    /// Finds the functions that the controllers of `module` call. `None` if the module has no controllers or lacks such a
+    /// function.
     pub(crate) fn of(module: &'a Module) -> Option<ControllerText<'a>> {
         let function = |name: &str| module.functions.iter().map(|f| &f.function).find(|f| f.name == name);
         let inverse_dynamics = function("inverse_dynamics").filter(|_| module.has_controller)?;

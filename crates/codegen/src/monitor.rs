@@ -1,8 +1,8 @@
 //! The monitor of a generated C file. It estimates the external torque, contact and the load, with one call per cycle.
 //!
-//! The text is in online.c. The text has the operations of the crate `online` in the same order, with the state in a struct of
-//! the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the same file,
-//! and reads the constants X and F of the file.
+//! The text is in online.c. The C code performs the operations of the crate `online` in the same order, and keeps its state in
+//! a struct of the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the
+//! same file, and reads the constants X and F of the file.
 
 /// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +17,8 @@ pub struct Monitor {
     pub gain: f64,
     /// Rate of the control loop, Hz.
     pub rate: f64,
-    /// A ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the
-    /// variance for independent errors.
+    /// Ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the variance
+    /// for independent errors.
     pub correlation: f64,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
@@ -26,26 +26,31 @@ pub struct Monitor {
     pub significant: f64,
     /// Contact ends after the torques have stayed below half of the threshold for this time, s.
     pub hold: f64,
-    /// Constants of each joint, in this order: standard deviation of the external torque at speed; additional standard
-    /// deviation at standstill; dry friction; speed at which half of the two previous values remains; speed below which
-    /// friction changes its direction smoothly; standard deviation of the change from cycle to cycle.
+    /// Six constants of each joint, in this order: standard deviation of the external torque without contact, at speed;
+    /// additional standard deviation at standstill; dry friction that the model does not contain, at standstill; speed at which
+    /// half of the two previous values remains; speed below which the sign of friction changes smoothly; standard deviation of
+    /// the change of the external torque from cycle to cycle.
     pub bands: Vec<[f64; 6]>,
     /// Limit of the torque of each joint, N m (N); infinite where there is none.
     pub efforts: Vec<f64>,
-    /// Rows of the factor of the covariance: base parameters, then FV, FS and OFF of each joint.
+    /// Factor G of the covariance C = G G' of the parameters. One row for each parameter: the base parameters, then FV, FS and
+    /// OFF (friction) of each joint.
     pub factor: Vec<Vec<f64>>,
     /// Number of columns of `factor`.
     pub directions: usize,
-    /// Standard deviation of each load parameter before the first row, for the loads that are possible.
+    /// Standard deviation of each of the ten load parameters over all possible loads: the uncertainty before the first measured
+    /// row.
     pub load_start: [f64; 10],
-    /// Four constants: time for which a contact must last before it may be a load, s; time at the beginning of the contact in
-    /// which no rows are used, s; memory of the misfit, s; largest misfit.
+    /// Four constants of the decision whether a contact is a new load: time for which the contact must last, s; time at its
+    /// beginning in which no rows are used, s; averaging time of the misfit, s; largest misfit of a load that explains the
+    /// torques. Misfit: mean square of the normalised residual; 1 is expected.
     pub decision: [f64; 4],
-    /// Memory (averaging time) of the scale of the noise, s.
+    /// Averaging time for the ratio of the present noise to the noise of the logs, s.
     pub scale_memory: f64,
 }
 
-/// Cycles that come later than this number of periods are stale: the monitor starts again.
+/// If a cycle comes later than this number of periods after the previous cycle, the state is out of date: the monitor starts
+/// again.
 const LONGEST_PERIODS: f64 = 5.0;
 
 const SOURCE: &str = include_str!("online.c");

@@ -2,8 +2,8 @@
 //! source text of the sine in the crate `expr`, with which this program evaluates functions. The f32 statements have other
 //! numbers and shorter polynomials. The C text takes its numbers and polynomials from both.
 
-/// The numbers of the f32 statements, from the library Cephes. None is f64, because processors without doubles compute them by
-/// slow calls.
+/// The numbers of the f32 statements, from the library Cephes. None of them is an f64, because a processor without double
+/// precision computes with f64 by slow library calls.
 const NUMBERS_OF_F32: &str = "
     const ROUND: f32 = 12582912.0;
     const REACH: f32 = 4.1538375e34;

@@ -1,14 +1,16 @@
-//! Designs and simulates motions for identification: exciting motions, plans of experiments, proofs of their limits.
+//! Designs and simulates motions for identification: exciting motions, plans of experiments, and proofs that motions keep their
+//! limits.
 //!
-//! [`motion`] has motions as commanded and as recorded. Two modules make informative motions. [`plan`] chooses short experiments
-//! of one or two joints for identification by spectrum analysis, and proves that no other choice is much better. [`excitation`]
-//! searches one motion of all joints, and proves its limits. [`simulate`] runs both on a robot with drives, friction and sensors.
+//! [`motion`] holds commanded motions and recorded motions. Two modules make informative motions. [`plan`] chooses short
+//! experiments of one or two joints for identification by spectrum analysis, and proves that no other choice is much better.
+//! [`excitation`] searches one motion of all joints, and proves that it keeps its limits. [`simulate`] runs both on a robot
+//! with drives, friction and sensors.
 //!
 //! This crate depends on the linear model, the numerics, robot models and logs.
 //!
-//! Not here: the estimation of parameters from a record (`identification`); the expressions, bodies and surroundings of a robot,
-//! which `rist` passes through traits ([`linear_model::differentiable`], [`excitation::gap_proof::Surroundings`],
-//! [`excitation::proof::EnclosedTorque`]).
+//! Not here: the estimation of parameters from a record (`identification`); the equations of a robot, its bodies and its
+//! surroundings. The package `rist` passes them to this crate through traits ([`linear_model::differentiable`],
+//! [`excitation::gap_proof::Surroundings`], [`excitation::proof::EnclosedTorque`]).
 
 #![warn(missing_docs)]
 

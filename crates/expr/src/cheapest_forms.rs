@@ -1,4 +1,5 @@
-//! Chooses one of several equal forms of each entry, so that all entries together need the fewest operations.
+//! Chooses one of several equal forms (expressions) of each entry of a matrix, so that all entries together need the fewest
+//! operations.
 //!
 //! A node is computed once, even if several entries use it, so the cost of a form depends on the forms of the other entries. The
 //! search starts with given forms. Sets of entries change their forms together, and change back if this does not reduce the

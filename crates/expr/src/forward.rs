@@ -1,4 +1,5 @@
-//! The forward mode of differentiation: computes expressions for the derivatives of entries with respect to a change of symbols.
+//! The forward mode of differentiation: computes expressions for the rates of change of entries (expressions of a graph) when
+//! symbols change.
 //!
 //! Let x' be the rate of change of a symbol x. The rates of the other nodes are (a + b)' = a' + b', (a b)' = a' b + a b', (a /
 //! b)' = (a' - (a / b) b') / b, sqrt(a)' = a' / (2 sqrt a), (sin a)' = a' cos a, (cos a)' = -a' sin a [Griewank, Walther 2008].

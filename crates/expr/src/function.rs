@@ -166,7 +166,8 @@ impl Function {
         Function { outputs: vec![kept], ..self.outline() }.rebuilt(&self.graph, &|_| None)
     }
 
-    /// This function under a new name, with one input set to zero. This input and all nodes that depend only on it are removed.
+    /// This function under a new name, with one input set to zero. This input and all nodes that depend only on this input are
+    /// removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         self.at_input(name, input, &[])
     }

@@ -95,7 +95,8 @@ impl Fusion {
         self.operations[node]
     }
 
-    /// `e` in terms of the value that is stored at its node. If the node stores its negative, the sign of `e` is changed.
+    /// `e` in terms of the value that is stored at its node. If the node stores the negative of its expression, the sign of `e`
+    /// is changed.
     pub fn held(&self, e: Expr) -> Expr {
         signed(e, e.is_negative() ^ self.negated[e.node()])
     }

@@ -1,4 +1,5 @@
-//! Access to the expressions of a derivation, from which other packages derive functions.
+//! Access to the expressions of a derivation: the expression graph of a robot, the geometry of its links, their twists and
+//! Jacobians. Other packages derive further functions from them.
 
 use expr::{Expr, Graph, Input};
 use robot::{LinkId, Robot};

@@ -63,7 +63,8 @@ pub(crate) fn shifted(six: &[f64; 6], mass: f64, [x, y, z]: Vector3) -> [f64; 6]
     std::array::from_fn(|k| six[k] + mass * shift[k])
 }
 
-/// All bodies of a robot: those of the base, then those of each link. Links without parameters have none.
+/// All bodies of a robot: first the bodies of the base, then the bodies of each link in order. Links without parameters have
+/// none.
 pub(crate) fn bodies(robot: &Robot, meshes: MeshPoints) -> Vec<Body> {
     let mut found = Vec::new();
     for (k, part) in robot.base.parts.iter().enumerate() {

@@ -45,9 +45,9 @@ const WIDEST_SPREAD: f64 = 2.0;
 /// radius for constant density. An example of a small radius is one heavy motor in a long link.
 const NARROWEST_SPREAD: f64 = 0.2;
 /// `NARROWEST_SPREAD` is multiplied by this factor for meshes, of which only the bounding box is known: for example, the arms
-/// of a multicopter fill little of their box.
+/// of a multicopter fill only a small part of their bounding box.
 const MESH_SHARE: f64 = 0.5;
-/// The value that replaces `NARROWEST_SPREAD` for a body after a repair. It is stricter.
+/// The value that replaces `NARROWEST_SPREAD` for a body after a repair. This bound is stricter.
 const SOUND_SPREAD: f64 = 0.4;
 /// A body that is fixed to another body and lighter than this fraction of the robot is not compared with shapes and other
 /// bodies. The reason: many files have frames and sensors with masses that only have to be positive.
@@ -58,8 +58,8 @@ const LONGEST_ROD: f64 = 2.0;
 const HEAVIEST_SHARE: f64 = 5.0;
 /// Masses are compared if there are at least this number of other bodies.
 const FEWEST_OTHERS: usize = 3;
-/// A repaired body must have at least this fraction of the mean mass of the other bodies. A wrong factor of 1000 would make it
-/// much lighter.
+/// A repaired body must have at least this fraction of the mean mass of the other bodies. If a repair divides the mass by 1000
+/// by mistake, the body is much lighter than this.
 const LIGHTEST_REPAIR: f64 = 1.0 / 30.0;
 
 /// A moment below this fraction of the largest moment is a rounding error.

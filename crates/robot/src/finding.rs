@@ -1,4 +1,5 @@
-//! Suspicious values of a robot description, the kinds of mistakes that they indicate, and their repairs.
+//! Findings of `rist lint`: suspicious values of a robot description, the kinds of mistakes that they indicate, and their
+//! repairs.
 
 use std::fmt;
 

@@ -50,8 +50,8 @@ pub(crate) fn gravity_load(robot: &Robot, is_doubted: bool, findings: &mut Vec<F
     }
 }
 
-/// Whether the axis of a revolute joint is parallel to gravity in every posture. This is so if it and all revolute axes before
-/// it are parallel to gravity at zero.
+/// Whether the axis of a revolute joint is parallel to gravity in every posture. This holds if this axis and all revolute axes
+/// before it are parallel to gravity at the zero position.
 fn is_upright(robot: &Robot, j: LinkId) -> bool {
     let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
     let g = robot.gravity_number();

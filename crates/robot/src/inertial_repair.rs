@@ -11,7 +11,7 @@ use crate::vector::{norm, scaled};
 const NEAREST_CENTRE_IN_MM: f64 = 2.0;
 /// A mass can be in g only if it is at least this value.
 const LEAST_MASS_IN_G: f64 = 10.0;
-/// Two corrections have the same result if the results differ by less than this, relative to the largest moment.
+/// Two corrections have the same result if the results differ by less than this value, relative to the largest moment.
 const SAME_SHARE: f64 = 1e-6;
 
 /// The function that corrects a slip of a body; it returns `None` if this body cannot have the slip.

@@ -1,7 +1,7 @@
 //! The model of a robot, and the file formats of robot descriptions.
 //!
 //! A [`Robot`] is a tree of links in Khalil-Kleinfinger frames, with a cut in each loop. Every file format is converted to a
-//! `Robot`. Algorithms do not change it.
+//! `Robot`. Algorithms do not change this robot.
 //!
 //! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
 

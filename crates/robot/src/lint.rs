@@ -1,5 +1,5 @@
 //! Finds usual mistakes in the inertial parameters of a description: values that no real body can have, and values that were
-//! probably not intended. If there is only one plausible repair, it is given.
+//! probably not intended. If exactly one repair of a value is plausible, the finding names this repair.
 //!
 //! Whether the values are correct for the real robot is not checked here; this is the task of identification.
 
@@ -33,7 +33,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
     lint_with(robot, LintOptions { meshes: &|_| None, mass: None })
 }
 
-/// The findings on a robot, the worst first. One fact is one finding, with all links or joints of which it is true.
+/// The findings on a robot, the worst first. Each fact gives one finding, which names all links or joints with this fact.
 pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
     let bodies = bodies(robot, options.meshes);
     let mut findings = Vec::new();

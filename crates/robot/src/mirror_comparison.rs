@@ -16,8 +16,8 @@ use crate::vector::{Matrix3, Vector3, dot, minus, norm};
 const MASS_FACTOR: f64 = 1.5;
 /// Largest usual distance (m) between the centre of mass of one side and the mirror image of the other centre.
 const CENTRE_SLACK_M: f64 = 0.01;
-/// A body is a copy of the body on the other side, and not its mirror image, if two distances have at most this ratio: from its
-/// centre of mass to the centre of the other body, and to the mirror image of that centre.
+/// A body counts as a copy of the body on the other side, and not as its mirror image, if the distance from its centre of mass
+/// to the other body's centre of mass is at most this fraction of the distance to the mirror image of that centre.
 const COPY_SHARE: f64 = 0.1;
 /// Inertias of left and right count as different if at least one of the six numbers differs by more than this fraction of the
 /// largest moment. Small differences are usual: one side has the computer or the cables.

@@ -39,8 +39,8 @@ const SIDES: [(&str, &str); 11] = [
     ("lr", "rr"),
     ("lm", "rm"),
 ];
-/// Two frames are mirror images if their origins deviate from this by at most this length (m) plus a share (the next constant) of
-/// the distance between the two origins. Files give lengths to the millimetre.
+/// Two frames count as mirror images if their origins deviate from mirrored positions by at most this length (m) plus a share
+/// (the next constant) of the distance between the two origins. Files give lengths to the millimetre.
 const ORIGIN_SLACK_M: f64 = 2e-3;
 const ORIGIN_SLACK_SHARE: f64 = 0.02;
 /// Largest deviation of an entry of M_i from 0 or +-1. It allows for files that give angles to the hundredth of a rad.

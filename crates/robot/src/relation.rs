@@ -1,4 +1,4 @@
-//! Linear relations between joint variables, and their substitution into equations and joints.
+//! Linear relations between joint variables, which follow from closed loops, and their substitution into equations and joints.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,7 @@
-//! The model of a robot: its links, joints, coordinates and loops.
+//! The model of a robot: its links, joints, coordinates and loops. The readers of all file formats make it.
+//!
+//! The antecedent of a link is its parent. A loop is cut at one place: the cut and its twin are the two frames at this place.
+//! Bodies that are fixed to a link are lumped into it: together they are one link here.
 
 use crate::collision::Collision;
 use crate::finding::Finding;

@@ -1,5 +1,5 @@
-//! Tests the MJCF reader: torques must equal those of an independent Newton-Euler recursion for every form of a model; unsuitable
-//! models are refused; data that are not read get notes.
+//! Tests the MJCF reader: the torques must equal the torques of an independent Newton-Euler recursion for every form of a
+//! model; unsuitable models are refused; data that are not read get notes.
 
 mod recursion;
 
@@ -304,7 +304,7 @@ fn what_floats_is_asked_for() {
     assert_eq!(read(&arm).n_coordinates(), 1);
 }
 
-/// Of several robots one is read alone, by the words of the error.
+/// If a model has several robots, one of them can be read alone, with the option that the error message names.
 #[test]
 fn one_of_several_robots_is_chosen() {
     let text = r#"<mujoco><worldbody><body name="table"><geom size="1" mass="50"/></body>
@@ -320,7 +320,8 @@ fn one_of_several_robots_is_chosen() {
     assert_eq!((names(&trunk), trunk.base.inertial.unwrap()[9]), (vec!["hip".to_string()], 9.0));
     let said = |robot: &Robot| robot.notes.iter().filter(|n| n.text.contains("not read are the other bodies")).count();
     assert_eq!(said(&trunk), 1, "{:?}", trunk.notes);
-    // The fixed robot needs no floating base. What stands on the ground stays in its base.
+    // A robot that is fixed to the ground needs no floating base. Other objects that are fixed to the ground belong to its
+    // base.
     let door = read_as(text, ReadOptions { root: Some("door"), ..options() }).unwrap();
     assert_eq!((names(&door), door.base.inertial.unwrap()[9], said(&door)), (vec!["hinge".to_string()], 50.0, 1));
     let message = read_as(text, ReadOptions { root: Some("table"), ..options() }).unwrap_err().to_string();
@@ -337,7 +338,7 @@ fn one_of_several_robots_is_chosen() {
     assert!(urdf.unwrap_err().to_string().contains("[root] chooses a robot of an MJCF"));
 }
 
-/// A shape fitted to a mesh needs no size. Without an inertial, the mass of its body is not known.
+/// A shape that is fitted to a mesh needs no size. If its body has no inertial, the mass of the body is not known.
 #[test]
 fn a_shape_fitted_to_a_mesh_has_no_size() {
     let text = r#"<mujoco><asset><mesh name="m" file="m.obj"/></asset><worldbody><body name="arm"><joint name="j"/>
@@ -351,7 +352,7 @@ fn a_shape_fitted_to_a_mesh_has_no_size() {
     assert!(message.contains("fitted to a mesh, which is not read; or give the body an <inertial>"), "{message}");
 }
 
-/// Meshes and parts outside the folder of the model are read from the folder of a given package alone.
+/// Meshes and included files outside the folder of the model are read only if they are in the folder of a given package.
 #[test]
 fn a_package_allows_another_folder() {
     let here = std::env::temp_dir().join(format!("rist-mjcf-package-{}", std::process::id()));
@@ -369,12 +370,12 @@ fn a_package_allows_another_folder() {
     let message = robot::format::read_with(&path, options()).unwrap_err().to_string();
     let remedy = format!("[package=meshes={}]", here.join("mjcf/../meshes").display());
     assert!(message.contains("nothing is read without leave") && message.contains(&remedy), "{message}");
-    // The folder as the error names it.
+    // The package has the folder that the error message proposes.
     let packages = [("meshes".to_string(), here.join("mjcf/../meshes"))];
     let robot = robot::format::read_with(&path, ReadOptions { packages: &packages, ..options() }).unwrap();
     let mass = robot.links[0].inertial.unwrap()[9];
     assert!((mass - 1000.0 / 6.0).abs() < 1e-9, "{mass}");
-    // The text for a writer has the parts in their places.
+    // The text that a writer gets has the content of an included file in place of its `<include>`.
     let text = std::fs::read_to_string(&path).unwrap();
     let written = |packages| {
         robot::format::without_macros(&text, &path, ReadOptions { packages, ..options() }).map_err(|e| e.to_string())

@@ -62,7 +62,7 @@ fn what_macros_stand_for() {
         ("<xacro:property name=\"m\" value=\"4\"/><xacro:arg name=\"m\" default=\"7\"/>", "$(eval m * 2)", 14.0),
         ("<xacro:arg name=\"e\" default=\"none\"/>", "$(eval 2 if e == 'none' and not false else 3)", 2.0),
         ("<xacro:property name=\"x\" value=\"1 2 3\"/>", "${x.split(' ')[2]}", 3.0),
-        // What is evaluated at once keeps its value.
+        // A property without lazy evaluation is evaluated at its definition, and later definitions do not change it.
         (
             "<xacro:property name=\"a\" value=\"1\"/><xacro:property name=\"b\" value=\"${a}\" lazy_eval=\"false\"/>\
              <xacro:property name=\"a\" value=\"2\"/>",
@@ -127,7 +127,8 @@ fn files_are_read_below_the_folder_and_below_packages() {
     }
     let message = read_with(&here.join("arm/out.xacro"), ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("outside the folder of the description"), "{message}");
-    // A package is found above the file by its package.xml; of a package for another program nothing is needed.
+    // A package in a folder above the file is found by its package.xml. A package that only an element for another program
+    // names need not exist.
     put("tools/package.xml", "<package/>");
     assert_eq!(mass(&read_with(&here.join("arm/arm.xacro"), ReadOptions::default()).unwrap()), 7.0);
     let plugin = format!("{HEAD}<gazebo><a b=\"$(find none)/c\"/></gazebo>{}{JOINT}</robot>", links("2"));
@@ -139,7 +140,8 @@ fn files_are_read_below_the_folder_and_below_packages() {
     std::fs::remove_dir_all(&here).unwrap();
 }
 
-/// PyYAML takes the last value of a key that stands twice, and says nothing. Here a note says it.
+/// If a key occurs twice in a YAML file, PyYAML takes the last value without a message. Here the last value is taken too, and a
+/// note reports the key.
 #[test]
 fn the_last_of_two_keys_counts() {
     let here = std::env::temp_dir().join(format!("rist-xacro-keys-{}", std::process::id()));

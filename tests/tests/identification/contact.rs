@@ -1,4 +1,5 @@
-//! Contact in a log is named by `doctor`, `identify` and `validate` with its times, and left out where asked.
+//! Tests of contact during a log: `doctor`, `identify` and `validate` report it with its times. On request, its rows are left
+//! out of the fit.
 
 use std::path::Path;
 
@@ -10,9 +11,9 @@ use tests::on_robot::{Push, Scene};
 
 const FRICTION: [[f64; 3]; 6] =
     [[6.0, 5.0, 0.3], [6.0, 6.0, -0.2], [5.0, 4.0, 0.1], [1.5, 1.2, 0.0], [1.5, 1.0, 0.05], [1.0, 0.8, 0.0]];
-/// The sentence on a contact.
+/// Words that every sentence on a contact contains.
 const NAMED: &str = "contact, or another load";
-/// The remedy.
+/// The remedy that is printed with a contact: the option that leaves these rows out.
 const LEFT_OUT: &str = "[leave_out_contact]";
 
 fn scene(model: &Model, seed: u64, pushes: Vec<Push>) -> Scene<'_> {
@@ -37,7 +38,7 @@ fn identified(model: &Model, log: &LogSource, leave_out_contact: bool) -> Identi
     rist::identify(model, std::slice::from_ref(log), &request).unwrap()
 }
 
-/// The sentences of `doctor` on contact.
+/// The sentences of `doctor` on contact in a log.
 fn examined(model: &Model, log: &LogSource) -> Vec<String> {
     let check = rist::examine(model, std::slice::from_ref(log), &Default::default()).unwrap();
     claims_of_log(&check, &[]).iter().map(ToString::to_string).filter(|claim| claim.contains(NAMED)).collect()
@@ -60,7 +61,7 @@ fn contact_is_named_and_left_out() {
     log.name = "pushed.csv".into();
     let pushed = LogSource::Held(log);
 
-    // Without contact nothing is named, and nothing is left out.
+    // Without contact, no contact is reported and no rows are left out.
     for seed in 34..40 {
         assert_eq!(examined(&model, &scene(&model, seed, Vec::new()).source()), Vec::<String>::new(), "{seed}");
     }
@@ -70,11 +71,11 @@ fn contact_is_named_and_left_out() {
     let (_, said) = validated(&model, &good, &scene(&model, 33, Vec::new()).source());
     assert!(!said.contains(NAMED), "{said}");
 
-    // Both pushes are named by doctor and identify, with the remedy.
+    // `doctor` and `identify` report both pushes, with the remedy.
     for sentences in [examined(&model, &pushed), identified(&model, &pushed, false).estimate.doubts] {
         let all = sentences.join("\n");
         for (from, joint) in [(10.0_f64, "shoulder_lift"), (25.0, "elbow")] {
-            // The moving mean of 0.2 s moves the ends by half of it.
+            // The contact is found in a moving mean over 0.2 s. So its reported ends differ from the true ends by up to 0.1 s.
             let is_near =
                 |t: f64| sentences.iter().any(|s| s.contains(&format!("from {t:.1} to ")) && s.contains(joint));
             assert!((-1..=1).any(|tenth| is_near(from + 0.1 * f64::from(tenth))), "{from} {all}");
@@ -82,7 +83,7 @@ fn contact_is_named_and_left_out() {
         assert!(all.contains("of pushed.csv") && all.contains("without these rows") && all.contains(LEFT_OUT), "{all}");
     }
 
-    // The remedy is obeyed: the rows of both pushes are left out, and the parameters are those of the machine.
+    // With the option of the remedy, the rows of both pushes are left out, and the parameters agree with the true ones.
     let found = identified(&model, &pushed, true);
     let estimate = found.estimate;
     assert!(estimate.doubts.is_empty(), "{:?}", estimate.doubts);
@@ -95,15 +96,15 @@ fn contact_is_named_and_left_out() {
     let corrupt = identified(&model, &pushed, false).estimate;
     let untouched = identified(&model, &scene(&model, 32, Vec::new()).source(), false).estimate;
     let [without, with, clean] = [&estimate, &corrupt, &untouched].map(error);
-    // A tenth of the rows is left out, so the errors of the parameters grow by a twentieth; one draw.
+    // A tenth of the rows is left out, so the expected error of the parameters is 5 % larger. One random log is tested.
     assert!(without < 1.1 * clean && with > 1.5 * clean, "{without} {with} {clean}");
 
-    // Prediction of the pushed log: the contact is named, no lack of motion.
+    // If the pushed log is predicted, the contact is reported as the cause of the error, and not a lack of motion.
     let (total, said) = validated(&model, &good, &pushed);
     assert!(total > 0.05 && said.contains(NAMED) && said.contains("without these rows"), "{total} {said}");
     assert!(!said.contains("too short or too poor") && !said.contains("stay unexplained"), "{said}");
 
-    // A short log that is touched over more than half of its time is judged by all of its rows.
+    // If contact lasts for more than half of a short log, all its rows are used for the verdict.
     for from in [0.3, 0.8, 1.3] {
         let mut brief = scene(&model, 41, vec![push((from, 2.9, 5, [60.0, 60.0, 0.0]))]);
         brief.seconds = 3.0;
@@ -111,7 +112,7 @@ fn contact_is_named_and_left_out() {
         assert!(total > 0.05 && !said.contains("without these rows"), "{total} {said}");
     }
 
-    // The replay measures its noise in the rows that were fitted, and so finds the contacts in the fitted log itself.
+    // The replay determines its noise level from the rows that were fitted. So it also finds the contacts in the fitted log.
     let request = ReplayRequest { anyway: true, ..ReplayRequest::default() };
     let reference = std::slice::from_ref(&pushed);
     let replay = rist::replay(&model, (Path::new("e.yaml"), &estimate), &pushed, reference, &request).unwrap();

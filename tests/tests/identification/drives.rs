@@ -1,5 +1,5 @@
-//! Tests of what drives do to a log: currents that give no torque, play behind the encoders, torques without friction. Each is
-//! named with its size, and is not named in logs without it.
+//! Tests that `rist identify` reports what a drive does to a log, with its size: dead current (the part of a current that gives
+//! no torque), play behind the encoders, and torques that contain no friction. None of these is reported for a log without it.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use tests::program::folder;
 /// Torque per current of each joint, N m/A.
 const GAIN: f64 = 10.0;
 
-/// An arm of the field, and a log of it that is compressed in the folder of inputs. `None` if the inputs are absent.
+/// A real arm, and a compressed log of this arm in the folder of inputs. `None` if the inputs are absent.
 fn of_the_field(log: &str) -> Option<(Model, std::path::PathBuf)> {
     let folder = tests::shared()?.join("findings/inputs/field2");
     if !folder.is_dir() {
@@ -41,7 +41,8 @@ fn identified(model: &Model, path: &Path, gain: Option<f64>, options: Options) -
     (found, verdict)
 }
 
-/// All that an identification says of drives.
+/// All sentences of an identification about drives: the remarks of the estimate, and the reasons of its open and contradicted
+/// claims.
 fn said((found, verdict): &(Identification, Verdict)) -> String {
     let why = verdict.claims.iter().filter_map(|claim| match claim.outcome() {
         Outcome::CannotTell { why, .. } => Some(why.clone()),
@@ -51,7 +52,7 @@ fn said((found, verdict): &(Identification, Verdict)) -> String {
     [found.estimate.remarks.clone(), why.collect()].concat().join("\n")
 }
 
-/// A log of the UR5 with the torques as currents, of which the first `dead` A of each joint give no torque.
+/// A log of the UR5 with currents in place of torques. In each joint, the first `dead` A of the current give no torque.
 fn with_dead_currents(log: &JointLog, dead: &[f64]) -> JointLog {
     changed(log, |log| {
         for (tau, dead) in log.tau.iter_mut().zip(dead) {
@@ -66,7 +67,8 @@ fn currents() -> Options {
     options
 }
 
-/// The dead currents of a UR5 come out, and so do the parameters. The option that is printed gives the same fit when it is given.
+/// The dead currents of a UR5 are found, and the fit subtracts them. If the printed option is given, the next run has the same
+/// fit and reports no dead current.
 #[test]
 fn dead_currents_are_named_and_taken_off() {
     let here = folder("dead_currents");
@@ -81,7 +83,8 @@ fn dead_currents_are_named_and_taken_off() {
     assert!(text.contains("dead current, which gives no torque, is taken off"), "{text}");
     let taken = found.0.estimate.options.as_ref().unwrap().transmission.dead_currents.clone().unwrap();
     for (k, (taken, dead)) in taken.iter().zip(&dead).enumerate() {
-        // Where the torque of a joint has one sign, a dead current is an offset, and none is named.
+        // If the torque of a joint never changes its sign, a dead current has the same effect as an offset of friction. So none
+        // is reported.
         assert!(*taken == 0.0 || (taken - dead).abs() < 0.03, "{k}: {taken} A, {dead} A; {text}");
     }
     assert!(taken[2] > 0.0, "{taken:?}");
@@ -94,7 +97,7 @@ fn dead_currents_are_named_and_taken_off() {
     assert!((again.0.estimate.total.unwrap() / found.0.estimate.total.unwrap() - 1.0).abs() < 0.01);
 }
 
-/// Currents of a UR5 without dead current, and its torques: nothing of a drive is named.
+/// Neither currents without dead current nor torques of a UR5 lead to a remark on drives.
 #[test]
 fn good_drives_are_not_named() {
     let here = folder("good_drives");
@@ -111,7 +114,8 @@ fn good_drives_are_not_named() {
     assert!(!found.contains("play of") && !found.contains("not in this torque"), "{found}");
 }
 
-/// A UR5 whose torques are measured behind the gears: a sentence says that friction is not in them. It is no fault.
+/// The torques of a UR5 are measured behind the gears. A remark says that they contain no friction. This is not a fault of the
+/// log.
 #[test]
 fn torques_behind_the_gears_hold_no_friction() {
     let here = folder("behind_the_gears");
@@ -126,13 +130,13 @@ fn torques_behind_the_gears_hold_no_friction() {
     assert!(verdict.claims.iter().all(|claim| !claim.is_contradicted()), "{verdict}");
 }
 
-/// A log of XM430 servos with 0.06 A of dead current. The second joint carries its weight in one direction only.
+/// A log of XM430 servos with 0.06 A of dead current. The torque of the second joint has one sign only, because of its weight.
 #[test]
 fn dead_currents_of_the_field_are_named() {
     let Some((model, path)) = of_the_field("dxl_deadcurrent.csv.gz") else { return };
     let found = identified(&model, &path, Some(1.78), Options::default());
     let taken = found.0.estimate.options.as_ref().unwrap().transmission.dead_currents.clone().unwrap();
-    // Noise changes the sign of small torques, which hides a part of a dead current.
+    // Noise changes the sign of small torques. This hides a part of the dead current.
     for (k, wanted) in [(0, 0.06), (2, 0.06)] {
         assert!((taken[k] - wanted).abs() < 0.012, "{taken:?}");
     }
@@ -144,15 +148,15 @@ fn dead_currents_of_the_field_are_named() {
     }
 }
 
-/// Play of one degree in a log of the field is named at the joint whose torque changes its sign, with its width. Absolute torques
-/// are named by the log check; in the good logs nothing is named.
+/// In a real log with one degree of play, the joint whose torque changes its sign is reported, with the width of the play. The
+/// log check reports a log that has absolute values of torques. For logs without these faults, nothing is reported.
 #[test]
 fn play_of_the_field_is_named() {
     let Some((model, path)) = of_the_field("backlash1deg.csv.gz") else { return };
     let found = said(&identified(&model, &path, None, Options::default()));
     let (_, width) = found.split_once("j1 has play of ").unwrap_or_else(|| panic!("{found}"));
     let width: f64 = width.split(' ').next().unwrap().parse().unwrap();
-    // The gap of this log has soft ends, so its width is not sharp.
+    // The play in this log has soft ends, so its width is not sharp.
     assert!((0.8..1.2).contains(&width), "{found}");
     for good in ["good.csv.gz", "good2.csv.gz", "good3.csv.gz", "stribeck_load.csv.gz", "reversed_j2.csv.gz"] {
         let (model, path) = of_the_field(good).unwrap();

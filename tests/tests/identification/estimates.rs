@@ -40,7 +40,8 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
     assert!(alone.joints[2].f95.is_none() && alone.joints[0].f95.is_some(), "{alone}");
 }
 
-/// From the remark of a physically consistent estimate: 1/2 chi^2, and the bound by which it can exceed the minimum.
+/// Two numbers in the remark on a physically consistent estimate: 1/2 chi^2, and the bound of its excess over the smallest
+/// possible 1/2 chi^2.
 fn account(estimate: &Estimate) -> (f64, f64) {
     let text = estimate.remarks.iter().find(|r| r.starts_with("physically consistent")).unwrap();
     let behind = |words: &str| text.split(words).nth(1).unwrap().split([',', ' ']).next().unwrap().parse().unwrap();
@@ -76,8 +77,8 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
         account(&estimate(&here.join("e.yaml")))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
-    // The bound consists of three terms: 24 logarithms of one nat; minus the loss because the description gets less weight; plus
-    // the cost of bodies that are a thousand times their reference.
+    // The bound has two terms: at most 24 nats (four logarithms for each of the six bodies, one nat each), and a small term
+    // that grows with the size of the bodies relative to the description, here a thousand.
     assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
 

@@ -217,8 +217,9 @@ fn changed_robots_are_found() {
     println!("{none:?}\n{eight:?}");
     // 60 unchanged robots: the probability that any of them is reported is 5 %.
     assert!(none.robots <= 1, "{none:?}");
-    // A change of eight standard deviations of the difference is two standard deviations of one log. Of twelve changed robots,
-    // one may be missed, and one unchanged robot may be reported.
+    // The size of the change is eight standard deviations of the difference between a robot (sum of 16 logs) and the reference.
+    // This is two standard deviations of a single log. Of twelve changed robots, one may be missed, and one unchanged robot may
+    // be reported.
     assert!(eight.power() > 0.9 && eight.robots - eight.right_robots <= 1, "{eight:?}");
     assert!(eight.false_parameters() < 0.1, "{eight:?}");
 }

@@ -38,7 +38,8 @@ fn currents(arm: &TapeRobot) -> Log {
 }
 
 /// Mean squares over the draws, in this order: error of the gain of q2, divided by its standard deviation; errors of the
-/// parameters, divided by theirs; variance of the gain; e' C^-1 e / p for all parameters (e: errors, C: covariance, p: number).
+/// parameters, divided by their standard deviations; variance of the gain; e' C^-1 e / p for all parameters (e: errors, C:
+/// covariance, p: number).
 ///
 /// The noise has the correlation `rho` between samples. If `expected` is given, an expected gain is drawn with this standard
 /// deviation.
@@ -92,8 +93,8 @@ fn gains_and_parameters_err_by_what_they_say() {
     }
 }
 
-/// An expected gain is weighted by its standard deviation. If this standard deviation equals that of the gain from the log alone,
-/// the combination has half the variance.
+/// An expected gain is weighted by its standard deviation. If this standard deviation equals the standard deviation of the gain
+/// from the log alone, the combination has half the variance.
 #[test]
 fn an_expected_gain_counts_by_its_deviation() {
     let [_, _, of_data, _] = errors(0.9, None);

@@ -1,5 +1,6 @@
-//! One command from the files of a hobby arm to a verdict: a data set of LeRobot and a log of Dynamixel registers, simulated from
-//! arms that are described here. The guide's commands run as they are printed.
+//! Tests that one command leads from the files of a hobby arm to a verdict. The files are a data set of LeRobot and a log of
+//! Dynamixel registers, simulated for the arms that are described here. The commands of the guide to servos run as they are
+//! printed.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,11 @@ use rist::Model;
 use tests::joint_log::{JointLog, Machine, described};
 use tests::program::{folder, rist, rist_done};
 
-/// A joint of a test arm: name, axis, place on the link before it (m), mass of its link (kg), centre of mass (m).
+/// A joint of a test arm: name, axis, origin in the frame of the previous link (m), mass of the link (kg), centre of mass of
+/// the link (m).
 type ArmJoint = (&'static str, &'static str, [f64; 3], f64, [f64; 3]);
 
-/// Five joints with the names, and about the sizes, of an SO-101.
+/// Five joints with the names and about the sizes of an SO-101.
 const SO101: [ArmJoint; 5] = [
     ("shoulder_pan", "0 0 1", [0.0, 0.0, 0.06], 0.10, [0.0, 0.0, 0.03]),
     ("shoulder_lift", "0 1 0", [0.03, 0.0, 0.055], 0.11, [0.01, 0.0, 0.07]),
@@ -22,7 +24,7 @@ const SO101: [ArmJoint; 5] = [
     ("wrist_roll", "1 0 0", [0.06, 0.0, 0.0], 0.09, [0.03, 0.02, 0.01]),
 ];
 
-/// Six joints with the names, and about the sizes, of a WidowX 250.
+/// Six joints with the names and about the sizes of a WidowX 250.
 const WX250S: [ArmJoint; 6] = [
     ("waist", "0 0 1", [0.0, 0.0, 0.07], 0.5, [0.0, 0.0, 0.03]),
     ("shoulder", "0 1 0", [0.0, 0.0, 0.04], 0.4, [0.02, 0.0, 0.18]),
@@ -32,12 +34,12 @@ const WX250S: [ArmJoint; 6] = [
     ("wrist_rotate", "1 0 0", [0.065, 0.0, 0.0], 0.2, [0.04, 0.02, 0.01]),
 ];
 
-/// Stall torque, N m, of the STS3215 at 7.4 V, which counts its load in 0.1 % of it.
+/// Stall torque of the STS3215 at 7.4 V, N m. One count of the load of this servo is 0.1 % of the stall torque.
 const STS3215_STALL: f64 = 1.912;
-/// Torque per current, N m/A, of a XM430-W350, and current per count, A.
+/// Torque per current of an XM430-W350, N m/A. The next constant is its current per count, A.
 const XM430_GAIN: f64 = 4.1 / 2.3;
 const XM430_COUNT: f64 = 2.69e-3;
-/// Torque per count, N m, of a XL430-W250, which has a load in place of a current.
+/// Torque per count of an XL430-W250, N m. This servo reports a load instead of a current.
 const XL430_COUNT: f64 = 1.4e-3;
 
 fn urdf(name: &str, joints: &[ArmJoint]) -> String {
@@ -62,7 +64,8 @@ fn urdf(name: &str, joints: &[ArmJoint]) -> String {
     text + "</robot>"
 }
 
-/// Writes the description of an arm into a folder; returns its model, and a log of 50 Hz with friction, N m.
+/// Writes the description of an arm into a folder; returns its model, and a log at 50 Hz. `friction`: one number for all
+/// joints. It is both the viscous friction, N m s/rad, and the Coulomb friction, N m.
 fn arm(here: &Path, file: &str, joints: &[ArmJoint], friction: f64) -> (Model, JointLog) {
     std::fs::write(here.join(file), urdf(file.trim_end_matches(".urdf"), joints)).unwrap();
     let model = Model::read(here.join(file)).unwrap();
@@ -74,7 +77,8 @@ fn arm(here: &Path, file: &str, joints: &[ArmJoint], friction: f64) -> (Model, J
     (model, log)
 }
 
-/// Writes a data set of LeRobot: positions as `position` gives them, and loads in 0.1 % of the stall torque.
+/// Writes a data set of LeRobot. `position` converts a position in rad to the units of the data set. Loads are in 0.1 % of the
+/// stall torque.
 fn data_set(here: &Path, log: &JointLog, position: impl Fn(f64) -> f64) {
     for sub in ["my_data_set/meta", "my_data_set/data/chunk-000"] {
         std::fs::create_dir_all(here.join(sub)).unwrap();
@@ -94,7 +98,8 @@ fn data_set(here: &Path, log: &JointLog, position: impl Fn(f64) -> f64) {
     std::fs::write(here.join(file), parquet_bytes(&columns).unwrap()).unwrap();
 }
 
-/// Writes a log of Dynamixel registers: counts of position, and currents in 16 bits.
+/// Writes a log of Dynamixel registers: positions in counts, and currents in 16 bits. `per_count`: torque per count of each
+/// joint, N m.
 fn dynamixel(path: PathBuf, log: &JointLog, per_count: &[f64]) {
     let n = log.q.len();
     let header = |what: &str| (1..=n).map(|k| format!("id{k}_present_{what}")).collect::<Vec<_>>().join(",");
@@ -109,7 +114,7 @@ fn dynamixel(path: PathBuf, log: &JointLog, per_count: &[f64]) {
     std::fs::write(path, text).unwrap();
 }
 
-/// Identifies by one command, and compares the parameters with the description, which has the true ones.
+/// Identifies by one command, and compares the parameters with the description, whose parameters are the true ones.
 fn round_trip(here: &Path, model: &Model, command: &str) {
     let run = rist_done(here, &format!("{command} --out estimate.yaml"));
     assert!(run.out.contains("trust: ") && !run.out.contains("trust: no"), "{command}: {}", run.out);
@@ -118,7 +123,8 @@ fn round_trip(here: &Path, model: &Model, command: &str) {
     let truth = model.nominal_parameters().unwrap();
     for (found, truth) in estimate.parameters.iter().zip(&truth) {
         let Some((x, sigma)) = found.value.zip(found.sigma) else { continue };
-        // Counts are no normal noise, and the filter takes some of the signal: two per cent of the value.
+        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. The two per cent
+        // of the value in the tolerance allow for both.
         assert!(
             (x - truth).abs() < 5.0 * sigma + 0.02 * truth.abs(),
             "{command}: {}: {x} +- {sigma}, {truth}",
@@ -133,10 +139,10 @@ fn a_data_set_of_an_so101_gives_a_verdict_by_one_command() {
     let (model, log) = arm(&here, "so101.urdf", &SO101, 0.03);
     data_set(&here, &log, f64::to_degrees);
     round_trip(&here, &model, "identify so101.urdf my_data_set --arm so101:degrees");
-    // From -100 to 100 over the limits -1.9 and 1.7 rad.
+    // Normalised positions: -100 to 100 over the position limits -1.9 and 1.7 rad.
     data_set(&here, &log, |q| (q + 0.1) * 200.0 / 3.6);
     round_trip(&here, &model, "identify so101.urdf my_data_set --arm so101:normalised");
-    // What the values do not tell is asked for, and not taken silently.
+    // The values do not show whether they are degrees or normalised. So the program asks, and does not assume one of them.
     let asked = rist(&here, &["identify", "so101.urdf", "my_data_set", "--arm", "so101"]);
     assert!(asked.code != Some(0) && asked.err.contains("`so101:normalised`"), "{}", asked.err);
     let plain = rist(&here, &["doctor", "so101.urdf", "my_data_set"]);
@@ -153,7 +159,7 @@ fn a_log_of_a_widowx_gives_a_verdict_by_one_command() {
     rist_done(&here, "doctor wx250s.urdf dxl.csv --arm wx250s");
 }
 
-/// The commands of the guide, in the folder that it describes.
+/// Runs the commands of the guide in a folder with the files that the guide describes.
 #[test]
 fn the_guide_to_servos_runs_as_printed() {
     let here = folder("guide_to_servos");

@@ -108,7 +108,8 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
-    // The rows of the method `rist` (the paper) are not free of friction, and its intervals do not include the error from it.
+    // The rows of the method `rist` (the method of the paper) contain some friction, and the intervals do not include the error
+    // that this friction causes.
     let run_of = |method: &str| {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --load load.yaml"))
     };
@@ -121,8 +122,8 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
         let found = estimate(&here.join("given.yaml")).value(&"MX3".parse().unwrap()).unwrap();
-        // The true value is 0.24 kg m. If the load were not subtracted, its 0.175 kg m would be added. The rows of the paper
-        // contain some friction, so the tolerance is not smaller.
+        // The true value is 0.24 kg m. If the load were not subtracted, the result would be larger by the first moment of the
+        // load, 0.175 kg m. The rows of the paper contain some friction, so the tolerance is not smaller.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }
     // Without the load, and without the gains of q1 and q2 in the model file, only the gain of q3 determines the scale.

@@ -1,7 +1,8 @@
-//! The generated monitor of an arm of seven joints on a Cortex-M7, emulated by QEMU: instructions and memory of a cycle.
+//! Runs the generated monitor (external torque, contact, load) of an arm with seven joints on a Cortex-M7 that QEMU emulates.
+//! Checks the number of instructions and the memory of one cycle.
 //!
-//! It needs `arm-none-eabi-gcc` with newlib and `qemu-system-arm` (Debian: gcc-arm-none-eabi, libnewlib-arm-none-eabi,
-//! qemu-system-arm). Without them the test is skipped, and says so.
+//! The test needs `arm-none-eabi-gcc` with newlib and `qemu-system-arm` (Debian: gcc-arm-none-eabi, libnewlib-arm-none-eabi,
+//! qemu-system-arm). Without them it prints a note and is skipped.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,8 +13,9 @@ use rist::request::{GenerateRequest, IdentifyRequest};
 use tests::on_robot::{Carried, Push, Scene};
 use tests::program::{done, folder};
 
-/// Vector table, and a program that runs the monitor over a table of states. QEMU runs one instruction in a nanosecond, so the
-/// system timer of 25 MHz counts 40 instructions. The stack is painted first, to see how much of it a cycle uses.
+/// C text of the firmware: a vector table, and a program that runs the monitor over a table of states. QEMU runs one
+/// instruction in a nanosecond, so one tick of the system timer (25 MHz) is 40 instructions. The stack is first filled with a
+/// pattern, so that the memory that a cycle overwrites can be measured.
 const FIRMWARE: &str = r#"
 #include "arm.h"
 #include "states.h"
@@ -100,7 +102,8 @@ SECTIONS {
 }
 ";
 
-/// Most instructions and bytes of memory of a cycle, for a loop of 1 kHz on a processor of some 200 MHz that does other work too.
+/// Largest allowed numbers of instructions and of bytes of memory of a cycle: for a control loop of 1 kHz on a processor of
+/// about 200 MHz that also has other tasks.
 const MOST_INSTRUCTIONS: u32 = 50_000;
 const MOST_BYTES: u32 = 16 * 1024;
 
@@ -148,14 +151,15 @@ fn a_cycle_fits_a_microcontroller() {
     let numbers: Vec<u32> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     let [least, most, stack, monitor, seen] = numbers[..] else { panic!("{said}") };
     println!("{least} to {most} instructions a cycle, {stack} bytes of stack, {monitor} bytes of state");
-    // Contact, its beginning and a change of the load were there.
+    // The status bits seen are: contact, start of a contact, and change of the load.
     assert_eq!(seen, 1 + 2 + 4, "{said}");
     assert!(most <= MOST_INSTRUCTIONS && stack + monitor <= MOST_BYTES, "{said}");
-    // The same time in every cycle, within 5 %.
+    // The number of instructions varies by less than 5 % between cycles.
     assert!(f64::from(most) < 1.05 * f64::from(least), "{said}");
 }
 
-/// Compiles the source with a table of the rows of a log, and runs it. Returns what it prints.
+/// Compiles the source together with a table of the rows of a log, and runs the program in QEMU. Returns the output of the
+/// program.
 fn run_on_cortex(prefix: &str, source: GeneratedSource, log: &logs::Log) -> String {
     let n = log.q.len();
     let rows: Vec<String> = (0..log.t.len())
@@ -184,7 +188,7 @@ fn run_on_cortex(prefix: &str, source: GeneratedSource, log: &logs::Log) -> Stri
     let linked = "-nostartfiles -T firmware.ld firmware.c arm.o -lm -lc -o firmware.elf";
     done(&here, "arm-none-eabi-gcc", &format!("{} {linked}", target.replace("-std=c99", "-std=gnu99")));
 
-    // No allocation, no abort, and no function that computes doubles by hand.
+    // The object file calls no function for allocation, abort, or arithmetic of doubles in software.
     let symbols = Command::new("arm-none-eabi-nm").args(["-u", "arm.o"]).current_dir(&here).output().unwrap();
     let symbols = String::from_utf8(symbols.stdout).unwrap();
     let undefined: Vec<&str> = symbols.split_whitespace().filter(|word| *word != "U").collect();

@@ -1,4 +1,5 @@
-//! Tests of `rist replay` on simulated logs of a UR5 at work: pushes, a load, drift of friction, nothing at all.
+//! Tests of `rist replay` on simulated logs of a working UR5: with pushes, with a load, with drift of friction, and without any
+//! of these.
 
 use std::path::Path;
 
@@ -60,7 +61,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
     let known = identified(&model);
 
-    // Nothing happens: no contact and no load, and the friction is that of the identification.
+    // Without pushes, load or drift, the replay reports no contact and no load, and the friction equals the identified
+    // friction.
     let quiet = replayed(&model, &known, &scene(&model, 2, 60.0).source());
     assert!(quiet.contacts.is_empty() && quiet.loads.is_empty(), "{quiet}");
     assert!(quiet.has_covariance);
@@ -68,7 +70,7 @@ fn pushes_and_loads_are_found_and_told_apart() {
         assert!(!joint.is_outdated() && joint.drifted().next().is_none(), "{quiet}");
     }
 
-    // A push of 40 N on the forearm, and one of 30 N on the last link.
+    // A push on the forearm (58 N) and a push on the last link (28 N).
     let mut pushed = scene(&model, 3, 40.0);
     pushed.pushes.push(Push { link: 2, from: 10.0, to: 10.6, force: [0.0, 30.0, 50.0], largest: None });
     pushed.pushes.push(Push { link: 5, from: 25.0, to: 25.4, force: [20.0, 20.0, 0.0], largest: None });
@@ -76,18 +78,20 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let found = replayed(&model, &known, &LogSource::Held(log));
     assert!(found.loads.is_empty() && found.contacts.len() == 2, "{found}");
     for ((contact, push), (torque, joint)) in found.contacts.iter().zip(&pushed.pushes).zip(largest) {
-        // A first-order observer of 50 1/s shows two thirds of a torque after 20 ms; a contact ends after the hold time of 0.1 s.
+        // A first-order observer with the gain 50 1/s reaches two thirds of a torque after 20 ms. A contact ends only after the
+        // hold time of 0.1 s.
         assert!((0.0..0.05).contains(&(contact.start - push.from)), "{found}");
         assert!((0.0..0.25).contains(&(contact.end - push.to)), "{found}");
         assert!(contact.last_joint <= push.link && contact.last_joint + 1 >= joint, "{found} {joint}");
         if contact.joint == joint {
-            // The torque of a constant force changes with the posture, and the observer is late by 20 ms.
+            // The push has a constant force, but its joint torque changes with the posture, and the observer is 20 ms late.
             assert!((contact.torque.abs() / torque - 1.0).abs() < 0.15, "{found} {torque}");
         }
     }
 
-    // The force and the moment on the last link, at its origin: six joints determine them; three determine at most three. The link
-    // exerts the force of the scene, so the force on it has the other sign.
+    // Force and moment at the origin of the last link: the torques of six joints determine all six components; the torques of
+    // three joints determine at most three. The result is the wrench that acts on the link. In the scene, the force is the one
+    // that the link exerts, so the result has the opposite sign.
     let on = |link: &str| {
         let request = ReplayRequest { wrench_on: Some(link.into()), ..ReplayRequest::default() };
         let reference = std::slice::from_ref(&known.1);
@@ -98,7 +102,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let wrench = on("wrist_3");
     for (c, truth) in [-20.0, -20.0, 0.0, 2.0, -2.0, 0.0].into_iter().enumerate() {
         let (value, sigma) = (wrench.components[c].unwrap(), wrench.sigma[c]);
-        // Four standard deviations, and an eighth of the push for the delay of the filter after two time constants.
+        // Allowed: four standard deviations, plus an eighth of the push, because the filter has followed the push for only two
+        // time constants.
         assert!((value - truth).abs() < 4.0 * sigma + if c < 3 { 2.5 } else { 0.25 }, "{wrench:?}");
         assert!(sigma < if c < 3 { 10.0 } else { 2.0 }, "{wrench:?}");
     }
@@ -113,7 +118,8 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let [picked, put]: &[CarriedLoad; 2] = found.loads.as_slice().try_into().unwrap_or_else(|_| panic!("{found}"));
     assert!((picked.start - 10.0).abs() < 0.1 && (put.start - 30.0).abs() < 0.1, "{found}");
     let (mass, sigma) = picked.mass();
-    // One draw: four standard deviations are allowed, and the sigma is that of a load worth knowing.
+    // The result of one random log may deviate by four standard deviations. The standard deviation itself must be small enough
+    // to be useful.
     assert!((mass - tool.mass).abs() < 4.0 * sigma && sigma < 0.06, "{found}");
     // The estimate half a second after the load appeared: mass within 3 %, centre within 5 mm where the motion determines it.
     let early = picked.early.unwrap_or_else(|| panic!("{picked:?}"));
@@ -223,7 +229,8 @@ fn driven(here: &Path, real: &str, log: &logs::Log) -> Vec<Vec<f64>> {
 fn the_generated_monitor_in_c_is_the_replay() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
     let known = identified(&model);
-    // No time of the monitor is a multiple of the period, so rounding moves none of its decisions.
+    // The rate is chosen so that no time constant of the monitor is a multiple of the sampling period. Then rounding of times
+    // changes no decision.
     let mut busy = Scene { rate: 487.0, ..scene(&model, 8, 30.0) };
     busy.pushes.push(Push { link: 3, from: 5.0, to: 5.3, force: [20.0, 30.0, 0.0], largest: None });
     busy.loads.push(Carried { from: 10.0, to: 20.0, load: load(1.5, [0.0, 0.02, 0.06]) });
@@ -257,12 +264,13 @@ fn the_generated_monitor_in_c_is_the_replay() {
     let (mut largest, mut others) = (0.0_f64, 0);
     for ((cycle, double), single) in replay.series.iter().zip(&double).zip(&single) {
         for (j, torque) in cycle.torque.iter().enumerate() {
-            // Rounding of a recursion that forgets within 20 ms; torques are up to 100 N m. The clock of the log rounds too.
+            // The observer forgets rounding errors within 20 ms, and torques are up to 100 N m. The times in the log are
+            // rounded too.
             assert!((torque - double[j]).abs() < 1e-8, "{} {torque} {}", cycle.t, double[j]);
             largest = largest.max((double[j] - single[j]).abs());
         }
         others += usize::from(cycle.is_contact != (double[6] as i32 & 1 == 1));
-        // The estimate of the load has the condition of ten parameters, some of which the motion hardly determines.
+        // The estimate of the load amplifies rounding, because the motion hardly determines some of its ten parameters.
         others += usize::from((cycle.mass - double[7]).abs() > 1e-5);
     }
     assert_eq!(others, 0);
@@ -275,11 +283,12 @@ fn the_generated_monitor_in_c_is_the_replay() {
     assert!(replay.series.iter().zip(&double).all(|(cycle, c)| cycle.is_contact || c[8] == 0.0));
     let last = |of: &[Vec<f64>], t: f64| of[(t * 487.0) as usize][7];
     println!("f32: external torque within {largest:.2e} N m, mass {} and {}", last(&double, 19.0), last(&single, 19.0));
-    // Momenta of some ten kg m^2/s times the gain of 50 1/s, with 6e-8: 30 uN m a rounding, and some hundred of them.
+    // Single precision: a momentum of about ten kg m^2/s, times the gain of 50 1/s and the rounding 6e-8, gives 30 uN m per
+    // rounding; some hundred roundings add up.
     assert!(largest < 5e-3, "{largest}");
     assert!((last(&double, 19.0) - last(&single, 19.0)).abs() < 0.01);
 
-    // A state that is no number is not used, and the monitor starts again. A torque at the limit of 150 N m is named.
+    // A state that is not a number is skipped, and the monitor starts again. A torque at the limit of 150 N m is reported.
     log.effort[1][6000..6100].fill(-150.0);
     let saturated = replayed(&model, &known, &LogSource::Held(log.clone()));
     for (joint, expected) in saturated.joints.iter().zip([0.0, 100.0 / busy.rate, 0.0, 0.0, 0.0, 0.0]) {

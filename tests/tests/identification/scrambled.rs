@@ -1,10 +1,11 @@
-//! Logs with random names, units, order, shape and clock are read rightly, or contradicted. The bench `scrambled` has more draws.
+//! Tests logs with random names, units, order of columns, shape and clock: each is either read correctly, or a claim
+//! contradicts it. The bench `scrambled` tests more logs.
 
 use tests::scrambled::{Outcome, Scrambled, arm};
 
-/// Number of logs: every shape and all names occur.
+/// Number of random logs. With this number, every shape and all names occur.
 const LOGS: u64 = 40;
-/// Smallest number of logs that are read rightly without contradiction: 90 % of those without a hidden fault.
+/// Smallest share of the logs without a hidden fault that must be read correctly and not contradicted.
 const MIN_RIGHT_SHARE: f64 = 0.9;
 
 #[test]
@@ -19,7 +20,7 @@ fn no_log_is_read_wrongly_in_silence() {
         let is_right = matches!(outcome, Outcome::ByName | Outcome::ByProposal | Outcome::WithRate);
         let is_wrong = matches!(outcome, Outcome::ProposedWrongly(_) | Outcome::Silent(_));
         assert!(!is_wrong, "{}: {outcome:?}", log.choices);
-        // A fault that no header shows: only the dynamics contradict it.
+        // A hidden fault does not show in the header of the log. Only the dynamics contradict it.
         assert!(!log.has_hidden_fault || !is_right, "{}: {outcome:?}", log.choices);
         faultless += u32::from(!log.has_hidden_fault);
         right += u32::from(is_right);

@@ -168,7 +168,8 @@ fn written(name: &str, header: &str, row: impl Fn(f64, [f64; 2], [f64; 2]) -> [f
     path
 }
 
-/// Identifies with the printed proposal for `arm`, and compares the parameters with the truth.
+/// Identifies a log with the options that the program proposes for `arm` (the name of a servo or an arm), and compares the
+/// parameters with the true ones.
 fn identified_as_proposed(model: &Model, path: &std::path::Path, arm: &str) {
     let proposed = propose_columns(&model.robot, path, None, Some(arm)).unwrap();
     let shown = proposed.to_string();
@@ -190,19 +191,21 @@ fn identified_as_proposed(model: &Model, path: &std::path::Path, arm: &str) {
     let truth = TapeRobot::new(tests::model(ROBOT)).truth;
     for (value, truth) in found.estimate.parameters.iter().zip(&truth) {
         let (x, sigma) = (value.value.unwrap(), value.sigma.unwrap());
-        // The rounding of counts is no normal noise, and the filter takes some of the signal: half a per cent of the value.
+        // The rounding of counts is not normally distributed noise, and the filter removes some of the signal. The half per
+        // cent of the value in the tolerance allows for both.
         assert!((x - truth).abs() < 5.0 * sigma + 5e-3 * truth.abs(), "{arm}: {}: {x} +- {sigma}, {truth}", value.id);
     }
 }
 
-/// The data of a servo fill units, zeros and gains of a log in counts, and those of an arm a log that is normalised.
+/// The program knows some servos and arms. For a log in counts, the data of the servo give units, zeros and gains. For a log
+/// with normalised positions, the data of the arm give them.
 #[test]
 fn logs_of_hobby_arms_are_identified_as_proposed() {
     let mut model = Model::read(model_path(ROBOT)).unwrap();
     for coordinate in &mut model.robot.coordinates {
         coordinate.limits.position = Some((-2.5, 2.0));
     }
-    // A servo XM430-W350: 4.1 N m at 2.3 A, 2.69 mA a count in 16 bits.
+    // A servo XM430-W350: 4.1 N m at 2.3 A; one count of the current is 2.69 mA, in 16 bits.
     let turn = 4096.0 / std::f64::consts::TAU;
     let count = |q: f64| (2048.0 + q * turn).round();
     let current = |tau: f64| (tau / (4.1 / 2.3) / 2.69e-3).round().rem_euclid(65536.0);
@@ -215,7 +218,7 @@ fn logs_of_hobby_arms_are_identified_as_proposed() {
     let path = written("normalised.csv", "t,pos_1,pos_2,tau_1,tau_2", |t, q, tau| {
         [t, percent(q[0]), percent(q[1]), tau[0], tau[1]]
     });
-    // Degrees and per cent are alike in their values, so the form is asked for.
+    // Positions in degrees and positions in per cent have similar values, so the program asks for the form of the values.
     let asked = propose_columns(&model.robot, &path, None, Some("so101")).unwrap();
     assert!(!asked.is_whole() && asked.to_string().contains("`so101:normalised`"), "{asked}");
     identified_as_proposed(&model, &path, "so101:normalised");

@@ -131,7 +131,7 @@ fn a_held_log_has_the_rows_of_its_own_rate() {
         [source, opened(&model, &good.every(4), "fourth")].map(|s| identified(&model, s, &Options::default()).estimate);
     let hertz = |e: &rist::Estimate| e.cutoff.unwrap();
     assert!((hertz(&found) / hertz(&expected) - 1.0).abs() < 0.05, "{} {}", hertz(&found), hertz(&expected));
-    // The first new value comes one row of 8 ms later.
+    // The first new value comes one row (8 ms) later than in the other log.
     assert!(found.rows.abs_diff(expected.rows) <= 12, "{} {}", found.rows, expected.rows);
     for (a, b) in found.parameters.iter().zip(&expected.parameters) {
         let ratio = a.sigma.unwrap() / b.sigma.unwrap();
@@ -289,7 +289,7 @@ fn a_log_without_a_clock_in_two_files_is_the_log() {
     let refused = model.open_log(&path, &names(None).columns).err().unwrap().to_string();
     assert!(refused.contains(&format!("agree with the velocities at {rate:.0} Hz")), "{refused}");
     let proposed = rist::propose_columns(&model.robot, &path, None, None).unwrap().to_string();
-    // The velocities show the rate.
+    // The velocities determine the rate, which the message states.
     let shown = format!("rate: {rate:.0} ");
     for line in [r#"position: "pos.Joint_{}""#, r#"torque: "tau.Joint_{}""#, shown.as_str()] {
         assert!(proposed.contains(line), "{line}: {proposed}");

@@ -87,7 +87,8 @@ fn the_weight_of_a_slide_is_in_its_bodies() {
         let weight = at_rest(&model.parameters.values(&truth));
         let log = swinging_by(&model.robot, &truth, &[1.0, 1.2, 1.5, 0.1], 0.0);
         let (_, verdict, written) = consistent(&model, &log, &format!("{seed}_scara.csv"));
-        // White noise of 0.1 N m, averaged over five thousand samples.
+        // The force at rest is a mean over five thousand samples with white noise of 0.1 N, so its error from the noise is some
+        // mN.
         assert!((at_rest(&written) - weight).abs() < 0.05, "draw {seed}: {} N, {weight} N", at_rest(&written));
         assert!((at_rest(&before) - weight).abs() > 0.05, "draw {seed} shows nothing");
         let bodies = verdict.uses.last().unwrap();

@@ -403,7 +403,8 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
         agree("Y X", &robot, &times(&y, &x_base), &expected, 1e-9);
         let p = evaluated(&derivation.momentum(&base), &[&q, &passive, &dq, &x_base]);
         agree("A dq", &robot, &p, &times(&a, &dq), 1e-9);
-        // The Coriolis matrix of reduced coordinates is Christoffel's too, so the rate of p is that of a tree.
+        // The Coriolis matrix of the reduced coordinates is also Christoffel's. So b = C^T dq - g holds as for a robot without
+        // loops.
         let both = evaluated(&derivation.momentum_and_rate(&base), &[&q, &passive, &dq, &x_base]);
         let transposed: Vec<f64> = (0..n * n).map(|k| c[k % n * n + k / n]).collect();
         let b: Vec<f64> = times(&transposed, &dq).iter().zip(&g).map(|(c, g)| c - g).collect();

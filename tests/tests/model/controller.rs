@@ -18,7 +18,7 @@ const W: f64 = 10.0;
 /// Sample time of the controller, s.
 const PERIOD: f64 = 1e-3;
 const SECONDS: f64 = 6.0;
-/// Coulomb friction of the controller is proportional to tanh(velocity / this width), rad/s.
+/// The controller replaces the sign of a velocity in Coulomb friction by tanh(velocity / width), with this width, rad/s.
 const WIDTH: f64 = 0.02;
 
 /// The compiled controller as a running process. It reads a line of numbers and answers with a line of torques.

@@ -136,8 +136,8 @@ fn poses_and_jacobians_are_those_of_the_frames() {
     }
 }
 
-/// Energies computed from base parameters: the kinetic energy equals that of the bodies, and differences of potential energy are
-/// equal too.
+/// Energies computed from base parameters: the kinetic energy equals the sum over the bodies, and differences of potential
+/// energy are equal too.
 #[test]
 fn energies_of_base_parameters_are_those_of_the_bodies() {
     let mut random = Random(14);

@@ -1,5 +1,5 @@
-//! The Jacobian by the errors of the geometry, against differences of an independent product of transforms, and against the chain of
-//! the wing (optional package) `calibration`.
+//! Tests of the Jacobian of a frame by errors of the geometry of the links. It is compared with finite differences of an
+//! independent product of transforms, and with the kinematic chain of the wing (optional package) `calibration`.
 
 use calibration::{Chain, Convention, Letter, Parameter};
 use modeling::{Derivation, ReferenceFrame};
@@ -7,7 +7,7 @@ use robot::{JointKind, LinkId, Pose, Robot};
 use tests::random::Random;
 use tests::{agree, evaluated};
 
-/// A turn by an angle about an axis, or a slide along it.
+/// The pose after a rotation about a coordinate axis (number `axis`) and a translation along this axis.
 fn elementary(axis: usize, angle: f64, length: f64) -> Pose {
     let (s, c) = angle.sin_cos();
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -40,7 +40,8 @@ fn pose(robot: &Robot, chain: &[LinkId], q: &[f64], errors: &[f64]) -> Pose {
     })
 }
 
-/// Six rows: velocity and angular velocity between two poses, per unit of a step of two h, in the base frame.
+/// Velocity and angular velocity (six numbers) in the base frame, by the central difference of two poses at +h and -h. `at`:
+/// the pose in between.
 fn velocity(ahead: &Pose, behind: &Pose, at: &Pose, h: f64) -> [f64; 6] {
     let rate = |r: usize, c: usize| (ahead.rotation[r][c] - behind.rotation[r][c]) / (2.0 * h);
     let spin = |r: usize, c: usize| (0..3).map(|k| rate(r, k) * at.rotation[c][k]).sum::<f64>();
@@ -72,7 +73,8 @@ fn errors_of_the_geometry_move_a_link_like_differences_and_the_calibration() {
                 pose(&robot, &chain, &q, &errors)
             };
             let wanted = velocity(&moved(h), &moved(-h), &nominal, h);
-            // The error of a central difference: h^2 times a third derivative of the size of the robot, and rounding over h.
+            // Errors of the central difference: h^2 times a third derivative, which is about the size of the robot; and
+            // rounding divided by h.
             agree(&format!("{file} error {k}"), &robot, &column(&found, k), &wanted, 1e-9);
             let turned = |v: &[f64]| [0, 1, 2].map(|c| (0..3).map(|r| nominal.rotation[r][c] * v[r]).sum::<f64>());
             let in_axes = [turned(&wanted[..3]), turned(&wanted[3..])].concat();

@@ -145,7 +145,7 @@ fn a_chain_of_a_hundred() {
 
 #[test]
 fn a_chain_of_two_hundred_loses_nothing() {
-    // Each joint gives 7 base parameters; 4 are subtracted, as for shorter chains with these axes.
+    // Shorter chains with these axes have 7 n - 4 base parameters for n joints; so 200 joints have 1396.
     assert_eq!(regrouped(&read(&urdf(200, Axes::Right, 1, None), false)).len(), 1396);
 }
 

@@ -15,8 +15,8 @@ fn read(text: &str) -> Robot {
     format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Checks the error of dropping weak columns: |D_base X_base - D X| <= left_out |D|_max sum |X| for each joint; |D|_max: norm of
-/// the largest column over all states. The factor 2 allows for states that differ from those of the derivation.
+/// Checks the error of dropping weak columns: |D_base X_base - D X| <= left_out |D|_max sum |X| for each joint; |D|_max: norm
+/// of the largest column over all states. The factor 2 allows for states that differ from the states of the derivation.
 fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
     assert!(base.rank.left_out <= 1e-6, "{what}: {:?}", base.rank);
     let mut derivation = Derivation::new(robot).unwrap();

@@ -30,8 +30,8 @@ const ZEROS: [f64; 3] = [0.0, 0.02, -0.015];
 /// Noise of poses, m and rad.
 const NOISE: f64 = 5e-5;
 
-/// The poses that a tracker measures of the true arm under loads of 1 to 10 kg, as CSV. `bent`: whether its joints are compliant;
-/// `scale`: of the lengths; `gear`: error of the scale of joint 3.
+/// The poses that a tracker measures of the true arm under loads of 1 to 10 kg, as CSV. `bent`: whether the joints are
+/// compliant; `scale`: factor of the measured lengths; `gear`: error of the gear scale of joint 3.
 fn poses(bent: bool, scale: f64, gear: f64) -> String {
     let model = Model::parse(ARM, "heavy.yaml", &rist::ModelOptions::default()).unwrap();
     let torque = holding_torque(&model, None, "hand", [0.1, 0.0, 0.0]).unwrap();
@@ -69,7 +69,8 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// The parameters of a level whose names start with this word, each with its value and interval.
+/// Of a level (the result of one fit): the parameters whose names start with `word`, each with its value and the half width of
+/// its interval.
 fn parameters<'a>(level: &'a Value, word: &str) -> Vec<(&'a str, f64, f64)> {
     let all = level["parameters"].as_array().unwrap().iter();
     let one =
@@ -77,8 +78,9 @@ fn parameters<'a>(level: &'a Value, word: &str) -> Vec<(&'a str, f64, f64)> {
     all.map(one).filter(|p| p.0.starts_with(word)).collect()
 }
 
-/// An arm is identified from simulated logs. With the torques of this estimate, compliances and zeros are found from poses under
-/// loads, and the error on postures left out is at most a quarter of the error of zeros alone.
+/// An arm is identified from simulated logs. The estimate gives the torques of the loads, with which compliances and zeros are
+/// fitted to poses under loads. On postures that were not fitted, the error is at most a quarter of the error of a fit of zeros
+/// alone.
 #[test]
 fn stiffness_is_found_with_an_estimate() {
     let here = folder("calibrate-stiffness");
@@ -101,7 +103,7 @@ fn stiffness_is_found_with_an_estimate() {
     let compliances = parameters(stiff, "compliance");
     assert_eq!(compliances.len(), 3, "{}", run.out);
     for ((name, value, interval), truth) in compliances.into_iter().zip(COMPLIANCES) {
-        // Twice the 95 % interval, and 2 % for the error of the identified torques.
+        // Tolerance: twice the half width of the 95 % interval, plus 2 % for the error of the identified torques.
         assert!((value - truth).abs() < 2.0 * interval + 0.02 * truth, "{name} {value} {truth} {}", run.out);
         assert!(interval < 0.2 * truth, "{name} {interval}");
     }
@@ -110,7 +112,7 @@ fn stiffness_is_found_with_an_estimate() {
         let truth = ZEROS[name.trim_start_matches("zero q").parse::<usize>().unwrap() - 1];
         assert!((value - truth).abs() < 2.0 * interval + 1e-5, "{name} {value} {truth} {}", run.out);
     }
-    // The table has the zeros of the JSON; a zero that the base contains has empty cells.
+    // The CSV of zeros has the same numbers as the JSON. A zero that is part of the base pose has empty cells.
     let table = std::fs::read_to_string(here.join("zeros.csv")).unwrap();
     let mut expected = String::from("joint,zero,interval,unit\n");
     for joint in ["q1", "q2", "q3"] {
@@ -120,13 +122,14 @@ fn stiffness_is_found_with_an_estimate() {
     assert!(table == expected && table.contains("q1,,,rad\n"), "{table}");
 }
 
-/// The JSON has the fits, the claims and the answer; wrong tables end with exit code 1, and the remedy as printed cures.
+/// The JSON contains the fits, the claims and the verdict. A table with a fault gives exit code 1, and the printed remedy
+/// corrects the fault.
 #[test]
 fn json_and_exit_code_follow_the_claims() {
     let here = folder("calibrate-json");
     std::fs::write(here.join("arm.yaml"), ARM).unwrap();
     std::fs::write(here.join("poses.csv"), poses(false, 1.0, 0.0)).unwrap();
-    // Lengths in the header's mm are multiplied once more.
+    // The header says mm, but the lengths are multiplied by 1000 once more.
     std::fs::write(here.join("wrong.csv"), poses(false, 1e3, 0.0)).unwrap();
     let run = rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--what", "zeros", "--json"]).ended(0);
     let found: Value = serde_json::from_str(&run.out).unwrap();
@@ -137,11 +140,11 @@ fn json_and_exit_code_follow_the_claims() {
     let of = |topic: &str| claims.iter().filter(|c| c["topic"] == topic).collect::<Vec<_>>();
     let lengths = of("error of lengths on postures left out");
     let left_out = found["levels"][1]["left_out"]["length"].as_f64().unwrap();
-    // The error that would have shown is that of the check, and not the error that was found.
+    // `smallest` is the smallest error that the check would have detected. It is not the error that was found.
     assert!(lengths[0]["outcome"] == "agrees" && lengths[0]["smallest"]["value"].as_f64().unwrap() > 5e3 * left_out);
     assert_eq!(of("gear scale").len(), 3, "{}", run.out);
 
-    // The pose of the hand is no pose of the upper arm.
+    // The poses are poses of the hand, and not of the upper arm.
     let other = ["calibrate", "arm.yaml", "poses.csv", "--what", "zeros", "--tip", "upper arm"];
     rist(&here, &other)
         .failed(1, &["the measured link is hand"])
@@ -155,7 +158,8 @@ fn json_and_exit_code_follow_the_claims() {
         .told(0, &["trust: yes"]);
 }
 
-/// A wrong scale of a joint is a no with the flag that fits it; with this flag, it is a yes, and the table has the scale.
+/// A wrong gear scale of a joint gives the verdict no, and the output names the flag that fits this scale. With the flag, the
+/// verdict is yes, and the table contains the scale.
 #[test]
 fn a_wrong_scale_is_cured_by_its_flag() {
     let here = folder("calibrate-gear");
@@ -174,7 +178,8 @@ fn a_wrong_scale_is_cured_by_its_flag() {
     assert!((scale - 4e-3).abs() < 2.0 * interval && interval < 4e-4, "{table}");
 }
 
-/// Postures are chosen, measured and calibrated; the written description has the calibrated table, and a form without a key refuses.
+/// Postures are chosen, measured and calibrated. The written description contains the calibrated table. A format of
+/// descriptions that has no key for a parameter is refused.
 #[test]
 fn chosen_postures_are_measured_and_written_back() {
     let here = folder("calibrate-design");
@@ -191,9 +196,9 @@ fn chosen_postures_are_measured_and_written_back() {
     rist(&here, &["calibrate", "arm.yaml", "poses.csv", "--design", "8"]).failed(2, &["leave the table out"]);
     rist_done(&here, "calibrate arm.yaml poses.csv --what zeros --write-yaml calibrated.yaml");
     let written = std::fs::read_to_string(here.join("calibrated.yaml")).unwrap();
-    // The zeros of q1 and q3 are part of the base and of the tool.
+    // The zeros of q1 and q3 are not in the description, because they are part of the poses of base and tool.
     assert!(written.contains("theta: q2 + 0.0200") && written.lines().count() == ARM.lines().count(), "{written}");
-    // Read again, nothing is left to calibrate: the zeros are within their intervals of nothing.
+    // If the written description is calibrated again, the remaining zeros are zero up to a thousandth of their intervals.
     rist_done(&here, "calibrate calibrated.yaml poses.csv --angles as-given --what zeros --out again.json");
     for (name, value, interval) in parameters(&json(&here.join("again.json"))["levels"][1], "zero") {
         assert!(value.abs() < 1e-3 * interval, "{name} {value} {interval}");

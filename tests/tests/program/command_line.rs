@@ -322,7 +322,8 @@ fn lint_fails_on_findings_only() {
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
 
-/// What is written has the numbers of the named body alone changed, and is sound; nothing is written where no repair is known.
+/// `lint --write` changes only the numbers of the body that has the finding, and the result has no findings. If no repair is
+/// known, nothing is written.
 #[test]
 fn lint_writes_the_repair_that_it_names() {
     let here = folder("lint_write");
@@ -353,7 +354,7 @@ fn lint_writes_the_repair_that_it_names() {
     assert!(run.err.contains("nothing is written") && !here.join("none.urdf").exists(), "{}", run.err);
 }
 
-/// The numbers of an MJCF and of a YAML change in their places.
+/// `lint --write` changes the numbers of an MJCF and of a YAML in their places; the rest of the text is unchanged.
 #[test]
 fn lint_writes_into_other_formats() {
     let here = folder("lint_write_formats");
@@ -386,7 +387,8 @@ fn lint_writes_into_other_formats() {
     }
 }
 
-/// A centre of mass outside of its mesh is told, one inside is not, also where shape and centre are moved together.
+/// A centre of mass outside of its mesh is reported; a centre inside is not. This also holds if shape and centre are moved
+/// together.
 #[test]
 fn lint_looks_into_meshes() {
     let here = folder("lint_meshes");
@@ -411,7 +413,8 @@ fn lint_looks_into_meshes() {
         rist(&here, &["lint", "arm.urdf"])
     };
     let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
-    // From 0.4 to the wall at 0.2; a box of 0.2 x 0.1 x 0.1 is 0.245 across.
+    // The centre of mass is at x = 0.4 m, the face of the box at x = 0.2 m. The diagonal of the box (0.2 x 0.1 x 0.1 m) is
+    // 0.245 m.
     let said =
         "l: the centre of mass lies outside the hull of the collision meshes: by 0.200 m, of meshes 0.245 m across";
     assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);

@@ -198,7 +198,7 @@ fn the_lines_of_rust_compile() {
     let own = include_str!("readme.rs");
     assert_eq!(block.lines().count(), 2);
     assert!(block.lines().all(|line| own.contains(line)), "{block}");
-    // There is no file robot.urdf here.
+    // The compiled lines read the file robot.urdf. It does not exist here, so they fail.
     assert!(lines_of_the_readme().is_err());
 }
 

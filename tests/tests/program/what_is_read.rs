@@ -62,7 +62,7 @@ const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1,
                     antecedent: base, d: 1, theta: q1, drive: passive}\n- {link: 3, antecedent: 1, d: 1, theta: -q1, drive: \
                     passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
 
-/// Files that are refused, with what their refusal names.
+/// Files that are refused: (kind, file name, program or function that the message names for a conversion).
 const CONVERTED: [(&str, &str, &str); 1] = [("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
 /// Logs with two joints j1, j2: (kind, header line of a CSV, needed options).

@@ -8,7 +8,8 @@ use tests::{has, sources_below, text_of as text, workspace};
 /// Crates with a known weakness: (name, the only crate that may depend on it). deny.toml has the reasons.
 const ALONE: [(&str, &str); 2] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs")];
 
-/// Versions of these crates without the weakness, as a lock file writes them next to others: RUSTSEC-2026-0194 and 0195 are patched in 0.41.
+/// Versions without the weakness, in the form in which a lock file writes them if it contains several versions of a crate.
+/// RUSTSEC-2026-0194 and 0195 are fixed in 0.41.
 const PATCHED: [&str; 1] = ["quick-xml 0.42.0"];
 
 /// For each crate in a lock file: its direct dependencies of all kinds.

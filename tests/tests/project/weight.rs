@@ -13,7 +13,7 @@ fn product_lines(text: &str) -> usize {
     product.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//")).count()
 }
 
-/// Number of such lines in all files below a folder. Files and folders of tests have special names and are left out.
+/// Number of product lines in all files below a folder. Files and folders of tests have special names and are left out.
 fn lines_below(folder: &Path) -> usize {
     let is_product = |path: &PathBuf| {
         let inside = path.strip_prefix(folder).unwrap();

@@ -1,5 +1,5 @@
-//! Contents of the file motion.yaml: an exciting motion, the limits of its search, its certificate and the identifiable
-//! parameters.
+//! Contents of the file motion.yaml: an exciting motion, the limits of its search, its certificate (every limit with the result
+//! of its proof) and the identifiable parameters.
 //!
 //! The coefficients and times define the motion: a Fourier series if the file has `blend_s`, else a spline. All other entries can
 //! be recomputed from the motion and the model; `rist check` recomputes them.
@@ -162,7 +162,7 @@ impl ExcitingMotion {
 
     /// Converts the contents of the file to a motion that can be evaluated.
     ///
-    /// Fails if the numbers of the file describe no motion. `file`: its name for messages.
+    /// Fails if the numbers of the file describe no motion. `file`: name of the file, for error messages.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
         // A file may be edited by hand, so each number is checked before the motion is made from it.
@@ -234,7 +234,7 @@ impl ExcitingMotion {
         artefact::write(ArtefactKind::Motion, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads motion.yaml from its text. `file`: its name for messages.
+    /// Reads motion.yaml from its text. `file`: name of the file, for error messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
         let motion: ExcitingMotion = artefact::read(ArtefactKind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;

@@ -18,8 +18,9 @@ use crate::excitation::motion::MotionShape;
 
 /// Number of instants at which the barrier is evaluated, per instant at which the criterion of the search is evaluated.
 ///
-/// With thirty instants in a period of the highest harmonic, a peak between two instants can be (pi/30)^2 / 2 = 0.5 % greater. If
-/// the motion is scaled down by this share, the determinant criterion decreases by twice this share.
+/// With thirty instants in a period of the highest harmonic, a peak between two instants can be (pi/30)^2 / 2 = 0.5 % greater
+/// than the values at these instants. If the motion is scaled down by this share, the determinant criterion decreases by twice
+/// this share.
 const BARRIER_INSTANTS_PER_SAMPLE: usize = 2;
 /// Least number of joints for which several threads save time in the evaluation of the barrier.
 const MIN_JOINTS_FOR_THREADS: usize = 12;

@@ -141,8 +141,8 @@ pub fn criterion(
     Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
 
-/// Greatest accepted variance inflation of a column of the regressor by the other columns. Above it, rounding errors (1e-16 of
-/// the sums) dominate.
+/// Greatest accepted variance inflation of a column of the regressor by the other columns. Above this value, rounding errors
+/// dominate: they are 1e-16 of the entries of W'W.
 const MAX_VARIANCE_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {

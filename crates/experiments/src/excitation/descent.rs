@@ -13,7 +13,8 @@ const REMEMBERED_PAIRS: usize = 12;
 const ARMIJO_SHARE: f64 = 1e-4;
 /// Greatest number of times that the line search halves a step.
 const MAX_STEP_HALVINGS: usize = 25;
-/// A pair of step and gradient change is stored only if the cosine of the angle between them exceeds this.
+/// A pair of step and gradient change is stored only if the cosine of the angle between step and gradient change exceeds this
+/// value.
 const MIN_CURVATURE_COSINE: f64 = 1e-10;
 /// A descent ends after this number of consecutive iterations in which the objective decreases too little.
 const MAX_STALLED_ITERATIONS: usize = 3;

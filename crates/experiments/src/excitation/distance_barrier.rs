@@ -13,7 +13,7 @@ use crate::excitation::gap_proof::{GapCache, Surroundings};
 use crate::excitation::motion::MotionShape;
 use crate::excitation::near_gaps::NearGaps;
 
-/// The distance barrier acts on two solids whose distance is less than this above its bound, m.
+/// The distance barrier acts on two solids whose distance exceeds its lower bound by less than this value, m.
 const BARRIER_RANGE_M: f64 = 0.05;
 /// Instants per period and harmonic (a harmonic has two coefficients per coordinate). Between two instants, dt apart, a body
 /// with the acceleration a deviates by up to a dt^2 / 8 from the interpolated distance. Example: in the highest of eight
@@ -23,8 +23,8 @@ const INSTANTS_PER_HARMONIC: usize = 32;
 const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
 /// Least number of instants per period at which the distance barrier is evaluated.
 const MIN_INSTANTS_PER_PERIOD: usize = 200;
-/// Least distance of bodies above its bound at the start of a descent. Unit: the reserve of their gap, the additional distance
-/// that a search keeps.
+/// Least distance of two bodies minus its bound at the start of a descent, in multiples of the reserve of the pair (additional
+/// distance that a search keeps).
 const INITIAL_RESERVES: f64 = 2.0;
 
 /// Intermediate results of the distance computation at each instant, which make the next evaluation faster.

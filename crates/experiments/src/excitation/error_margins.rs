@@ -6,7 +6,7 @@
 //! | `encoder_zero`, `tracking` | of a joint's position with respect to the motion, rad (m); both add up to e | narrows the position limits by e at both ends; lowers a distance by the sum of e R over its joints |
 //! | `calibration` | of the position of a body point in the base frame, computed from joint positions and description, m | lowers the distance to a plane by the margin, of two links by twice the margin |
 //! | `mesh` | of a body's surface outside its collision shape, m | lowers distances like `calibration` |
-//! | `payload` | a body that may be on a link, with its mass or less, or none | efforts and powers with it and without it: they are linear in its mass |
+//! | `payload` | an additional body on a link; its mass may have any value from zero to the given mass | covers efforts and powers with the whole body and without it, and so all masses in between (both are linear in the mass) |
 //!
 //! R is a bound of the velocity of the bodies per velocity of the joint, m/rad. A margin that is not given is zero, and the
 //! report says so. Not here: velocities and torques that tracking errors add.

@@ -149,7 +149,7 @@ mod tests {
         assert!(rows.iter().all(|r| r.kept == LimitProof::Proven), "{rows:?}");
         assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0][1] > 0.5);
 
-        // A wall just below the peak of that motion makes it scale down again.
+        // A wall just below the highest point of this motion makes another scaling necessary.
         let height = |i: u32| free.at(free.duration() * f64::from(i) / 2000.0)[0][0].sin();
         let highest = (0..=2000).map(height).fold(f64::NEG_INFINITY, f64::max);
         let rod = Rod::new(highest - 0.01);

@@ -196,7 +196,7 @@ pub struct LimitsFile {
 }
 
 impl LimitsFile {
-    /// Reads the limits file from its text. `file`: its name for messages.
+    /// Reads the limits file from its text. `file`: name of the file, for error messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
                         power, locked, slowed}}`, `all: {..}` of the same, `space: {floor, walls: [{point, normal, links}], \

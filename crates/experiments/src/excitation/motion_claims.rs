@@ -1,4 +1,5 @@
-//! Converts the certificate of a motion to claims: one for each certificate row and one for each omitted check.
+//! Converts the certificate of a motion to claims, that is, statements with their evidence (`claims`): one for each certificate
+//! row (limit with the result of its proof) and one for each omitted check.
 //!
 //! | claim | from |
 //! |---|---|

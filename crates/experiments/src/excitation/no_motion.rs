@@ -1,4 +1,4 @@
-//! The reasons why a search finds no exciting motion.
+//! The reasons why a search finds no exciting motion. Each names the coordinate, or the pair of bodies (gap), that prevents it.
 
 use crate::excitation::limits::LimitKind;
 use crate::excitation::problem::{Prepared, Problem};

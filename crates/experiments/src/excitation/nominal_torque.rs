@@ -1,4 +1,5 @@
-//! The nominal torques of a robot for a proof: an interval torque function, friction, and a possible payload.
+//! The nominal torques of a robot, from which a proof bounds torques and powers along a motion: a torque function that is
+//! evaluated on intervals of time, the friction, and a possible payload.
 
 use numerics::jet::Jet;
 use serde::{Deserialize, Serialize};

@@ -57,8 +57,8 @@ pub struct Prepared<'a> {
     moving: Vec<usize>,
     /// Unit of each scaled coefficient of the motion (coefficient = scaled coefficient times unit), joint after joint.
     scale: Vec<f64>,
-    /// Factors of a joint's coefficients in q, dq and ddq at each instant: first at the instants of the period, then at those of
-    /// the blends (motions from rest and to rest).
+    /// Factors of a joint's coefficients in q, dq and ddq at each instant: first at the instants of the period, then at the
+    /// instants of the blends (motions from rest and to rest).
     pub(super) instants: Vec<[Vec<f64>; 3]>,
     /// Factors by which the bounds of torques and powers are temporarily raised, one per instant; 1: not raised.
     reliefs: Vec<f64>,

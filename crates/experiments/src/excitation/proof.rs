@@ -338,7 +338,7 @@ pub(crate) mod tests {
                     let place = usize::from(row.limit == LimitKind::Power);
                     let there = drive(motion.at(row.time_s)[joint])[place];
                     let free = if place == 0 { 0.4 } else { 0.0 };
-                    // Tolerance: rounding of the time, with values of hundreds.
+                    // Tolerance: the time in the row is rounded, and the values are some hundreds.
                     assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
                 }
             }
@@ -350,8 +350,8 @@ pub(crate) mod tests {
 
     impl EnclosedTorque for WideEnclosure {
         fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
-            // At an instant (width zero) nothing is wide. The exact ranges need more than 20 000 enclosures; a proof of loose
-            // limits needs less than 100 000.
+            // The enclosures are made wider in proportion to the width of the interval, so at an instant (width zero) they stay
+            // exact. The exact ranges need more than 20 000 enclosures; a proof of loose limits needs less than 100 000.
             let wide = |q: &Jet| Interval::new(-3e8, 3e8) * Interval::point(q.0[0].width());
             let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
             spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()

@@ -81,11 +81,11 @@ const MAX_RETURN_DESCENTS: usize = 12;
 /// Up to this number of moving joints, a start uses all iterations at the barrier weights above [`SELECTION_WEIGHT`]. With more
 /// joints it uses half, because an iteration is expensive and the remaining decrease follows at the next weight.
 const MAX_JOINTS_FOR_ALL_ITERATIONS: usize = 8;
-/// For a robot with bodies: least decrease of the criterion J in an iteration at barrier weights above [`SELECTION_WEIGHT`], as a
-/// share of 1 +
-/// |J|. With this value a descent ends after a third of the iterations at the first weight, and after half of them at the others;
-/// this saves a third of the evaluations. The best of twelve starts is then equally good on the Panda (four seeds) and 2 % worse
-/// on the xarm7 (two seeds). A robot of seven joints without bodies would lose 1 %, so its descents do not end early.
+/// For a robot with bodies: least decrease of the criterion J in an iteration at barrier weights above [`SELECTION_WEIGHT`], as
+/// a share of `1 + |J|`. With this value a descent ends after a third of the iterations at the first weight, and after half of
+/// them at the others; this saves a third of the evaluations. The best of twelve starts is then equally good on the Panda (four
+/// seeds) and 2 % worse on the xarm7 (two seeds). A robot of seven joints without bodies would lose 1 %, so its descents do not
+/// end early.
 const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
 /// At this barrier weight, the values of the criterion J of all starts are compared, and poor starts are ended.
 const SELECTION_WEIGHT: f64 = 2e-3;
@@ -104,7 +104,7 @@ const REDRAWN_JOINTS: usize = 2;
 const MAX_DRAWS_PER_START: usize = 60;
 /// Greatest number of times that a drawn motion is scaled down.
 const MAX_SHRINKS_PER_DRAW: usize = 12;
-/// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this.
+/// A drawn motion is accepted only if the ratio of each torque or power to its bound is at most this value.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
 /// For a start of a robot with bodies. This number limits both the random centres that are tested and the motions that are
 /// tried about collision-free centres. After that, a descent searches the centre, because such a robot has hardly any

@@ -1,7 +1,8 @@
 //! Computes the distance and time of stopping from any instant of a motion, and whether position limits and distances of bodies
 //! suffice for it.
 //!
-//! A joint at position q with velocity v that brakes with its acceleration limit a stops after |v|/a, s, at
+//! A joint at position q with velocity v that brakes with its acceleration limit a stops after the time |v|/a (s) at the
+//! position
 //!
 //! ```text
 //! q + v |v| / (2 a)

@@ -1,6 +1,7 @@
 //! The limits of torques and powers as a logarithmic barrier T, which keeps the steps of a minimizer inside the limits.
 //!
-//! S: instants in a period. The sum is over all coordinates at the instants of the period and of the blends; v: value, u: bound.
+//! S: number of instants in a period. The sum is over all coordinates, at the instants of the period and of the blends (motions
+//! from rest and to rest). v: value of a torque or power; u: bound of v.
 //!
 //! T = -1/S sum [log((u - v) / u) + log((u + v) / u)]
 //!

@@ -95,7 +95,8 @@ impl Watched {
         }
         self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER_FACTOR));
         if self.is_pressed {
-            // Peaks may appear anywhere in the next steps. Bounds halfway between the instants reduce their excess to a quarter.
+            // In the next steps of the descent, new peaks may appear anywhere. Additional bounds halfway between the instants
+            // of the search reduce the excess of such peaks to a quarter.
             prepared.halfway_instants(FINER_FACTOR).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
         }
         // If a torque is already within its bound, the bound is not raised.

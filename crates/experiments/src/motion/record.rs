@@ -59,7 +59,8 @@ mod tests {
         };
         let thinned = record(13).thinned(3);
         assert_eq!(thinned.q, vec![vec![0.0, 3.0, 6.0, 9.0, 12.0]]);
-        // Every third sample is 3 and the others are 0, so a mean over three samples is 1. At the ends it has only two samples.
+        // Every third sample is 3 and the others are 0, so a mean over three samples is 1. At both ends of the record the mean
+        // covers only two samples, of which one is 3, so it is 1.5.
         assert_eq!(thinned.current, vec![vec![1.5, 1.0, 1.0, 1.0, 1.5]]);
         // Each mean over the sample time of two samples contains one 3 at an end, with weight one half: 0.5 * 3 / 2 = 0.75.
         assert_eq!(record(7).thinned(2).current[0][1..3], [0.75, 0.75]);

@@ -1,4 +1,5 @@
-//! A sampled reference motion, and its interpolation between the samples.
+//! A sampled reference motion (the commanded positions, velocities and accelerations), and its interpolation between the
+//! samples.
 
 use std::ops::Range;
 

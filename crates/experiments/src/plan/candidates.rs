@@ -12,8 +12,8 @@
 //!
 //! mixed                T is the geometric mean of the two periods above
 //!
-//! L is limited to the range. T is rounded up to a multiple of four samples at this L, so the acceleration only decreases. Slow
-//! joints move by v_small T/4.
+//! L is limited to the range. T is then rounded up to a multiple of four samples. L does not change, so the acceleration
+//! decreases. Slow joints move by v_small T/4.
 //!
 //! If a [`Permission`] refuses a motion because of its torques or a collision of bodies, lower accelerations are tried.
 //!
@@ -189,7 +189,8 @@ pub fn permitted_candidates(
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let motions = kinds_of(fast, n, grid.gravity);
-        // Each kind of motion has its own random stream, so the motions of one kind do not depend on the draws for other kinds.
+        // Each kind of motion has its own random stream, so the motions of one kind do not depend on how many random numbers
+        // the other kinds use.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             if Interruption::check().is_err() {
                 return vec![];

@@ -17,7 +17,7 @@
 //! q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), c: centre of the motion. Therefore the friction of the
 //! moving joint is orthogonal to its acceleration at odd harmonics.
 //!
-//! The equation numbers are those of [Vandanjon, Gautier, Desbats 1995, section 3.2].
+//! The equation numbers refer to [Vandanjon, Gautier, Desbats 1995, section 3.2].
 
 use std::ops::Range;
 
@@ -369,8 +369,8 @@ mod tests {
             for k in 0..3 {
                 for i in 1..r.q[k].len() - 1 {
                     let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
-                    // Errors of the difference: second order in the sample time, and half a jump of the acceleration of 32
-                    // rad/s^2.
+                    // Two errors of the central difference are allowed: a term of second order in the sample time; and, where
+                    // the acceleration jumps by 32 rad/s^2, at most half of the jump times the sample time.
                     assert!((v - r.dq[k][i]).abs() < 0.02, "{k} {i} {v} {}", r.dq[k][i]);
                 }
             }

@@ -141,7 +141,7 @@ impl ExperimentPlan {
     /// The motions of all experiments, in the order of the plan.
     ///
     /// Fails if the file names an unknown coordinate or kind, if a number of a motion is out of range, or if the name of an
-    /// experiment cannot be the name of its own log file. `file`: name of the plan's file for messages.
+    /// experiment cannot be the name of its own log file. `file`: name of the plan's file, for error messages.
     pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
         check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
@@ -216,7 +216,7 @@ impl ExperimentPlan {
         artefact::write(ArtefactKind::Plan, self.checksum, self).map_err(Error::new)
     }
 
-    /// Reads plan.yaml from its text. `file`: its name for messages.
+    /// Reads plan.yaml from its text. `file`: name of the file, for error messages.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
         let plan: ExperimentPlan = artefact::read(ArtefactKind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
         Ok(ExperimentPlan { checksum: Checksum::of(text), ..plan })

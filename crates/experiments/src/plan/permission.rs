@@ -1,4 +1,5 @@
-//! Conditions on poses and motions of a plan, in addition to the limits of the coordinates.
+//! Conditions on poses and motions of a plan, in addition to the limits of the coordinates. Other packages implement them, for
+//! example to exclude collisions of bodies.
 
 use crate::plan::exciting_trajectory::ExcitingTrajectory;
 

@@ -1,4 +1,7 @@
 //! One experiment of a plan, and the prediction for one parameter, as plan.yaml contains them.
+//!
+//! A swing is a periodic motion of a fast joint between two positions, possibly together with slow joints. A sweep is a slow
+//! motion of one joint there and back. F: information matrix of the experiments up to and including this one.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;

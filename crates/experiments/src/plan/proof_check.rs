@@ -1,4 +1,5 @@
-//! Registry for the function that checks the proof in a plan's file. The package that proves plans registers it.
+//! Registry for the function that checks the proof in a plan's file. The package that proves plans registers this function, so
+//! this crate does not depend on that package.
 
 use std::sync::OnceLock;
 

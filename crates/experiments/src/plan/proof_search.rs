@@ -1,4 +1,5 @@
-//! Registry for the function that finds the best plan with a proof (branch and bound). Another package registers it.
+//! Registry for the function that finds the best plan with a proof (branch and bound). Another package registers this function,
+//! so this crate does not depend on that package.
 
 use std::sync::OnceLock;
 

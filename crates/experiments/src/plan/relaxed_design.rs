@@ -69,8 +69,8 @@ impl Bounds {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
     }
 
-    /// Keeps only the plans with at most `at_most` runs of a candidate (`keeps_below`), or else only the plans with more runs of
-    /// it.
+    /// Keeps only the plans with at most `at_most` runs of a candidate (`keeps_below`), or else only the plans with more runs
+    /// of this candidate.
     pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
         if keeps_below {
             self.high[candidate] = self.high[candidate].min(at_most);

@@ -16,7 +16,7 @@ const DELTA: f64 = 1.0 - 0.5 / GAMMA;
 const MAX_NEWTON_STEPS: usize = 100;
 /// Greatest number of bisections that shorten one Newton step; they find the kink of a friction law.
 const MAX_BISECTIONS: usize = 60;
-/// The velocity has converged if the next Newton step is shorter than this, rad/s (m/s).
+/// The velocity has converged if the next Newton step is shorter than this value, rad/s (m/s).
 const CONVERGED_NEWTON_STEP: f64 = 1e-10;
 /// A Newton step is accepted if the slope of the minimised function at its end is at most this share of the slope at its start.
 const ACCEPTED_SLOPE_RATIO: f64 = 0.1;

@@ -12,8 +12,8 @@ use crate::base::field::{DIGITS, Residue, short_ratio};
 
 /// The arguments of sines and cosines in a graph of expressions that are rational multiples of one symbol.
 pub(crate) struct GraphAngles {
-    /// Argument -> (symbol, power). w: point (cos, sin) of the angle symbol / D. The point of the argument is w raised to this
-    /// power.
+    /// For each argument of a sine or cosine: (symbol, power). The point (cos, sin) of the argument is w raised to this power;
+    /// w: point of the angle symbol / D.
     powers: BTreeMap<Expr, (Symbol, u128)>,
     /// Symbol -> the common denominator D of the ratios with which the symbol occurs.
     common: BTreeMap<Symbol, u128>,
@@ -70,9 +70,9 @@ impl GraphAngles {
 /// for such a factor.
 const FACTOR_DIGITS: usize = 12;
 
-/// The constants of a graph that are products of two other constants and have more digits than a double holds: bits -> field
-/// element. Such constants occur if two joints follow one coordinate: the torque of a body then contains the product of the
-/// ratios of these joints.
+/// The constants of a graph that are products of two other constants and have more digits than a double holds. The map leads
+/// from the bits of a constant to its field element. Such constants occur if two joints follow one coordinate: the torque of a
+/// body then contains the product of the ratios of these joints.
 fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
     let constant = |node: &Node| if let Node::Constant(x) = node { Some(*x) } else { None };
     let is_short = |x: &f64| short_ratio(*x, FACTOR_DIGITS).is_some();

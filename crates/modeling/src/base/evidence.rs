@@ -1,4 +1,7 @@
-//! The rank of a regressor with its evidence: numeric, and from a finite field.
+//! The rank of a regressor with its evidence: numeric, and from a finite field, whose arithmetic has no rounding.
+//!
+//! Each column of the regressor is kept (it gives a base parameter) or dropped (it is a combination of kept columns: a
+//! relation). The distance of a column is its distance from the span of the columns kept before it.
 
 use std::fmt;
 

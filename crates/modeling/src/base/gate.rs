@@ -4,9 +4,9 @@
 //!
 //! - every number is finite;
 //! - the numeric distances of kept and dropped columns have a wide gap;
-//! - the rank equals the rank in a finite field ([`crate::base::exact_rank`]), and the columns are the columns of the field,
-//!   which may differ from the numerically chosen columns; each column must have a clear distance from the span of the columns
-//!   before it;
+//! - the rank equals the rank in a finite field ([`crate::base::exact_rank`]), and the kept columns are the independent columns
+//!   of the field. These may differ from the numerically chosen columns; each of them must have a clear distance from the span
+//!   of the columns before it;
 //! - the exact coefficients of the regrouping agree with the numeric ones.
 
 use std::cmp::Ordering;

@@ -33,8 +33,8 @@ type Solutions = Vec<Option<Vec<Residue>>>;
 /// Random field elements of the constants, and the coefficients of all relations at these elements.
 type SamplePoint = (Vec<Assignment>, Solutions);
 
-/// Upper bound of numerator and denominator of a rational number in a coefficient. Lengths and angles lead only to halves,
-/// doubles and small counts of links.
+/// Upper bound of numerator and denominator of a rational number in a coefficient. The rational factors of coefficients are
+/// halves, doubles and small numbers of links.
 const MAX_RATIO: i64 = 64;
 
 /// Number of curves of closed states through each closed point.

@@ -1,4 +1,5 @@
-//! Writes a regrouping rule as text, in which parameters with equal coefficients share a parenthesis.
+//! Writes a regrouping rule as text. The rule gives a base parameter as a sum of standard parameters. Parameters with
+//! coefficients of equal magnitude share a parenthesis.
 
 use crate::base::coefficient::Coefficient;
 

@@ -1,4 +1,5 @@
-//! Evaluates the regressor at random states, from which the numeric rank is determined.
+//! Evaluates the regressor at random states. The numeric rank, and so the number of base parameters, is determined from the
+//! resulting matrix.
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;

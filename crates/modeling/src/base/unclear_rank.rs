@@ -1,4 +1,7 @@
-//! The reasons why a robot has no base parameters, each with its remedy, as a claim.
+//! The reasons why a robot has no base parameters, each with its remedy, as a claim (statement with its evidence).
+//!
+//! Each column of the regressor is kept (it gives a base parameter) or dropped (it is a combination of kept columns). The
+//! distance of a column is its distance from the span of the columns kept before it.
 
 use std::fmt;
 
@@ -70,7 +73,7 @@ pub enum UnclearRank {
     },
 }
 
-/// The remedy if a number is almost, but not exactly, special.
+/// The remedy if a number is almost, but not exactly, special (such as a right angle, or the equality of two lengths).
 const WRITE_WHAT_IS_MEANT: &str =
     "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
 

@@ -14,8 +14,8 @@
 //! ([`crate::dynamics::momenta`]). The force and moment (wrench) on this body change by I_j (A, a_0) + 2 B_j(W). For j = i this
 //! wrench is transformed inward to every k before i. In the derivative by q_i, the present force and moment of link i also turn
 //! with joint i. For j after i only the component of the wrench along z_j is needed: the rows of I_j and B_j along z_j are
-//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. The result equals that of [Singh,
-//! Russell, Wensing 2022], written with classical accelerations.
+//! transformed inward to i. This row of I_j is the unit wrench of the inertia matrix. These derivatives equal the derivatives
+//! of [Singh, Russell, Wensing 2022], but are written with classical accelerations.
 //!
 //! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is their symmetric bilinear form, so
 //! that dA/dt - 2 C is skew-symmetric.

@@ -45,8 +45,8 @@ impl Derivation<'_> {
         Function::new(&name, &self.graph, self.motion.configuration(), vec![output])
     }
 
-    /// For the seven errors of a link k, velocity of the point p and angular velocity, and then p in the frame of the antecedent.
-    /// p and the vectors are in frame k.
+    /// For each of the seven errors of link k: velocity of the point p and angular velocity, per unit of the error, in frame k.
+    /// Second result: p in the frame of the antecedent. `p`: the point, in frame k.
     fn twists_of(&mut self, k: LinkId, p: Vector) -> ([[Vector; 2]; 7], Vector) {
         let b = Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(k)).b;
         let (placement, g) = (self.links[k.0].placement.clone(), &mut self.graph);

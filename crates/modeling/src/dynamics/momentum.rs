@@ -1,5 +1,6 @@
-//! The generalised momentum p = A(q) dq with dp/dt = tau + C^T dq - g [De Luca, Albu-Schaeffer, Haddadin, Hirzinger
-//! 2006], computed from the momentum of each link:
+//! The generalised momentum p = A(q) dq with dp/dt = tau + C^T dq - g [De Luca, Albu-Schaeffer, Haddadin, Hirzinger 2006],
+//! computed from the momentum of each link. A: inertia matrix; C: Christoffel's Coriolis matrix; g: gravity torques; tau: joint
+//! torques.
 //!
 //! ```text
 //! h = M v + w x MS,   L = J w + MS x v       p_j = z . L (revolute) or z . h (prismatic) + IA dq_j

@@ -5,8 +5,10 @@
 //! ```text
 //! dp/dt = tau + b,   b = C^T dq - g = dL/dq        L = K - U, the Lagrangian
 //! ```
-//! For a tree of links, dK/dq_j needs the momentum h and the angular momentum L_j of link j with all links that it carries. If q_j
-//! changes, the velocities of these bodies change by the motion of the antecedent, seen along the joint axis z:
+//! p = A dq: generalised momentum; A: inertia matrix; C: Christoffel's Coriolis matrix; g: gravity torques; K, U: kinetic and
+//! potential energy. For a tree of links, dK/dq_j needs the momentum h and the angular momentum L_j of link j with all links
+//! that it carries. If q_j changes, the velocities of these bodies change by the motion of the antecedent, seen along the joint
+//! axis z:
 //!
 //! ```text
 //! dK/dq_j = L_j . (w x z) + h . (v x z)     revolute;     dK/dq_j = h . (w x z)     prismatic

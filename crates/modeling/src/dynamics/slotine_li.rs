@@ -1,5 +1,6 @@
 //! The regressor Y of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
-//! Christoffel's Coriolis matrix C.
+//! Christoffel's Coriolis matrix C. A: inertia matrix; g: gravity torques; dq_r, ddq_r: reference velocities and accelerations;
+//! X: parameters.
 //!
 //! Y is the regressor of the torques in which every product of two rates is replaced by a symmetric product of dq and dq_r
 //! ([`crate::kinematics::polar`]). If loops are solved numerically, half of the derivative of D(q, dq, 0) along dq_r is used

@@ -1,4 +1,4 @@
-//! The joint variables of a robot and their rates, as inputs of functions.
+//! The joint variables of a robot, their rates and accelerations, as expressions and as inputs of functions.
 
 use expr::{Expr, Graph, Input, SymbolKind};
 use robot::Robot;

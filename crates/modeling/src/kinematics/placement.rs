@@ -1,4 +1,5 @@
-//! The pose of a link in the frame of its antecedent, and the twist of a link frame.
+//! The pose of a link j in the frame of its antecedent i (parent), with conversions of vectors and wrenches between the two
+//! frames; and the twist of a link frame.
 
 use expr::{Expr, Graph};
 use robot::JointKind;

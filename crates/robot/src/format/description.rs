@@ -98,7 +98,7 @@ pub struct RobotDescription {
 
 impl RobotDescription {
     /// The pose of a frame from its position (m) and roll, pitch and yaw (rad). Rounded angles are replaced as the options say;
-    /// each gets a note on `subject`.
+    /// for each replaced angle, a note on `subject` is added.
     pub fn pose(&mut self, subject: &str, position: Vector3, rpy: Vector3, angles: AngleSnapping) -> Pose {
         let taken = rpy.map(|angle| angle_snap::given_angle(angle, angles));
         for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(rpy).zip(&taken) {

@@ -1,5 +1,5 @@
-//! Joints that follow another joint: q = multiplier q_other + offset. If joints follow each other in a chain, each gets the last
-//! joint of the chain as its leader.
+//! Joints that follow another joint (their leader): q = multiplier q_leader + offset. If joints follow each other in a chain,
+//! the leader of each of them is the joint at the end of the chain, which follows no other joint.
 
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::format::shown::shown;

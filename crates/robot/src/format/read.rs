@@ -30,7 +30,7 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
     read_with(path, ReadOptions::default())
 }
 
-/// Reads a robot from the file at `path`, with options. Otherwise it is the same as [`read`].
+/// Reads a robot from the file at `path` as [`read`] does, with options.
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     parse_with(&text_of(path)?, path, options)
 }

@@ -34,12 +34,12 @@ pub(in crate::format) struct Framed {
     pub file_frame: Pose,
 }
 
-/// Axes count as parallel if the sine of the angle between them is at most this.
+/// Axes count as parallel if the sine of the angle between them is at most this value.
 const PARALLEL_SINE: f64 = 1e-9;
 /// Parallel axes count as coincident if their distance is at most this value, m.
 const COINCIDENT_DISTANCE_M: f64 = 1e-11;
-/// Directions count as perpendicular if the cosine of the angle between them is at most this. Unit vectors that were rotated
-/// along a whole robot chain have smaller rounding errors.
+/// Directions count as perpendicular if the cosine of the angle between them is at most this value. Unit vectors that were
+/// rotated along a whole robot chain have smaller rounding errors.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
 /// If the angle between two axes (rad) is above [`PARALLEL_SINE`] and below this value, their common normal is far away. The
@@ -150,7 +150,8 @@ struct Normal {
 }
 
 impl Normal {
-    /// The placement of a frame: along this normal, then by theta about the other axis and by r along the other axis.
+    /// The placement of a frame: along this common normal to the axis of the frame, then by theta about this axis and by r
+    /// along this axis.
     fn placement(&self, theta: f64, r: f64) -> ModifiedDh {
         ModifiedDh {
             gamma: computed_angle(self.gamma),

@@ -1,4 +1,4 @@
-//! Parses the expressions of values.
+//! Parses the text of an expression in a description, such as `q1 + pi/2`, to a value.
 
 use super::exact::{Name, Value};
 

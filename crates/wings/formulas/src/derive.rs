@@ -1,4 +1,5 @@
-//! Writes functions of a robot as formulas. The symbols of its file, or those that the request names, stay symbols.
+//! Writes functions of a robot as formulas. The symbols of the robot's file, or the symbols that the request names, stay
+//! symbols in the formulas.
 
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};

@@ -93,8 +93,8 @@ fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Ex
     vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
 }
 
-/// Computes the determinant of a matrix. If its zeros form blocks, it is the product of two smaller determinants. Otherwise it is
-/// expanded along the row with the most zeros. Each minor is computed once.
+/// Computes the determinant of a matrix. If the zeros of the matrix form blocks, the determinant is the product of two smaller
+/// determinants. Otherwise it is expanded along the row with the most zeros. Each minor is computed once.
 struct Determinant<'a> {
     g: &'a mut Graph,
     rows: Vec<Vec<Expr>>,

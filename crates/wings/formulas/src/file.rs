@@ -35,8 +35,8 @@ pub struct Formulas {
     pub is_expanded: bool,
 }
 
-/// The text of a file with these functions. `doc`: lines for the head of the file. `made_by`: the command that can make the file
-/// again.
+/// The text of a file with these functions. `doc`: lines for the head of the file. `made_by`: the command that generates the
+/// file.
 ///
 /// Fails if an expansion has too many terms or contains quotients.
 pub fn formula_file(

@@ -6,8 +6,8 @@ use expr::{Expr, Graph};
 
 use modeling::building::ZRotation;
 
-/// Smaller values than this are only rounding: components of a unit vector, and lengths, m. It is 450 units in the last place of
-/// 1. A pose and its inverse through six frames have rounding errors of about ten units.
+/// Values below this threshold are only rounding: components of a unit vector, and lengths, m. The threshold is 450 units in
+/// the last place of one. A pose and its inverse through six frames have rounding errors of about ten units.
 const ROUNDING: f64 = 1e-13;
 /// Weight of the direction `free` in [`direction`] if the vector has the length 0. The weight decreases to 0 at the length
 /// [`ROUNDING`].

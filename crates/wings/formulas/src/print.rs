@@ -1,4 +1,5 @@
-//! Prints terms as text, by the grammar of a language.
+//! Converts terms (expressions of variables and numbers, from `listing`) to text. The grammar of a language says how it writes
+//! powers, quotients and parentheses.
 
 use crate::listing::{ListedOutput, Term};
 

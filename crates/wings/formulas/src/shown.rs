@@ -1,4 +1,4 @@
-//! A function as the writers of all languages get it: name, description and listing.
+//! A function in the form that the writers of all languages get: name, description and listing (assignments and entries).
 
 use crate::listing::Listing;
 

@@ -45,7 +45,8 @@ pub(crate) fn curve(
         let values = points.closure.evaluate_in(&mut algebra);
         if algebra.broken { Err(NoCertificate::Singular) } else { Ok(values) }
     };
-    // Take m independent rows of the Jacobian J_p at the point and invert them once. The inverse is used for every order.
+    // Take m independent rows of the Jacobian J_p at the point and invert them once (m: number of passive variables). The
+    // inverse is used for every order.
     let j: Vec<Vec<Residue>> =
         evaluated(&inputs, 0)?[1].chunks(m.max(1)).map(|row| row.iter().map(|x| x.at(0)).collect()).collect();
     let (rows, inverse) = independent(&j, m).ok_or(NoCertificate::Singular)?;

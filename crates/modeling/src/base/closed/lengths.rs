@@ -1,4 +1,4 @@
-//! Solves equations in a finite field that are affine in lengths.
+//! Solves equations in a finite field that are affine in lengths, such as the position equations of a loop with known angles.
 
 use crate::base::field::Residue;
 use random::SplitMix;

@@ -1,4 +1,5 @@
-//! Poses of frames (rotation and position) with entries in a finite field.
+//! Poses of frames (rotation and position) with entries in a finite field, in which the loops of a robot are closed without
+//! rounding.
 
 use crate::base::field::{CirclePoint, Residue};
 use crate::kinematics::loop_chain::PLACEMENT;

@@ -1,4 +1,5 @@
-//! The reasons why the rank of a robot with loops cannot be determined exactly.
+//! The reasons why the rank of a robot with loops cannot be determined exactly, at points of a finite field at which the loops
+//! are closed.
 
 use std::fmt;
 

@@ -1,7 +1,8 @@
 //! Truncated power series over a finite field, and the evaluation of a function along a curve that is given by such series.
 //!
 //! Along a curve q(t) = q_0 + q_1 t + .. every polynomial function of q is a series in t. An angle is x(t) = x_0 + delta(t),
-//! where x_0 is a point of the circle. The coefficients of its cosine C(t) and its sine S(t) follow from those of delta,
+//! where x_0 is a point of the circle. The coefficients of its cosine C(t) and its sine S(t) follow from the coefficients of
+//! delta,
 //!
 //! ```text
 //! k C_k = -sum_j j delta_j S_(k-j),   k S_k = sum_j j delta_j C_(k-j)

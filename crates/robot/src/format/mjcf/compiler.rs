@@ -21,9 +21,9 @@ pub(super) enum InertiaFromGeom {
 
 /// A quaternion has no direction if its squared norm is below this value.
 const SMALLEST_QUATERNION_SQUARE: f64 = 1e-20;
-/// A vector has no direction if its norm is below this.
+/// A vector has no direction if its norm is below this value.
 const SMALLEST_DIRECTION_NORM: f64 = 1e-9;
-/// Two directions count as parallel if the sine of the angle between them is below this.
+/// Two directions count as parallel if the sine of the angle between them is below this value.
 const PARALLEL_SINE: f64 = 1e-10;
 
 /// The settings of all `<compiler>` elements together; a later element replaces the settings of earlier ones.

@@ -67,7 +67,7 @@ impl MjcfElement {
 
 /// Reads the root element of a description. Each `<include>` is replaced by the elements of its file.
 ///
-/// `folders`: where files are opened.
+/// `folders`: the folders in which included files may be opened.
 pub(super) fn read(text: &str, file: &str, folders: Folders) -> Result<MjcfElement, Error> {
     let mut reader = MjcfReader { folders, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
     let root = reader.file(text, file, folders.top, 0)?;

@@ -1,4 +1,4 @@
-//! Reads the joints of the bodies: hinges and slides, each about a point and an axis of its body.
+//! Reads the joints of the bodies: hinges and slides, each with a point and an axis in the frame of its body.
 //!
 //! Several joints of one body are in series; the first is nearest to the parent: T = T_0 M_1(q_1) M_2(q_2) ... T: pose of the
 //! body in its parent; T_0: its pose in the file; M_i: motion of joint i. Between two consecutive joints there is a massless

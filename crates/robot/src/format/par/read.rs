@@ -43,7 +43,7 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
     read_par_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from the text of a .par file, with options. Otherwise it is the same as [`read_par`].
+/// Reads a robot from the text of a .par file as [`read_par`] does, with options.
 pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     let mut notes = Vec::new();

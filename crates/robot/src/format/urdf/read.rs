@@ -1,7 +1,7 @@
 //! Reads a robot from URDF and converts it to Khalil-Kleinfinger frames.
 //!
-//! repair.rs and text.rs check the text and keep line numbers, urdf-rs reads it, tree.rs builds the tree of moving links, and [`jointed`]
-//! makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
+//! repair.rs and text.rs check the text and keep line numbers. The library urdf-rs reads the text, tree.rs builds the tree of
+//! moving links, and [`jointed`] makes a robot of it. A link with a fixed joint is lumped into the moving link that carries it.
 //!
 //! Joints with `<mimic>` follow another joint (mimic.rs).
 //!
@@ -36,7 +36,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     read_urdf_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from a URDF text, with options. Otherwise it is the same as [`read_urdf`].
+/// Reads a robot from a URDF text as [`read_urdf`] does, with options.
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     no_values(source, options.values)?;

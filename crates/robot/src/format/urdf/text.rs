@@ -22,7 +22,7 @@ use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
 /// A type of element: its name, the children that are read, and the attributes that are read. Each attribute has its name, the
-/// number of its numbers (0: the attribute is a text), and whether it is required.
+/// count of numbers in it (0: the attribute is a text), and whether it is required.
 type UrdfElement = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 /// All elements that are read, with their children and attributes.

@@ -212,7 +212,7 @@ fn range(limits: &Limits) -> Option<(f64, f64)> {
     limits.position.filter(|p| p.0.is_finite() && p.1.is_finite())
 }
 
-/// If cos(pitch) is below this, roll and yaw turn about the same line up to rounding.
+/// If cos(pitch) is below this value, roll and yaw turn about the same line up to rounding.
 const UPRIGHT_COSINE: f64 = 1e-12;
 
 /// Roll, pitch and yaw (rad) of a rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).

@@ -1,11 +1,12 @@
-//! Writes errors of the geometry into the table of a YAML description; comments, order and spacing stay.
+//! Writes errors of the geometry (from a calibration) into the table of a YAML description; comments, order and spacing stay.
 //!
-//! A number gets the sum, and an expression gets the error as a term: `q1 + pi/2` becomes `q1 + pi/2 + 0.002`. The angle beta of
-//! Hayati has no key. It becomes a fixed link before its link, because with gamma = pi/2 and theta = -pi/2
+//! A number is replaced by its sum with the error, and an expression gets the error as a term: `q1 + pi/2` becomes
+//! `q1 + pi/2 + 0.002`. The angle beta of Hayati has no key. It becomes a fixed link before the link with this error, because
+//! with gamma = pi/2 and theta = -pi/2
 //! ```text
 //! Ry(beta) = Rz(gamma) Rx(beta) Rz(theta)
 //! ```
-//! The six other letters could describe the same pose. But the axes are nearly parallel, so b and r would be kilometres.
+//! The six other parameters could describe the same pose. But the axes are nearly parallel, so b and r would be kilometres.
 
 use std::ops::Range;
 
@@ -68,7 +69,8 @@ impl Table<'_> {
             .ok_or_else(|| self.source.whole(format!("the file has no link {}", self.robot.link(j).label)))
     }
 
-    /// The row with a letter of a link. In a table with frames at the far ends, alpha and d stand in the row of its antecedent.
+    /// The row of the table that contains the parameter `letter` of link j. In a table with frames at the far ends, alpha and d
+    /// stand in the row of the antecedent of the link.
     fn row_of(&self, j: LinkId, letter: &str) -> Result<&Node, Error> {
         if !self.convention.is_far(letter) {
             return self.row(j);
@@ -90,7 +92,7 @@ impl Table<'_> {
             .map_or_else(|| self.source.whole(message.clone()), |row| self.source.at(row, message.clone()))
     }
 
-    /// Adds x, rad or m, to a letter of a link.
+    /// Adds x (rad or m) to the parameter `letter` (gamma .. r) of link j.
     fn add(&mut self, j: LinkId, letter: &str, x: f64) -> Result<(), Error> {
         let key = self.convention.key(letter).ok_or_else(|| self.refused(j, letter))?;
         let row = self.row_of(j, letter)?;
@@ -118,7 +120,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The bytes of a number or of an expression without its quotes.
+    /// The range of bytes in the text that a number, or an expression without its quotes, occupies.
     fn scalar(&self, node: &Node) -> Result<Range<usize>, Error> {
         let range = place(self.text, node);
         let rest = &self.text[range.start..];
@@ -137,7 +139,7 @@ impl Table<'_> {
         is_there.ok_or_else(|| self.source.at(node, message))
     }
 
-    /// A new entry of a row, before its antecedent.
+    /// The edit that inserts the entry `text` into a row, before the key `antecedent`.
     fn new_entry(&self, row: &Node, text: &str) -> (Range<usize>, String) {
         let NodeValue::Map(entries) = &row.content else { return (0..0, String::new()) };
         let key = entries.iter().map(|(key, _)| key).find(|key| key.text == "antecedent");
@@ -148,7 +150,7 @@ impl Table<'_> {
         (at..at, format!("{text}{between}"))
     }
 
-    /// Puts a fixed link with the angle beta before a link.
+    /// Inserts a fixed link with the angle beta between link j and its antecedent.
     fn add_beta(&mut self, j: LinkId, errors: &GeometryErrors) -> Result<(), Error> {
         let (link, row) = (self.robot.link(j), self.row(j)?);
         let number_of = |value: &crate::Value| value.number(&self.robot.symbols);
@@ -180,7 +182,7 @@ impl Table<'_> {
     }
 
     fn written(mut self) -> String {
-        // From the end, so that the places before stay valid.
+        // The edits are made from the end of the text, so that earlier positions stay valid.
         self.edits.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));
@@ -235,7 +237,8 @@ links:
             );
         assert_eq!(written, wanted);
         assert_eq!(read_yaml(&written, "a.yaml").unwrap().links.len(), 4);
-        // Other tables have no key for beta, and the first alpha of a table with far frames is that of the base.
+        // Other tables have no key for beta. In a table with frames at the far ends, alpha of the first link would stand in a
+        // row of the base, which does not exist.
         for (table, errors, word) in [
             ("craig", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0], "beta1"),
             ("craig", [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0], "b1"),

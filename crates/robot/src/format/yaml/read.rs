@@ -51,7 +51,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
     read_yaml_with(text, file, ReadOptions::default())
 }
 
-/// Reads a robot from a YAML text, with options. Otherwise it is the same as [`read_yaml`].
+/// Reads a robot from a YAML text as [`read_yaml`] does, with options.
 pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
     if text.len() > MAX_DESCRIPTION_BYTES {
