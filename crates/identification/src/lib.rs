@@ -1,4 +1,5 @@
-//! Identifies inertial and friction parameters from logs, with their standard deviations and claims.
+//! Identifies inertial and friction parameters from logs, with their standard deviations and claims. A claim is a statement of
+//! rist about a log or an estimate, with the evidence for it.
 //!
 //! The folders follow the order of data processing, and each imports only from the previous ones: [`signals`] (from a log to
 //! states), [`rows`] (from states to triangles), [`estimators`] (from triangles to a solution), [`estimate`] (from a solution to

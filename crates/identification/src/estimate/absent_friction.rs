@@ -1,12 +1,12 @@
-//! Tells which logged torques hold no friction: torques that were measured behind the gears, or from which a controller took
-//! friction out.
+//! Detects logged torques that contain no friction: the torques were measured behind the gears, or a controller subtracted the
+//! friction from them. The result is a sentence with the names of these joints.
 //!
-//! For a joint with the largest speed v and the torque rms T, viscous friction b and Coulomb friction c, each with a standard
-//! deviation s, friction is absent if neither is significant and
+//! A joint has the largest speed v, the torque rms T, viscous friction b and Coulomb friction c; s_b, s_c: standard deviations
+//! of b and c. Friction is absent if neither b nor c is significant and
 //! ```text
 //! |c| + 2 s_c + (|b| + 2 s_b) v < 0.02 T
 //! ```
-//! Joints with gears have more friction: no log of the tests with friction gets the sentence.
+//! Joints with gears have more friction than this limit: in the tests, no log with friction gives the sentence.
 
 use linear_model::parameter::{FrictionParameter, ParameterId};
 

@@ -1,4 +1,5 @@
-//! Finds physically consistent parameters from logs, with the solver `estimators::consistent`.
+//! Finds physically consistent parameters from logs, with the solver `estimators::consistent`. A body stands for its ten
+//! inertial parameters; it is consistent if its pseudo-inertia is positive definite.
 //!
 //! The rows are weighted by joint as in weighted least squares (WLS). Because residuals are correlated, the information of the
 //! data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. White sigma: standard deviation for
@@ -70,7 +71,7 @@ pub struct ConsistentFit {
 }
 
 /// Finds physically consistent bodies from the rows of a least-squares fit. `map`: map from standard to base parameters;
-/// `references`: nominal parameters of each body of the map, `None` if unknown.
+/// `references`: the ten nominal parameters of each body of the map, `None` if unknown.
 ///
 /// Fails if the map has the wrong size for the regressor, or if the weight of the prior is not a positive number.
 pub fn identify_consistent(
@@ -109,8 +110,8 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The sigma of least squares is kept, since constraints can only reduce it. A parameter that the data do not determine
-        // gets the value of the prior. The status of such a parameter stays "not identifiable".
+        // The sigma of least squares is kept, since the constraints of consistent bodies can only reduce sigma. A parameter
+        // that the data do not determine gets the value of the prior. The status of such a parameter stays "not identifiable".
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
@@ -148,8 +149,8 @@ pub fn errors_on_quarters(
     (!is_stalled.get()).then_some(errors)
 }
 
-/// Weight of the rows of each joint: 1 / rms residual of the joint. With ordinary least squares (OLS), all joints have the
-/// weight 1 / rms residual of all rows.
+/// Weight of the rows of each joint: 1 / rms residual of the joint. With ordinary least squares (OLS), all joints have the same
+/// weight, 1 / rms residual of all rows.
 fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
     match options.weights {
         Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],

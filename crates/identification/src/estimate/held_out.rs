@@ -181,8 +181,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// The joint turns far enough to separate MX and MY only in one tenth of the record. Without that tenth, the difference of
-    /// MX and MY is not identifiable. The error of cross-validation must still equal the noise.
+    /// Only in one tenth of the record does the joint turn far enough to separate MX and MY. Without that tenth, the difference
+    /// of MX and MY is not identifiable. The error of cross-validation must still equal the noise.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();

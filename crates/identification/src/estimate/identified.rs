@@ -114,7 +114,8 @@ impl Identified {
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
-    /// The parameter with another value and unchanged standard deviations. A parameter that is not identifiable remains so.
+    /// The parameter with another value and unchanged standard deviations. A parameter that is not identifiable keeps this
+    /// status.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),

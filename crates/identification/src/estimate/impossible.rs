@@ -79,8 +79,8 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // Random bodies rarely reach the smallest value. The body made from the eigenvector of the smallest eigenvalue
-            // reaches it.
+            // Random bodies rarely reach the smallest value of the base parameter. The body that is made from the eigenvector
+            // of the smallest eigenvalue reaches this value.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));

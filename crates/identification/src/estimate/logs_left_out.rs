@@ -21,15 +21,15 @@ use crate::estimate::nominal_prediction::nominal_residuals;
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
-/// Relative errors |tau - W x| / |tau| on one log. It is predicted by parameters that are fitted to the other logs.
+/// Relative errors |tau - W x| / |tau| on one log, if the parameters x are fitted to the other logs only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLeftOut {
     /// Number of the log, from 0.
     pub log: usize,
     /// Relative error of the prediction by parameters that are fitted to all other logs.
     pub error: f64,
-    /// Part of `error` that the standard deviations of these parameters explain. This part is infinite if the other logs
-    /// determine fewer parameters than all logs together.
+    /// Part of `error` that follows from the standard deviations of the parameters fitted to the other logs. This part is
+    /// infinite if the other logs determine fewer parameters than all logs together.
     pub unsure: f64,
     /// Part of `error` that comes from wrong parameters: sqrt(`error`^2 - own^2). own: relative error with parameters fitted
     /// to this log alone.
@@ -148,8 +148,8 @@ mod tests {
         }
     }
 
-    /// The robot stands at one pose in one log, so this log determines one column only. The undetermined parameters of this log
-    /// are no contradiction.
+    /// In one log the robot stands still at one pose, so this log determines one parameter only. Parameters that this log does
+    /// not determine must not count as a contradiction between the logs.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {

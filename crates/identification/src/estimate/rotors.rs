@@ -1,7 +1,7 @@
 //! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
 //!
-//! The rows with rotor columns contain all columns of the model without rotor inertias. So one pass over the records is enough
-//! for both.
+//! Rows with rotor columns also contain all columns of the model without rotor inertias. So one pass over the records is enough
+//! for both models.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -28,7 +28,7 @@ impl WithRotors {
 
     /// Computes the rows of records with rotor columns; `None` if the options already contain rotor inertias.
     ///
-    /// Fails if there is no record, or if one cannot be read.
+    /// Fails if there is no record, or if a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,

@@ -1,6 +1,7 @@
 //! Makes the verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
 //!
-//! All evidence is collected as claims ([`crate::estimate::claims`]). The trust for a use follows from the worst of the
+//! All evidence is collected as claims, that is, statements with their evidence ([`crate::estimate::claims`]). Bodies: the
+//! inertial parameters of the links, one of the results that can be used. The trust for a use follows from the worst of the
 //! claims that the use needs (`claims::worst`). The overall trust is the lowest trust for all uses of torques.
 
 use std::fmt;
@@ -65,8 +66,8 @@ pub struct BodiesEvidence {
     pub masses: Vec<(String, f64, f64)>,
     /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if this is not the case.
     pub at_rest: Option<String>,
-    /// Names of joints whose whole force at rest is counted as weight. At these joints, an offset of the drive is not separable
-    /// from the weight.
+    /// Names of joints whose whole force at rest is counted as the weight of the bodies, because an offset of the drive is not
+    /// separable from this weight.
     pub weighed: Vec<String>,
 }
 
@@ -224,8 +225,8 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A common factor of all masses is an error of a unit or a gain. Without a common factor, the mass of a single body counts
-    // as a fault, unless the change is small.
+    // A common factor of all masses is an error of a unit or a gain. Without a common factor, an implausible mass of a single
+    // body counts as a fault, unless the change of this mass is small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {

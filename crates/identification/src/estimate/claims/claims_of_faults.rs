@@ -10,8 +10,9 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is small if it explains less than this share of the torque. In another motion, the fault may explain a share that is
-/// five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
+/// A fault is small if it explains less than this share of the torque. In another motion, the same fault may explain a share of
+/// the torque that is five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative
+/// torque error.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
@@ -24,8 +25,9 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The size of a fault is fitted with a linear model, so the size is reliable only in the range where this model is
-    // accurate. A fault within this range is preferred if it explains nearly as much of the residual as the strongest fault.
+    // The size of a fault is fitted with a linear model, so the size is reliable only within the range where this model is
+    // accurate (the linear range of the fault). A fault within this range is preferred if it explains nearly as much of the
+    // residual as the strongest fault.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -105,8 +107,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found. Each states the smallest detectable fault, and the claims are sorted by this size.
-/// Hypotheses with equal detection limits share one claim.
+/// Claims that no fault was found. Each claim states the size of the smallest detectable fault, and the claims are sorted by
+/// this size. Hypotheses with equal detection limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {

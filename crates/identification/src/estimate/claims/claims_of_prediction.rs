@@ -104,8 +104,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters. Such
-    // an error is no contradiction.
+    // If one log of the fit is predicted very badly by parameters fitted to the other logs, the other logs determine too few
+    // parameters. Such an error is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
     // A good prediction counts only if the motion differs from the fitted motion. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);

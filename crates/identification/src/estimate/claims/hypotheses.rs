@@ -53,7 +53,7 @@ const HELD_COLUMN_SHARE: f64 = 1e-4;
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the test takes too long.
+/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the tests take too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
 /// Tests every hypothesis at a fit. `fit`: the solution and the weights of its rows. Empty if the robot has more than 12

@@ -15,11 +15,13 @@ pub struct HypothesisTest {
     pub power: f64,
     /// Relative errors of cross-validation: (without, with) the fault as an unknown. `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of the hypothesis's coordinate / norm for all coordinates; 1 without a coordinate.
+    /// Norm of the weighted torque of the coordinate that the hypothesis concerns, divided by the norm of the weighted torque
+    /// of all coordinates; 1 for a hypothesis without a coordinate.
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of parameters: the hypothesis has a combination of their columns as column. Empty if it is identifiable.
+    /// Indices of parameters: the column of the hypothesis is a linear combination of the columns of these parameters. Empty if
+    /// the hypothesis is identifiable.
     pub within: Vec<usize>,
 }
 
@@ -58,7 +60,8 @@ impl HypothesisTest {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
-    /// Whether a machine can have this fault: a size that cannot be negative is above the smallest that is reported.
+    /// Whether a machine can have a fault of the fitted size. For a kind of fault whose size cannot be negative, the size must
+    /// exceed the smallest reported size.
     pub(crate) fn is_possible(&self) -> bool {
         !self.of.kind().is_positive || self.value > self.of.kind().least
     }

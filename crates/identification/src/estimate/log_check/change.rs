@@ -54,7 +54,8 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
-            // Directions of motion change like velocities. But directions have no unit, so they are not converted from degrees.
+            // A fault changes the directions of motion (signs of velocities) like the velocities. But directions have no unit,
+            // so they are not converted from degrees.
             let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
             let [q, ddq] = &mut still;
             changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));

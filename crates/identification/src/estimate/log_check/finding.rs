@@ -57,7 +57,8 @@ pub enum Fault {
     AbsoluteTorque,
     /// The torque of a joint never changes, so this torque was not measured.
     DeadTorque,
-    /// The torques are too small for any machine; they may be uninitialised memory. The number is the largest torque, N m (N).
+    /// The torques are too small for any machine; the numbers may come from uninitialised memory. The number is the largest
+    /// torque, N m (N).
     Nothing(f64),
     /// Signed integers were read as unsigned numbers.
     RawWords,

@@ -33,8 +33,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of the body of joint k. The test:
-/// if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
+/// Whether joint k carries no other joint. Then a zero offset of k is equivalent to a rotation of the body of joint k. The
+/// test: if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =

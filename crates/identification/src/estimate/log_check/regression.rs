@@ -1,7 +1,7 @@
 //! Partial regression of a signal y on one column x, with a few other columns F (friction, rotor, offset) projected out.
 //!
 //! y' = y - P_F y and x' = x - P_F x, with the projector P_F onto the span of F. The slope is x'.y' / x'.x'. y'.y' is the
-//! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of it.
+//! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of this squared residual.
 
 /// The slope (measured / nominal torque) of a joint is meaningful if the description explains more than this share of the
 /// torque. Otherwise the slope is printed in brackets.

@@ -98,8 +98,8 @@ pub struct LogCheck {
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointCheck {
-    /// Whether torque or motion of the joint clearly has the wrong sign: friction is negative, and a meaningful slope is
-    /// negative too.
+    /// Whether the torque or the motion of the joint clearly has the wrong sign: friction is negative, and the slope is
+    /// meaningful and negative too.
     pub(super) fn runs_back(&self) -> bool {
         let is_negative = self.slope.is_some_and(|slope| slope < 0.0);
         let is_meaningful = self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
@@ -137,8 +137,8 @@ impl LogCheck {
         self
     }
 
-    /// Lag of the velocities behind the derivatives of the positions, s: the median over the joints, because one filter acts
-    /// on all. `None` if no joint has a lag.
+    /// Lag of the velocities behind the derivatives of the positions, s: the median over the joints, because one filter acts on
+    /// the velocities of all joints. `None` if no joint has a lag.
     pub fn velocity_lag(&self) -> Option<f64> {
         let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
         lags.sort_by(f64::total_cmp);

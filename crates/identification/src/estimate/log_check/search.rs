@@ -1,9 +1,10 @@
-//! Searches for faults of single joints or pairs of joints: after they are undone, the description predicts the torques of
-//! the log.
+//! Searches for faults of single joints or pairs of joints. A fault is accepted if the description predicts the torques after
+//! the fault is undone in the log.
 //!
-//! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted
-//! if it reduces the sum by enough. The search then continues with this change applied. A zero is searched every 15 degrees
-//! and then refined. If such faults do not explain the log, a permutation of its columns is searched (`order`).
+//! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted if
+//! it reduces the sum by enough. The search then continues with this change applied. The zero of a position is searched in
+//! steps of 15 degrees and then refined. If such faults do not explain the log, a permutation of its columns is searched
+//! (`order`).
 //!
 //! Misfit of a joint: squared residual of the description, divided by the squared residual without the description; 0 to 1.
 
