@@ -1,5 +1,5 @@
-//! Requirements that a proof does not cover. Each is either assumed, with the source of the assumption, or unchecked, with the
-//! reason.
+//! Requirements that a proof does not cover. Each requirement is either assumed to hold, with the source of the assumption, or
+//! unchecked, with the reason.
 
 use serde::{Deserialize, Serialize};
 
@@ -78,7 +78,8 @@ impl LeftOut {
         LeftOut { matter, of, why, is_asked: false }
     }
 
-    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. They are not part of a motion.
+    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. These paths are not part of the
+    /// proven motion.
     pub fn approach() -> LeftOut {
         LeftOut::not_looked_at(
             LeftOutTopic::Approach,

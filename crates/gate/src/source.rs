@@ -150,8 +150,8 @@ pub fn system_file_head(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// Reads the first `most` bytes of a regular file without recording it as an input. `None` if it is no regular file: opening a
-/// pipe here would take its bytes from the later reader.
+/// Reads the first `most` bytes of a regular file without recording it as an input. `None` if the file is not a regular file:
+/// bytes of a pipe that are read here would be missing for the later reader.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Opening a pipe without a writer would block for ever.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {

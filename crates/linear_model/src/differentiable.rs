@@ -8,7 +8,8 @@ pub trait DifferentiableRegressor: Regressor {
     /// `states`: in the order of [`Regressor::fill_many`]; `weights`: w, n x p per state, row by row.
     fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]);
 
-    /// The function that computes the torques Y X for the parameters X, N m (N). It is much faster than the computation of Y.
+    /// The function that computes the torques Y X for the parameters X, N m (N). This function is much faster than the
+    /// computation of Y.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_>;
 }
 

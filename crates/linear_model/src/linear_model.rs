@@ -1,6 +1,7 @@
 //! The observation equation of one sample: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
 //!
-//! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission.
+//! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission. W is the
+//! observation matrix: one row per sample and joint, one column per parameter.
 //!
 //! tau is the measured torque after the removal of known scales s and known springs k of the transmission:
 //!

@@ -55,8 +55,8 @@ pub fn parameters(p: &Matrix4<f64>) -> Ten {
     ]
 }
 
-/// The smallest eigenvalue of the pseudo-inertia of a body. It has no single unit, because the matrix contains kg m^2, kg m and
-/// kg.
+/// The smallest eigenvalue of the pseudo-inertia of a body. The eigenvalue has no single unit, because the entries of the
+/// matrix have the units kg m^2, kg m and kg.
 pub fn smallest_eigenvalue(x: &Ten) -> f64 {
     pseudo_inertia(x).symmetric_eigenvalues().min()
 }

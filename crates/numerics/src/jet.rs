@@ -102,8 +102,8 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// The enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains the samples of x in this interval. It is
-    /// wider than the range of x by an amount that decreases with the square of the interval's width.
+    /// The enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains the samples of x in this interval. The
+    /// enclosure is wider than the range of x by an amount that decreases with the square of the interval's width.
     #[test]
     fn what_a_function_does_lies_within() {
         let f = |t: f64| t.sin() * (2.0 + t) / (3.0 + t.cos()).sqrt();

@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// A singular value is rounding error if its ratio to the largest singular value is below this. Columns of filtered signals
-/// have about nine correct digits, and fewer if their terms nearly cancel.
+/// A singular value is rounding error if its ratio to the largest singular value is at most this value. Columns of filtered
+/// signals have about nine correct digits, and fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// A parameter is not determined if its entry in an undetermined direction of unit norm exceeds this value.

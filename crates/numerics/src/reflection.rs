@@ -8,7 +8,7 @@
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
-//! | R | `r` | upper, column by column | unit of a row times that of its column |
+//! | R | `r` | upper, column by column | unit of a row times unit of its column |
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
@@ -16,9 +16,9 @@
 //! triangle.
 //!
 //! On every processor a sum has four partial sums (lanes): row 4 i + l is added to lane l; the sum of a norm has eight lanes.
-//! With AVX2 and FMA the lanes are in vector registers, and each multiplication with addition is rounded once. All `unsafe` code
-//! of this crate is in this file. It is sound because only `reflect_fused`, `add_products_fused` and `combine_fused` use the
-//! vector registers. They are compiled for AVX2 and FMA, and called only if the processor has both.
+//! With AVX2 and FMA the lanes are in vector registers, and each multiplication with addition is rounded once. All `unsafe`
+//! code of this crate is in this file. This code is sound because only `reflect_fused`, `add_products_fused` and
+//! `combine_fused` use the vector registers. They are compiled for AVX2 and FMA, and called only if the processor has both.
 
 #![allow(unsafe_code, reason = "vector registers")]
 

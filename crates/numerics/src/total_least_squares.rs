@@ -21,7 +21,8 @@ pub struct TotalLeastSquares {
     /// is not much smaller than the value before it, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
-/// If the entry of the right-hand side in the last singular vector is below this, the data do not determine the solution.
+/// If the entry of the last singular vector that belongs to the right-hand side is below this value, the data do not determine
+/// the solution.
 const LEAST_SIDE_SHARE: f64 = 1e-9;
 /// If the pivot of an exact column is below this share of its norm, the column depends on the others.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-12;

@@ -29,8 +29,8 @@ pub struct Triangle {
     entries: Vec<f64>,
     /// Number of rows that were folded into the triangle.
     pub rows: usize,
-    /// |measured signal|^2 minus |y|^2, y: right-hand side. It is not 0 if a known torque was subtracted from the measured signal
-    /// to give y.
+    /// The difference |measured signal|^2 - |y|^2, y: right-hand side. The difference is not 0 if a known torque was subtracted
+    /// from the measured signal to give y.
     pub taken_out: f64,
 }
 
@@ -105,8 +105,8 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns. `least`: for each column, an rms; a column with at most this rms counts as zero. Columns
-    /// beyond the end of `least` are kept.
+    /// The triangle of all p columns. `least`: for each column, the rms up to which the column counts as zero. Columns beyond
+    /// the end of `least` are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);

@@ -72,7 +72,8 @@ pub(crate) struct Problem {
     pub bodies: Vec<usize>,
     /// For each rotor inertia: its index in y.
     pub rotors: Vec<usize>,
-    /// The pseudo-inertia P of a body is linear in the ten parameters y_i of this body. These are the ten derivatives dP/dy_i.
+    /// The pseudo-inertia P of a body is linear in the ten parameters y_i of this body. `units` are the ten derivatives
+    /// dP/dy_i.
     pub units: [Matrix4<f64>; 10],
 }
 
@@ -303,7 +304,8 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Following the central path fails if the factor between two successive values of gamma falls below this value.
+/// The central path is followed with decreasing gamma. This fails if the ratio of two successive values of gamma would have to
+/// be below this value.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
 /// If a decrease of gamma needs fewer Newton steps than this number, the factor between successive values of gamma grows again.

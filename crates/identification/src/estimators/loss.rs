@@ -1,6 +1,7 @@
 //! Loss functions of robust regression: Huber's and Tukey's (bisquare).
 //!
-//! u = residual / s_j, s_j: scale of the residuals of joint j; psi(u) = w(u) u: influence function.
+//! u = residual / s_j, s_j: scale of the residuals of joint j; psi(u) = w(u) u: influence function, psi': its derivative. k and
+//! c are the bounds beyond which a row counts as an outlier.
 //!
 //! | loss | weight w(u) | psi'(u), psi = w u | bound |
 //! |---|---|---|---|

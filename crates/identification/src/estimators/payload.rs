@@ -1,8 +1,9 @@
 //! Estimates a load on a link from a log with the load and a log without it.
 //!
-//! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. With
-//! X = B phi the torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link.
-//! Both logs are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
+//! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. W: rows of the
+//! regressor; phi: standard parameters of all links; X = B phi: base parameters. The torque of the log with the load is W (X +
+//! B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs are solved together for X, friction and
+//! phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
 use linear_model::pseudo_inertia::Ten;
 use linear_model::standard_map::StandardMap;

@@ -72,7 +72,8 @@ impl InformationSums {
         InformationSums { columns, inverse, weights, found, instant: 0 }
     }
 
-    /// Adds the partial leverages of a record. Its time plus `shift`, s, is the time on the common axis of all logs.
+    /// Adds the partial leverages of a record. A time of the record plus `shift`, s, is the time on the common axis of all
+    /// logs.
     pub(super) fn add(&mut self, model: &Model, states: &States, shift: f64) {
         let (n, p) = (model.n(), model.p());
         for r in 0..states.len() {
@@ -119,8 +120,8 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
-    /// If all rows are examined, the leverages sum to 1 even before normalisation. They equal the squares of the column
-    /// after projection onto the complement of the other columns.
+    /// If all rows are examined, the leverages sum to 1 even before normalisation. The leverages on a parameter equal the
+    /// squared entries of its column after projection onto the complement of the other columns (divided by their sum).
     #[test]
     fn shares_are_those_of_the_column_without_the_others() {
         let arm = Pendulum::new();

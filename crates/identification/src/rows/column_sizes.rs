@@ -17,9 +17,9 @@ pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 const REFERENCE_STATES: usize = 15;
 
 /// The typical magnitude of each base column: the largest entry over the coordinates, as the median over random states. In
-/// these states, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median stays finite
-/// near a singularity of a loop, where a column has no upper bound. At a state at which no loop closes, the magnitude counts as
-/// zero.
+/// these states, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median is used
+/// because a column has no upper bound near a singularity of a kinematic loop. A state at which a loop cannot be closed counts
+/// with magnitude zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);

@@ -261,8 +261,8 @@ mod tests {
         (0..40).map(|i| (0.3 * i as f64).sin() + 0.1 * (((7 * i) % 5) as f64 - 2.0)).collect()
     }
 
-    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The tolerance allows for the
-    /// rounding of SciPy, which uses the filter as a polynomial, at the lowest cut-off.
+    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The tolerance allows for
+    /// rounding errors of SciPy at the lowest cut-off: SciPy computes the filter as a polynomial and not as sections.
     #[test]
     fn agrees_with_scipy() {
         let figures = [

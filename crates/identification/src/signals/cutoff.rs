@@ -18,11 +18,12 @@
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! Here N_j is the energy of the noise and h the sample time (defined below). At this cut-off the twice differentiated noise of
-//! joint j is a hundredth of its acceleration. Such noise biases inertias towards zero by the square of this ratio.
+//! Here E_j(f) is the energy of the velocity of joint j at the frequency f, A_j the energy of its acceleration, N_j the energy
+//! of the noise and h the sample time (defined below). At this cut-off the twice differentiated noise of joint j is a hundredth
+//! of its acceleration. Such noise biases inertias towards zero by the square of this ratio.
 //!
-//! The energy is summed over all records that are fitted together. So all have one cut-off, and a short record, or a joint at
-//! standstill in one record, has a small influence:
+//! The energy is summed over all records that are fitted together. So all records have one cut-off, and a short record, or a
+//! joint at standstill in one record, has a small influence:
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
@@ -121,7 +122,7 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
 }
 
 /// The frequency content and default cut-off of a noise-free motion with encoder noise. The noise is added to the spectrum and
-/// not to the samples.
+/// not to the samples, so the result is not random.
 ///
 /// `deviation`: standard deviations of the noise, rad (m), one per joint.
 pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
@@ -139,8 +140,8 @@ impl MotionEnergy {
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = HIGHEST_CUTOFF_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
-        // The periods of blocks of one clock differ only in the last digits. The first period is used for all, so that all
-        // blocks have equal frequencies.
+        // The periods of blocks of one clock differ only in the last digits. The period of the first block is used for all
+        // blocks, so that their frequency bins are equal.
         if (period / self.period - 1.0).abs() > EQUAL_PERIOD_TOLERANCE || self.period == 0.0 {
             self.period = period;
         }
@@ -327,8 +328,8 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise energy of one record is known to a few per cent, and the fifth root of this energy more accurately. A
-            // bin is 0.05 Hz wide.
+            // The noise energy of one record is known to a few per cent. The cut-off depends on the fifth root of this energy,
+            // which is known more accurately. A frequency bin is 0.05 Hz wide.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
@@ -353,7 +354,8 @@ mod tests {
             // The tolerance is a thousandth for the bisection, plus the effect of a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
-        // Chatter is motion above 10 Hz with hardly any position energy, relative to the joint with the largest. So four cases:
+        // Chatter is motion above 10 Hz with hardly any position energy, compared with the joint that has the largest position
+        // energy. The four cases follow from this definition:
         // - 30 Hz with a tenth of the amplitude of the motion is not chatter: its position energy is too large.
         // - 30 Hz with a fiftieth of this amplitude is chatter, also if all amplitudes are fifty times smaller.
         // - 9 Hz is never chatter.

@@ -3,8 +3,8 @@
 //! On a uniform clock with period h the central differences are of fourth order,
 //!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
 //! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every estimated inertia by
-//! 0.5 %. On other clocks they are of second order. With the step a before the sample and b after it, they equal
-//! `numpy.gradient(x, t)`:
+//! 0.5 %. On other clocks the central differences are of second order. With the step a before the sample and the step b after
+//! it, they equal `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
 /// Clock steps with at most this relative difference are equal. Times in logs are rounded.

@@ -176,8 +176,8 @@ impl Transmission {
         Ok(inverse.row_iter().map(|row| row.iter().copied().collect()).collect())
     }
 
-    /// The torque of each joint per current, N m/A (N/A). Empty without drive gains, and if motors are coupled, because then a
-    /// current has no joint of its own.
+    /// The torque of each joint per current, N m/A (N/A). Empty without drive gains, and if motors are coupled, because then
+    /// the current of a motor does not belong to a single joint.
     pub fn torque_per_current(&self, n: usize) -> Vec<f64> {
         let Some(gains) = self.drive_gains.as_ref().filter(|_| self.couplings.is_empty()) else { return Vec::new() };
         let of = |list: &Option<Vec<f64>>, k: usize| list.as_ref().and_then(|all| all.get(k)).copied().unwrap_or(1.0);

@@ -3,9 +3,10 @@
 //! A node of the tree is a set of bounds low <= x <= high, x: number of runs of each candidate. The relaxed design of a node
 //! ([`experiments::plan::relaxed_design`]), with fractional x, gives an upper bound of log det F for all plans of the node (F:
 //! information matrix). The tangent of log det F at this design excludes some values of x, so low and high are tightened. The
-//! node is then split at the variable for which both sides lose most by a second-order model. The nodes with the largest upper
-//! bounds are evaluated next, several in parallel. The search ends within a tolerance, or after a given number of nodes with the
-//! remaining gap. [Ponte, Fampa, Lee 2023]
+//! node is then split at the candidate for which the bounds of both sides decrease most, according to a second-order model. The
+//! nodes with the largest upper bounds are evaluated next, several in parallel. The search ends when the gap between the upper
+//! bound and the best plan is within a tolerance, or after a given number of nodes; the remaining gap is then part of the
+//! result. [Ponte, Fampa, Lee 2023]
 //!
 //! The result contains a proof that can be verified ([`experiments::plan::plan_proof`]).
 //!
@@ -31,7 +32,8 @@ const MAX_ROOT_NEWTON_STEPS: usize = 60;
 /// A relaxed design (with fractional numbers of runs) is not improved further if its gap to the optimum is below this fraction of
 /// the search tolerance.
 const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
-/// Number of nodes that are evaluated in parallel before the tree is changed. It does not depend on the number of processors.
+/// Number of nodes that are evaluated in parallel before the tree is changed. This number does not depend on the number of
+/// processors, so the result does not either.
 const NODES_PER_BATCH: usize = 16;
 
 /// State of a branch and bound search.
@@ -88,8 +90,8 @@ impl TreeSearch {
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
-        // The relaxed design (with fractional numbers of runs) bounds log det F of all plans. Its tangent shows which candidates
-        // occur in no better plan.
+        // The relaxed design (with fractional numbers of runs) bounds log det F of all plans. The tangent of log det F at this
+        // design shows which candidates occur in no better plan.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
@@ -103,8 +105,8 @@ impl TreeSearch {
                 closed = known;
             }
         }
-        // The root node for the remaining candidates. It has the relaxed design of all candidates and the tangent at it, without
-        // the entries of the removed candidates.
+        // The root node for the remaining candidates. This node gets the relaxed design of all candidates and the tangent at
+        // this design, without the entries of the removed candidates.
         let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
         let first = OpenNode {
             bound: root.bound,

@@ -44,7 +44,8 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// The variance of each parameter. It includes the sums that extend beyond the end of the record, with scores of zero there.
+    /// The variance of each parameter. The sum includes spans that extend beyond the end of the record; scores beyond the end
+    /// are zero.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {

@@ -24,8 +24,8 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// Identifies the load after a force-torque sensor. `link`: name of the link whose frame is the sensor frame; it is written to
-/// the file of `[load]`.
+/// Identifies the load after a force-torque sensor. `link`: name of the link whose frame is the sensor frame; the name is
+/// written to the file of `[load]`.
 ///
 /// Fails if the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {

@@ -190,7 +190,7 @@ impl ChangeSearch<'_> {
     }
 
     /// Of all changes that can follow the changes `undone`: the change with the smallest sum of misfits, and the misfits of the
-    /// joints with it.
+    /// joints after this change.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -240,8 +240,8 @@ impl ChangeSearch<'_> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns this offset as a change. The changes
-    /// `undone` are applied before this change.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns the change that undoes this offset. The
+    /// changes `undone` are applied first.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -273,11 +273,12 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Wrong nominal inertials explain a slope of one joint in this range, relative to the slopes of the other joints.
+/// Range of the slope (measured / nominal torque) of one joint, relative to the slopes of the other joints, that wrong nominal
+/// inertials can explain.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
-/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion, some bodies explain any
-/// scale.
+/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion, any scale can be explained
+/// by other bodies (inertial parameters) than the nominal ones.
 const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
 
 /// The scale of a joint is tested only if at least this many other joints have meaningful slopes.

@@ -1,8 +1,9 @@
 //! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves. D: rows of the regressor, X:
 //! parameters, t: torque of a known load, k: drive gain, I: currents.
 //!
-//! Nuisance parameters such as friction are eliminated by a triangle in which their columns come first. The rows of the triangle
-//! below these columns contain all information on the other parameters. The last diagonal entry is the norm of the residual.
+//! Nuisance parameters such as friction are eliminated by a triangle in which their columns come first. The rows of the
+//! triangle below these columns contain all information on the other parameters. The last diagonal entry of the triangle is the
+//! norm of the residual.
 
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
@@ -31,8 +32,8 @@ pub struct NoiseEvidence {
     pub equations: f64,
 }
 
-/// Least mean square residual that is used for the noise, divided by the mean square current. It is the square of the relative
-/// rounding error of currents, 1e-10.
+/// Least mean square residual that is used for the noise, divided by the mean square current. The value is the square of the
+/// relative rounding error of currents, 1e-10.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 /// Least number of degrees of freedom for the noise, as a share of the number of equations. This limit is used if there are
 /// nearly as many unknowns as equations.

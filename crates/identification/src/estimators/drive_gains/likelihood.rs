@@ -11,8 +11,9 @@
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
-//! by Gauss-Newton. It starts from least squares in torque, which underestimates k. s_j, the standard deviation of the currents,
-//! is 1 if the weights contain the noise. Otherwise it follows from the residual of the joint at the present X and g.
+//! which is found by Gauss-Newton. The iteration starts from least squares in torque, which underestimates k. s_j, the standard
+//! deviation of the noise of the currents, is 1 if the weights of the rows already contain the noise. Otherwise s_j follows
+//! from the residual of the joint at the present X and g.
 //!
 //! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
 //! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them with another method.
@@ -282,7 +283,7 @@ pub(crate) mod tests {
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
     /// Equations of three joints. The first joint has hardly more rows than parameters, as on a real arm. If `is_loaded`, every
-    /// experiment is repeated with the load.
+    /// experiment is repeated with a known load on the robot.
     pub(crate) fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {

@@ -2,11 +2,11 @@
 //!
 //! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains are
 //! known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the orthogonal
-//! complement of the exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel,
-//! Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis
-//! of the exact columns. It is the variance of the noise in the projected column. Without scaling the solution is biased, because
-//! the parameters take unequal shares of the degrees of freedom of the joints. If a gain is known, t is part of y. If none is
-//! known, t is an exact column and its coefficient fixes the scale.
+//! complement of the exact columns. The gains are the direction of the smallest singular value of this projection
+//! [Van Huffel, Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of
+//! column c, Q: basis of the exact columns. G_c is the variance of the noise in the projected column. Without this scaling the
+//! solution is biased, because the parameters take unequal shares of the degrees of freedom of the joints. If a gain is known,
+//! t is part of y. If no gain is known, t is an exact column, and the coefficient of t fixes the common scale of the gains.
 //!
 //! Maximum likelihood needs no scaling and gives standard deviations; this file is an independent check of it.
 
@@ -103,8 +103,8 @@ pub fn gains_by_total_least_squares(
         Scaling::Noise => noise_scale(&basis, column, currents),
     };
     let direction = least_direction(&rest, &scale)?;
-    // X by least squares. `direction` gives a combination of the noisy columns. X is chosen so that the exact columns give the
-    // negative of this combination.
+    // `direction` gives a combination of the noisy columns. X is the least-squares solution for which the exact columns times X
+    // give the negative of this combination.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };

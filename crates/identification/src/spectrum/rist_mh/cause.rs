@@ -1,9 +1,9 @@
 //! The effect that the model most likely lacks: late torques, ripple, springs, eccentric encoders, elastic joints, play.
 //!
 //! Each candidate is added to the fit with its columns (`effects`), for all joints at once. Friction and weights are then
-//! chosen again. Two numbers decide, both with the measured noise. The misfit of a fit is chi^2 per degree of freedom minus 1,
-//! its value for noise alone. The first number is the share of the misfit that the candidate explains (0: without, 1: with the
-//! candidate; nu: degrees of freedom),
+//! chosen again. Two numbers decide; both are computed with the measured noise. The misfit of a fit is (chi^2 per degree of
+//! freedom) - 1, because noise alone gives 1. The first number is the share of the misfit that the candidate explains (0:
+//! without, 1: with the candidate; nu: degrees of freedom),
 //!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1).
 //! The second number is the probability that the m columns of the candidate explain as much of an independent residual by
 //! chance, from
@@ -19,9 +19,9 @@
 //! The columns of an elastic joint and of play are correlated if the torque has nearly two values only, as in a bang-bang
 //! motion. Then play can be distinguished from the spring only if its gap is wider than the deflection of the spring.
 //!
-//! Ripple of k periods per turn is tried at a joint under two conditions. The motions of the joint cover at least half a period,
-//! k range(q) >= pi, because with less the ripple is correlated with gravity. The ripple is within the band of the equations, k
-//! rms(dq) <= 2 pi f, f: their highest frequency.
+//! Ripple of k periods per turn is tried at a joint under two conditions. The motions of the joint cover at least half a
+//! period, k range(q) >= pi, because in a smaller range the ripple is correlated with gravity. The ripple is within the band of
+//! the equations, k rms(dq) <= 2 pi f, f: highest frequency of the equations.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::student::exceeded;

@@ -2,8 +2,8 @@
 //!
 //! The model of experiment e and joint j is tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise. D: rows of the regressor; X:
 //! base parameters; C: friction columns; f: friction coefficients; u: drift of friction; ends: torque of the jumps from the end
-//! of the record to its start. It is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u'
-//! with the new f', u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
+//! of the record to its start. The model is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C
+//! f) u' with the new f', u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::triangle::{Triangle, TriangleBuilder};

@@ -187,7 +187,8 @@ struct PlacementSearch<'a> {
 }
 
 impl PlacementSearch<'_> {
-    /// Searches zero errors and gravity by steps that reduce the residual. `described`: nominal gravity, where the search starts.
+    /// Searches zero errors and gravity with the smallest residual, by Gauss-Newton steps that reduce the residual.
+    /// `described`: nominal gravity, where the search starts.
     fn found(&self, described: Vector3<f64>) -> Result<SearchEnd, Error> {
         let n = self.torques.len();
         let (mut zeros, mut gravity) = (vec![0.0; n], described);
@@ -195,8 +196,8 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. So a change of the
-        // base orientation alone is tried first.
+        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. A wrong base
+        // orientation is more likely, so a change of the base orientation alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
