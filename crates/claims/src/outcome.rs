@@ -1,4 +1,5 @@
-//! Outcomes of checks, with their evidence.
+//! Outcomes of checks. Each outcome contains its evidence: a bound, a number, a reason, or a fault with its remedy. An outcome
+//! and its subject make a claim.
 
 use std::fmt;
 

@@ -13,7 +13,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
 
 thread_local! {
-    /// The inputs that this thread is reading. If an input is read within another, the outermost is first.
+    /// The inputs that this thread is reading. If the reading of one input starts the reading of another input, the outer input
+    /// comes first.
     static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 

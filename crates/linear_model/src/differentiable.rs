@@ -1,4 +1,5 @@
-//! The interface of a base regressor that also computes derivatives with respect to q, dq and ddq.
+//! The interface of a base regressor Y(q, dq, ddq) that also computes derivatives with respect to q, dq and ddq. n: number of
+//! coordinates; p: number of base parameters X; the torques are Y X.
 
 use crate::regressor::Regressor;
 

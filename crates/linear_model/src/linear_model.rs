@@ -42,7 +42,7 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Makes a model. Its columns are the base parameters, then friction by joint, then couplings.
+    /// Makes a model. The columns of W are in the order: base parameters, friction joint by joint, couplings.
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &[Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {

@@ -8,7 +8,7 @@ use crate::regressor::Regressor;
 /// The positions of all entries of one sample in a block.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
-    /// Number of stored entries of the regressor. They come first.
+    /// Number of stored entries of the regressor. These entries come first in a sample.
     pub base: usize,
     /// For each joint, the columns of its row and their positions.
     pub joints: Vec<JointEntries>,

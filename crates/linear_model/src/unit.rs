@@ -1,4 +1,4 @@
-//! The SI units of parameters.
+//! The SI units of parameters, for revolute and for prismatic joints.
 
 use std::fmt;
 use std::str::FromStr;

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// A flag with which a caller stops work early. All clones share it.
+/// A flag with which a caller stops work early. All clones share one flag.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 

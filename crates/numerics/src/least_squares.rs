@@ -24,7 +24,7 @@ const WEAK_SHARE: f64 = 0.1;
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The p parameters. If the solution is not unique, it has the least norm of all solutions.
+    /// The p parameters. If the solution is not unique, this is the solution of least norm.
     pub x: Vec<f64>,
     /// For each parameter, whether the data determine it.
     pub determined: Vec<bool>,

@@ -10,9 +10,10 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
 const MAX_SQUARE: f64 = 1e300;
 /// Quantiles are limited to about this value.
 const MAX_QUANTILE: f64 = 1e12;
-/// Number of bisections for a quantile. After them the interval is as small as the rounding of f64.
+/// Number of bisections for a quantile. After this number, the interval is as small as the rounding of f64.
 const BISECTIONS: usize = 60;
-/// `MAX_TERMS`: maximum number of terms of the continued fraction. `FRACTION_TOLERANCE`: relative change at which it ends.
+/// `MAX_TERMS`: maximum number of terms of the continued fraction. `FRACTION_TOLERANCE`: relative change at which the continued
+/// fraction ends.
 const MAX_TERMS: i32 = 5000;
 const FRACTION_TOLERANCE: f64 = 1e-15;
 

@@ -270,7 +270,7 @@ impl Triangle {
         (total, residual)
     }
 
-    /// The least-squares solution x. It is zero for a column that depends on the earlier columns.
+    /// The least-squares solution x. The entry of a column that depends on the earlier columns is zero.
     pub fn solution(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
         for i in (0..self.p).rev().filter(|&i| self.has_information(i)) {

@@ -1,5 +1,8 @@
-//! Holds the artefact `Estimate` (estimate.yaml): identified parameters with standard deviations, residuals, and the
-//! combinations of parameters that are not identifiable.
+//! Holds the artefact `Estimate` (estimate.yaml), the file in which rist stores the result of an identification: parameters
+//! with standard deviations, residuals, and the combinations of parameters that are not identifiable.
+//!
+//! tau: measured torques; W: regressor (observation matrix), one column per parameter; X: parameters; sigma: standard deviation
+//! of a parameter; a direction is a combination of parameters.
 
 use std::collections::BTreeSet;
 use std::fmt;

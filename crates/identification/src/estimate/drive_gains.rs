@@ -51,7 +51,7 @@ pub fn estimate_drive_gains(
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
-    // Fixed-point iteration: the discounts s depend on the gains, and the gains on s. It starts with s = 1.
+    // Fixed-point iteration: the discounts s depend on the gains, and the gains on s. The iteration starts with s = 1.
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
     for _ in 0..WEIGHING_ROUNDS {

@@ -42,11 +42,11 @@ const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Zero offsets and tilts of the base below this value are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Play below this is harmless and is not reported, rad.
+/// Play below this value is harmless and is not reported, rad.
 const LEAST_PLAY_RAD: f64 = 0.1 * DEGREE_RAD;
-/// Play counts as not detectable if its detection limit is at least this, rad (10 degrees).
+/// Play counts as not detectable if its detection limit is at least this value, rad (10 degrees).
 const USELESS_PLAY_RAD: f64 = 10.0 * DEGREE_RAD;
-/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
+/// Scale errors of a torque below this value are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
 /// A zero offset or a tilt counts as not detectable if its detection limit is at least this value, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;

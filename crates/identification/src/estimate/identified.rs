@@ -1,4 +1,6 @@
-//! One identified parameter: its value, its standard deviation, and whether the value can be used.
+//! One identified parameter: its value, its standard deviation sigma, and whether the value can be used (its status).
+//!
+//! White sigma: standard deviation under the assumption that the residuals are white noise.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;

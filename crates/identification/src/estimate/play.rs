@@ -28,7 +28,7 @@ const LEAST_SHARE_OF_A_SIDE: f64 = 0.02;
 /// Number of rounds of the iteration for the side s: the side of a gap gives the velocity of the link, and this velocity gives
 /// the friction and so the side.
 const ROUNDS: usize = 3;
-/// Width of the gap whose torques are compared for a derivative, rad.
+/// Step of the width of a gap in the central difference of the torques, rad.
 const STEP_RAD: f64 = 1e-4;
 
 /// For each coordinate, the side of its gap that carries the torque, over the samples of one record.

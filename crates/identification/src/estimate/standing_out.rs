@@ -135,7 +135,7 @@ const BREAKAWAY_RATIO: f64 = 1.5;
 /// A joint is slow if its speed is below this share of its rms speed.
 const SLOW_SHARE_OF_SPEED: f64 = 0.1;
 
-/// The band of dry friction of joint j. `dry`: N m (N).
+/// The band of dry friction of joint j. `dry`: dry friction FS of the joint, N m (N).
 fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
     let speeds = states.dq.iter().skip(j).step_by(states.n);
     let rms = (speeds.map(|v| v * v).sum::<f64>() / states.len().max(1) as f64).sqrt();

@@ -1,4 +1,5 @@
-//! Computes sums of products of the columns of rows with each other, for eight rows at a time (SIMD lanes).
+//! Computes sums of products of the columns of rows with each other, W'W and W'e, for eight rows at a time (SIMD lanes). W:
+//! rows of the regressor of one joint; e: residuals or torques, the last column.
 
 use generated::Eight;
 use numerics::reflection::add_products;
@@ -25,7 +26,7 @@ impl RowProducts {
 
     /// Adds eight rows: their entries at `places`, then `right` as the last column. Each row is multiplied by its weight.
     pub fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
-        // A row of weight zero may contain NaN, and 0 * NaN is NaN. It is therefore replaced by zeros.
+        // A row of weight zero may contain NaN, and 0 * NaN is NaN. Such a row is therefore replaced by zeros.
         let weighted = |x: &[f64; 8]| {
             let mut row = Eight([0.0; 8]);
             for lane in 0..8 {

@@ -238,7 +238,7 @@ mod tests {
         path
     }
 
-    /// Opens a log. It is read in blocks of 2000 rows if `held` is below 20,000 rows, else as a whole.
+    /// Opens a log. The log is read in blocks of 2000 rows if `held` is below 20,000 rows, else as a whole.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0

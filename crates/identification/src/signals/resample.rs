@@ -1,4 +1,4 @@
-//! Resamples a log to a uniform clock by linear interpolation.
+//! Resamples the signals of a log to a uniform clock by linear interpolation.
 
 /// Largest number of resampled samples. A requested rate that gives more samples is taken as wrong.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;

@@ -1,4 +1,5 @@
-//! The options for converting signals into states: filters, derivatives, clock, window. Every field has a default.
+//! The options for converting the signals of a log into states (q, dq, ddq, tau): filters, derivatives, clock, window. Every
+//! field has a default. A low-pass filters the signals; its cut-off is in Hz.
 
 use logs::Window;
 use serde::{Deserialize, Serialize};
@@ -36,7 +37,7 @@ pub struct Signal {
     /// Speed below which the rows of a joint are left out, rad/s (m/s); 0: no row is left out. `None`: if the model has dry
     /// friction, the rows of a joint at standstill (detected by module `standstill`) are left out.
     pub standstill: Option<f64>,
-    /// Delay of the torques relative to the positions, s. It must be a [`possible_delay`].
+    /// Delay of the torques relative to the positions, s. The value must be a [`possible_delay`].
     pub delay: f64,
     /// Whether the columns of dry friction are computed from a velocity with a higher cut-off, and then filtered like the
     /// torques. Then the filter smooths the jumps of the columns and of the torques at reversals equally.

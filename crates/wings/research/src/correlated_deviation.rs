@@ -14,7 +14,7 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Largest span L of the overlapping sums, in samples. It bounds the memory.
+/// Largest span L of the overlapping sums, in samples. This limit bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
 /// The factor in the rule of [Andrews 1991] for the span of Bartlett weights.
 const ANDREWS_FACTOR: f64 = 1.1447;

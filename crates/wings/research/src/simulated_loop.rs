@@ -2,7 +2,7 @@
 //!
 //! Both estimators simulate the robot in each iteration, with the present parameters X, and with the controller and the
 //! reference of the experiment. The simulated states have no measurement noise.
-//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z: regressor at the simulated states, W: at the measured states, Y: torques. It is unbiased
+//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z: regressor at the simulated states, W: at the measured states, Y: torques. X is unbiased
 //!   although W is noisy, if the filter does not remove parts of the motion [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s: regressor at the simulated states. DIDIM needs only the measured torques
 //!   [Gautier, Janot, Vandanjon 2013].
@@ -57,7 +57,7 @@ pub struct Simulated {
 
 /// Largest number of iterations.
 const MAX_ITERATIONS: usize = 20;
-/// The parameters have converged if the relative change of the parameter vector is below this.
+/// The parameters have converged if the relative change of the parameter vector is below this value.
 const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
 /// Iterates from `start` until the parameters converge.

@@ -1,5 +1,6 @@
 //! The load after a force-torque sensor (on the side away from the robot), and whether it can be used. No model of the robot or
-//! its drives is needed.
+//! its drives is needed. A wrench is a force and a torque. In: a log of wrenches and poses of the sensor. Out: the ten inertial
+//! parameters of the load, with a verdict.
 
 use std::fmt;
 

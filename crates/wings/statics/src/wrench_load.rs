@@ -50,7 +50,7 @@ const FIRST_TORQUE_DEVIATION: f64 = 0.1;
 /// Smallest relative singular value in the fit of a cubic polynomial to neighbouring samples. The slope of this polynomial is
 /// the velocity.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
-/// If the sine of a rotation angle is below this, the angle is replaced by its sine.
+/// If the sine of a rotation angle is below this value, the angle is replaced by its sine.
 const SMALL_SINE: f64 = 1e-9;
 /// Largest value that is used for the correlation between successive windows.
 const LARGEST_CORRELATION: f64 = 0.9;
@@ -459,7 +459,7 @@ pub(crate) mod tests {
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
         let turn = rotation(three(&x, 0));
         let w = spin(three(&x, 0), three(&dx, 0));
-        // The derivative of w by a difference quotient of fourth order. Its error is 1e-12.
+        // The derivative of w by a difference quotient of fourth order. The error of this quotient is 1e-12.
         let at = |h: f64| {
             let [x, dx, _] = motion(t + h);
             spin(three(&x, 0), three(&dx, 0))

@@ -161,7 +161,7 @@ fn of_mass(found: &WrenchLoad) -> Option<Claim> {
     (mass - certain > LARGEST_MASS_KG).then(|| contradicted(COMMON_SCALE, fault, advice.into(), trial))
 }
 
-/// Distance of the centre of mass from the origin of the sensor, m. `None` if it is not determined.
+/// Distance of the centre of mass from the origin of the sensor, m. `None` if the log does not determine the distance.
 fn distance(found: &WrenchLoad) -> Option<f64> {
     let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
     let is_determined = found.determined[6..].iter().all(|is| *is) && mass > certain;

@@ -1,5 +1,6 @@
-//! Makes claims on tested faults of a log: the fault that explains most of the residual, and the detection limits for the
-//! other faults.
+//! Makes claims (statements with their evidence) on tested faults of a log. In: the test result of each possible fault
+//! (`hypotheses`). Out: a claim on the fault that explains most of the residual, and claims with the detection limits of the
+//! other faults. The detection limit is the smallest size of a fault that would have been found.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 

@@ -1,4 +1,8 @@
-//! Makes claims on a fit: its residual, its friction, and parameters that the data do not determine.
+//! Makes claims (statements with their evidence) on a fit: on its residual, its friction, and parameters that the data do not
+//! determine.
+//!
+//! tau: measured torques; W: regressor; X: parameters. RIST-MH is the method for experiments of a plan (`spectrum::rist_mh`);
+//! its chi^2 is the sum of the squared residuals, each divided by the variance of the measured noise.
 
 use claims::{Claim, Remedy, Subject};
 use linear_model::label::Label;
@@ -81,7 +85,8 @@ pub(crate) fn claims_of_fit(
             "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
-    // Claims on parameters that the logs do not determine, or that are determined by little motion only.
+    // Evidence against the parameters: overfitted, not determined by the logs, determined by little motion only,
+    // ill-conditioned.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }

@@ -1,4 +1,8 @@
-//! Makes claims on how well an estimate predicts data that were not fitted.
+//! Makes claims (statements with their evidence) on how well an estimate predicts data that were not fitted: other logs, or
+//! left-out blocks of the fitted logs (cross-validation).
+//!
+//! Relative error: |tau - W X| / |tau| with the measured torques tau, the regressor W and the parameters X. The description:
+//! the nominal parameters of the robot description, with fitted friction.
 
 use claims::{Claim, Outcome, Remedy, Subject};
 

@@ -1,4 +1,6 @@
-//! The result of the test of one hypothesis about a fault, and the criteria by which a fault is significant and found.
+//! The result of the test of one hypothesis, that is, of one possible fault of a log. The fault was fitted as one additional
+//! unknown u, the size of the fault. Defines when a fault is significant (u differs from zero) and when it is found (u is also
+//! large enough, and the fault reduces the error of cross-validation).
 
 use crate::estimate::hypothesis::{Counts, Hypothesis};
 

@@ -1,4 +1,7 @@
-//! A finding of a log check: a fault, the joints that have it, the evidence, and the remedy.
+//! A finding of a log check: a fault of the log, the joints with the fault, the evidence, and the remedy in words.
+//!
+//! Description: the robot description with its nominal inertial parameters. Slope: measured divided by nominal torque of a
+//! joint. If the log can be explained in several ways, each explanation is a list of findings.
 
 use std::fmt;
 
@@ -33,7 +36,7 @@ pub enum Fault {
     Velocity,
     /// The log is of another robot: no tested fault makes the description predict the torques.
     OtherRobot,
-    /// Positions are normalised to the range of each joint: to 100, from this number (-100 or 0).
+    /// Positions are not angles, but are normalised to the range of each joint: from this number (-100 or 0) to 100.
     Normalised(i32),
     /// Something is wrong, and no tested remedy corrects it.
     Unidentified,

@@ -47,7 +47,7 @@ const MOST_MATRIX_ENTRIES: usize = 4_000_000;
 const LEAST_LOAD_BLOCKS: usize = 3;
 /// Step, in blocks, of the coarse search for the start and the end of a load.
 const COARSE_BLOCK_STEP: usize = 5;
-/// Ridge on the unit diagonal of the scaled normal matrix. It keeps undetermined parameters at zero.
+/// Ridge on the unit diagonal of the scaled normal matrix. The ridge keeps undetermined parameters at zero.
 const RELATIVE_RIDGE: f64 = 1e-10;
 /// The mass of a load is significant if it exceeds this many standard deviations.
 const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;

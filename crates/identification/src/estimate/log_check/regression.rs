@@ -72,7 +72,8 @@ impl Partial {
         if both > 0.0 { (self.xy * self.xy / both).min(1.0) } else { 0.0 }
     }
 
-    /// Squared residual with a given slope, divided by y'.y'. It is above 1 if the column increases the residual.
+    /// Squared residual with a given slope, divided by y'.y'. The result is above 1 if the column with this slope increases the
+    /// residual.
     pub(super) fn residual(&self, slope: f64) -> f64 {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }

@@ -65,7 +65,8 @@ pub struct DriveGains {
     pub covariance: DMatrix<f64>,
     /// For each parameter, whether the data determine the parameter.
     pub determined: Vec<bool>,
-    /// Standard deviation of the noise of the currents of each joint, A. It is 1 if the weights contain the noise.
+    /// Standard deviation of the noise of the currents of each joint, A. The value is 1 if the weights of the rows contain the
+    /// noise.
     pub noise: Vec<f64>,
     /// Number of Gauss-Newton steps. `None`: the iteration did not converge.
     pub steps: Option<usize>,
@@ -210,7 +211,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // A gain that the data do not determine is zero in the solution here. It starts at 1 instead.
+    // A gain that the data do not determine is zero in this solution. Gauss-Newton starts from 1 for such a gain.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -278,7 +279,7 @@ pub(crate) mod tests {
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// Parameters of the load. They add to `TRUTH` in the experiments with the load.
+    /// Parameters of the load. In experiments with the load, the true parameters are `TRUTH` plus these.
     pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 

@@ -38,7 +38,7 @@ pub struct Owner {
     pub cluster: usize,
 }
 
-/// A weighted, linearised equation. Its unknowns are the unknowns of the fit, then the unknown drive gains.
+/// A weighted, linearised equation. The unknowns of the equation are the unknowns of the fit, then the unknown drive gains.
 pub struct GainEquation {
     /// The joint and cluster of the equation. `None` for the row of an expected gain, which belongs to no joint.
     pub owner: Option<Owner>,

@@ -55,7 +55,7 @@ pub struct HarmonicEstimate {
     pub drift_spread: f64,
     /// The estimated effects other than friction, which are the last unknowns.
     pub effects: Vec<EffectSize>,
-    /// The misfit, computed with the measured noise. It does not depend on the weights.
+    /// The misfit, computed with the measured noise. The misfit does not depend on the weights of the fit.
     pub misfit: Misfit,
     /// The effect that the model most likely lacks. `None` if the model lacks no effect, or if no single effect explains the
     /// misfit.
